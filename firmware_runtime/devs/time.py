@@ -1,0 +1,28 @@
+"""Time is an integer number of nanoseconds since the start of the run.
+
+Sums are exact, so two events are simultaneous when their instants are equal and a period never
+drifts. "Never" is one named constant, an integer too, later than any instant.
+"""
+
+from typing import Final
+
+NEVER: Final = (1 << 63) - 1
+"""The instant that does not come, and the duration of a passive state."""
+
+NANOSECOND: Final = 1
+MICROSECOND: Final = 1_000
+MILLISECOND: Final = 1_000_000
+SECOND: Final = 1_000_000_000
+
+
+def seconds(value: float) -> int:
+    """Seconds as the nearest whole number of nanoseconds."""
+    return round(value * SECOND)
+
+
+def format_time(at: int) -> str:
+    """An instant as people read it: seconds with nine decimals, or `never`."""
+    if at == NEVER:
+        return "never"
+    whole, rest = divmod(at, SECOND)
+    return f"{whole}.{rest:09d} s"

@@ -1,0 +1,49 @@
+"""The I2C bus a driver speaks: one required method, everything else derived from it.
+
+A transaction is everything between START and STOP. It is given as a list of messages: bytes are
+written, a number is that many bytes to read. Between messages the bus issues a repeated START with
+the same address; only after the last one it issues STOP. So
+
+    bus.transaction(0x68, [b"\\x3b", 14])
+
+puts START, address+W, 0x3B, repeated START, address+R, 14 bytes (the last not acknowledged), STOP
+on the wire. Addresses are 7-bit, right-aligned. Nothing is sent in parts: a transaction either
+happened whole, or a `HalError` says where it ended.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TypeAlias
+
+Message: TypeAlias = bytes | int
+"""Bytes to write, or a number of bytes to read (1 or more)."""
+
+GENERAL_CALL = 0x00
+
+
+class I2cBus(ABC):
+    """A bus by its name, as in board.toml and in every error."""
+
+    name: str
+
+    @abstractmethod
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Carry out one transaction; return what was read, in order, joined.
+
+        Raises NoAcknowledge, ArbitrationLost, BusTimeout, BusFault, AddressInUse or PortClosed.
+        """
+
+    def write(self, address: int, data: bytes) -> None:
+        """START, address+W, data, STOP."""
+        self.transaction(address, (data,))
+
+    def read(self, address: int, length: int) -> bytes:
+        """START, address+R, `length` bytes, STOP."""
+        return self.transaction(address, (length,))
+
+    def write_read(self, address: int, data: bytes, length: int) -> bytes:
+        """START, address+W, data, repeated START, address+R, `length` bytes, STOP."""
+        return self.transaction(address, (data, length))
+
+    def close(self) -> None:
+        """Release the bus; using it afterwards raises PortClosed."""
