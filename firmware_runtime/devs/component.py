@@ -1,6 +1,6 @@
 """What atomic and coupled models have in common: a name, a parent, ports."""
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_runtime.devs.errors import CouplingError
 from firmware_runtime.devs.ports import InPort, OutPort
@@ -19,8 +19,8 @@ class Component:
             raise CouplingError(f"component {name!r}: a name is not empty and holds no dot")
         self.name = name
         self.parent: Coupled | None = None
-        self.in_ports: dict[str, InPort[object]] = {}
-        self.out_ports: dict[str, OutPort[object]] = {}
+        self.in_ports: dict[str, InPort[Any]] = {}
+        self.out_ports: dict[str, OutPort[Any]] = {}
 
     @property
     def path(self) -> str:
@@ -29,20 +29,22 @@ class Component:
 
     def in_port(self, name: str, type_: type[T]) -> InPort[T]:
         """Declare an input port that carries values of one type."""
-        self._refuse_taken(name, self.in_ports)
-        port = InPort(self, name, type_)
-        self.in_ports[name] = port  # type: ignore[assignment]
+        if not name or "." in name or name in self.in_ports or not isinstance(type_, type):
+            raise CouplingError(self._misdeclared(name, type_))
+        port = self.in_ports[name] = InPort(self, name, type_)
         return port
 
     def out_port(self, name: str, type_: type[T]) -> OutPort[T]:
         """Declare an output port that carries values of one type."""
-        self._refuse_taken(name, self.out_ports)
-        port = OutPort(self, name, type_)
-        self.out_ports[name] = port  # type: ignore[assignment]
+        if not name or "." in name or name in self.out_ports or not isinstance(type_, type):
+            raise CouplingError(self._misdeclared(name, type_))
+        port = self.out_ports[name] = OutPort(self, name, type_)
         return port
 
-    def _refuse_taken(self, name: str, ports: object) -> None:
+    def _misdeclared(self, name: str, type_: object) -> str:
+        where = f"{self.path}: port {name!r}"
         if not name or "." in name:
-            raise CouplingError(f"{self.path}: port {name!r}: a name is not empty and holds no dot")
-        if name in ports:  # type: ignore[operator]
-            raise CouplingError(f"{self.path}: port {name!r} is declared twice")
+            return f"{where}: a name is not empty and holds no dot"
+        if not isinstance(type_, type):
+            return f"{where}: a port's type is a class, not {type_!r}"
+        return f"{where} is declared twice"

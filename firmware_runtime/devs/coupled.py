@@ -1,16 +1,14 @@
 """The coupled model: components, and couplings drawn one wire a line."""
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import CouplingError
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Source
 
 C = TypeVar("C", bound=Component)
 T = TypeVar("T")
-
-AnyPort = InPort[object] | OutPort[object]
 
 
 class Coupled(Component):
@@ -18,55 +16,81 @@ class Coupled(Component):
 
     A coupling is one of three, told by who owns its ends: from an input port of this model to one
     of a component (EIC), between components (IC), from a component to an output port of this model
-    (EOC). Anything else is refused here, at construction.
+    (EOC). Anything else is refused here, at construction. `couplings` is an ordered set of pairs
+    (source, destination).
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.components: dict[str, Component] = {}
-        self.couplings: list[tuple[AnyPort, AnyPort]] = []
+        self.couplings: dict[tuple[AnyPort, AnyPort], None] = {}
 
     def add(self, component: C) -> C:
         """Take a component in; returns it, so that construction is one line."""
         if component.parent is not None:
             raise CouplingError(f"{component.path} is already part of {component.parent.path}")
-        if component is self or component.name in self.components:
+        if component.name in self.components:
             raise CouplingError(f"{self.path}: component {component.name!r} is declared twice")
+        if isinstance(component, Coupled) and component in self._ancestry():
+            raise CouplingError(f"{self.path}: {component.name!r} cannot be part of itself")
         component.parent = self
         self.components[component.name] = component
         return component
 
-    def couple(self, source: OutPort[T] | InPort[T], destination: InPort[T] | OutPort[T]) -> None:
-        """Draw one wire from `source` to `destination`."""
-        self._refuse_wrong_owners(source, destination)
-        if not issubclass(source.type, destination.type):
-            raise CouplingError(
-                f"{source.path} -> {destination.path}: a port of {source.type.__name__} "
-                f"cannot feed a port of {destination.type.__name__}"
-            )
-        wire: tuple[AnyPort, AnyPort] = (source, destination)  # type: ignore[assignment]
-        if any(source is a and destination is b for a, b in self.couplings):
-            raise CouplingError(f"{source.path} -> {destination.path}: coupled twice")
-        self.couplings.append(wire)
+    def couple(self, source: Source[T], destination: InPort[T] | OutPort[T]) -> None:
+        """Draw one wire from `source`, an input or output port, to `destination`."""
+        wire = (cast("AnyPort", source), cast("AnyPort", destination))
+        if wire in self.couplings or not self._fits(*wire):
+            raise CouplingError(self._misfit(*wire))
+        self.couplings[wire] = None
 
     def select(self, imminent: Sequence[Component]) -> Component:
         """Choose who goes first, for the classic simulator; default: order of declaration."""
         return imminent[0]
 
-    def _refuse_wrong_owners(self, source: object, destination: object) -> None:
-        if not isinstance(source, InPort | OutPort) or not isinstance(destination, InPort | OutPort):
-            raise CouplingError(f"{self.path}: a coupling joins two ports, not "
-                                f"{source!r} and {destination!r}")
-        external_input = source.owner is self and isinstance(source, InPort)
-        from_component = source.owner.parent is self and isinstance(source, OutPort)
-        to_component = destination.owner.parent is self and isinstance(destination, InPort)
-        external_output = destination.owner is self and isinstance(destination, OutPort)
+    # ---------------------------------------------------------------------------------------------
+
+    def _ancestry(self) -> list[Component]:
+        """This model and all it is part of."""
+        ancestry: list[Component] = []
+        model: Component | None = self
+        while model is not None:
+            ancestry.append(model)
+            model = model.parent
+        return ancestry
+
+    def _fits(self, source: AnyPort, destination: AnyPort) -> bool:
+        """Both ends are ports at the right places, of two models and of fitting types."""
+        return (
+            self._can_begin(source)
+            and self._can_end(destination)
+            and source.owner is not destination.owner
+            and (source.type is destination.type or issubclass(source.type, destination.type))
+        )
+
+    def _can_begin(self, port: object) -> bool:
+        if isinstance(port, OutPort):
+            return port.owner.parent is self
+        return isinstance(port, InPort) and port.owner is self
+
+    def _can_end(self, port: object) -> bool:
+        if isinstance(port, InPort):
+            return port.owner.parent is self
+        return isinstance(port, OutPort) and port.owner is self
+
+    def _misfit(self, source: AnyPort, destination: AnyPort) -> str:
+        """Why this coupling is refused, in one sentence."""
+        for port in (source, destination):
+            if not isinstance(port, InPort | OutPort):
+                return f"{self.path}: a coupling joins two ports; {port!r} is none"
         wire = f"{source.path} -> {destination.path}"
-        if not (external_input or from_component):
-            raise CouplingError(f"{wire}: the source is neither an input of {self.path} "
-                                "nor an output of one of its components")
-        if not (to_component or external_output):
-            raise CouplingError(f"{wire}: the destination is neither an output of {self.path} "
-                                "nor an input of one of its components")
+        if not self._can_begin(source):
+            return f"{wire}: the source is neither an input of {self.path} nor a component's output"
+        if not self._can_end(destination):
+            return f"{wire}: the end is neither an output of {self.path} nor a component's input"
         if source.owner is destination.owner:
-            raise CouplingError(f"{wire}: a model's port cannot be coupled to the model itself")
+            return f"{wire}: a model's port cannot be coupled to the model itself"
+        if (source, destination) in self.couplings:
+            return f"{wire}: coupled twice"
+        kinds = f"{source.type.__name__} cannot feed a port of {destination.type.__name__}"
+        return f"{wire}: a port of {kinds}"

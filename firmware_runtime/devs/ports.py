@@ -5,14 +5,23 @@ couplings' declaration, emptied by the simulator after the transition that read 
 handed on by reference: treat them as immutable.
 """
 
+import builtins
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
     from firmware_runtime.devs.component import Component
 
 T = TypeVar("T")
-T_contra = TypeVar("T_contra", contravariant=True)
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Source(Protocol[T_co]):
+    """A port as the beginning of a wire: it may carry a narrower type than the wire's end."""
+
+    @property
+    def type(self) -> builtins.type[T_co]:
+        """The class of the values carried."""
 
 
 class InPort(list[T], Generic[T]):
@@ -21,7 +30,7 @@ class InPort(list[T], Generic[T]):
     __slots__ = ("name", "owner", "type")
 
     def __init__(self, owner: "Component", name: str, type_: type[T]) -> None:
-        super().__init__()
+        # No call of list's own: a list is empty from the start, and ports are made by the thousand.
         self.owner = owner
         self.name = name
         self.type = type_
@@ -34,7 +43,7 @@ class InPort(list[T], Generic[T]):
     def __repr__(self) -> str:
         return f"<InPort {self.path} {list.__repr__(self)}>"
 
-    __hash__ = object.__hash__  # type: ignore[assignment]
+    __hash__ = object.__hash__  # type: ignore[assignment]  # a list has none, a port does
 
     def __eq__(self, other: object) -> bool:
         """Ports are equal when they are the same port; compare `list(port)` for values."""
@@ -48,16 +57,16 @@ def discard(_value: object) -> None:
     """Where an output goes that nobody is coupled to."""
 
 
-class OutPort(Generic[T_contra]):
+class OutPort(Generic[T]):
     """Where an output function sends; the simulator replaces `send` when it resolves couplings."""
 
     __slots__ = ("name", "owner", "send", "type")
 
-    def __init__(self, owner: "Component", name: str, type_: type[T_contra]) -> None:
+    def __init__(self, owner: "Component", name: str, type_: type[T]) -> None:
         self.owner = owner
         self.name = name
         self.type = type_
-        self.send: Callable[[T_contra], None] = discard
+        self.send: Callable[[T], None] = discard
 
     @property
     def path(self) -> str:
@@ -66,3 +75,7 @@ class OutPort(Generic[T_contra]):
 
     def __repr__(self) -> str:
         return f"<OutPort {self.path}>"
+
+
+AnyPort: TypeAlias = InPort[Any] | OutPort[Any]
+"""A port whose type is known at run time only."""

@@ -1,0 +1,66 @@
+# make run    TachoBot on its doubles for 10 s in real time
+# make test   lint, types, import contracts, tests
+# make bench  benchmarks against peers; each prints its ratio last
+# make clean  remove what the others made
+#
+# Each target does its own set-up, in .venv. PYTHON chooses the interpreter: make test PYTHON=python3.12
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: run test lint types bench clean interpreter
+.DEFAULT_GOAL := run
+
+run: $(VENV)/installed-run
+	@$(BIN)/firmware-runtime run tachobot --doubles --for 10
+
+test: lint types
+	@$(BIN)/python -m pytest -q
+
+lint: $(VENV)/installed-test
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+types: $(VENV)/installed-test
+	@$(BIN)/mypy
+
+bench: $(VENV)/installed-bench
+	@$(BIN)/python -m benchmarks.devstone
+	@$(BIN)/python -m benchmarks.hold
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \
+		.import_linter_cache .coverage htmlcov
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+interpreter:
+	@command -v $(PYTHON) >/dev/null || { \
+		echo "make: $(PYTHON) not found; install Python 3.11 to 3.13 (Debian: apt install python3)"; \
+		exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || { \
+		echo "make: $$($(PYTHON) --version) is not supported; install Python 3.11 to 3.13" \
+			"and say make PYTHON=python3.11"; \
+		exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { \
+		echo "make: the venv module is missing; install it (Debian: apt install python3-venv)"; \
+		exit 1; }
+
+$(VENV)/bin/python: | interpreter
+	@echo "make: creating $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed-run: pyproject.toml | $(VENV)/bin/python
+	@echo "make: installing firmware-runtime into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(VENV)/installed-test: pyproject.toml | $(VENV)/bin/python
+	@echo "make: installing firmware-runtime and its test tools into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/installed-run
+
+$(VENV)/installed-bench: pyproject.toml | $(VENV)/bin/python
+	@echo "make: installing firmware-runtime and its benchmark peers into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	@touch $@ $(VENV)/installed-run

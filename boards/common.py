@@ -1,0 +1,64 @@
+"""Settings that every board has: the executive's, the buses', and the types of their values."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta, Struct
+
+Positive: TypeAlias = Annotated[float, Meta(gt=0)]
+NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
+Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Address: TypeAlias = Annotated[int, Meta(ge=0x08, le=0x77)]
+Channel: TypeAlias = Annotated[int, Meta(ge=0, le=15)]
+Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
+
+
+class Settings(Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of a board file."""
+
+
+class BusSettings(Settings, frozen=True):
+    """One I2C bus."""
+
+    device: str
+    """Device node."""
+    speed_hz: Positive
+    """Clock rate the kernel was configured for; this project cannot set it."""
+    attempts: Annotated[int, Meta(ge=1, le=10)] = 3
+    """How often a transaction is tried before its failure counts as a fault."""
+
+
+class ModelPolicy(Settings, frozen=True):
+    """What happens when one model's activation comes late."""
+
+    policy: Policy = "skip"
+    tolerance_us: Positive | None = None
+    """Lateness up to this is no overrun; default a tenth of the period."""
+    stop_after_us: Positive | None = None
+    """For policy `stop`: lateness beyond which outputs go off and the run ends."""
+
+
+class PathDeadlineSettings(Settings, frozen=True):
+    """How long a sensor's sample may take to an actuator's write."""
+
+    source: str
+    """Output port of the sensor, such as `imu.sample`."""
+    actuator: str
+    """Model that writes, such as `thrust_pairs`."""
+    within_us: Positive
+
+
+class ExecutiveSettings(Settings, frozen=True):
+    """How the loop runs and what it asks of the system; what is not granted is reported."""
+
+    fifo_priority: Annotated[int, Meta(ge=0, le=99)] = 0
+    """SCHED_FIFO priority, 0 for none asked."""
+    lock_memory: bool = False
+    cpus: tuple[int, ...] = ()
+    """Cores to run on, none for any."""
+    freeze_garbage: bool = True
+    """Freeze what exists at start and collect garbage between ticks only."""
+    timer_slack_ns: Annotated[int, Meta(ge=1)] = 1
+    spin_us: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    """Busy-wait this long before each deadline, 0 for none."""
+    worst: Annotated[int, Meta(ge=1, le=64)] = 16
+    """How many of the worst activations are kept."""

@@ -1,0 +1,62 @@
+"""Faults that no single value shows: two devices at one address, a bus that is not there."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from boards.common import BusSettings
+from drivers.chips.setting import SettingError
+
+PCA9685_ALLCALL = 0x70
+"""Every PCA9685 also answers here from power-up until it is told not to."""
+
+
+class Device(NamedTuple):
+    """One chip as the board file has it: its table, chip, bus and address."""
+
+    key: str
+    chip: str
+    bus: str
+    address: int
+
+
+def unknown_buses(devices: Sequence[Device], buses: Mapping[str, BusSettings]) -> list[str]:
+    """Devices on a bus that the file does not describe."""
+    known = ", ".join(buses)
+    return [
+        f"{device.key}.bus: {device.bus!r}: expected one of {known}"
+        for device in devices
+        if device.bus not in buses
+    ]
+
+
+def address_clashes(devices: Sequence[Device]) -> list[str]:
+    """Two devices at one address of one bus, and devices where a PCA9685 listens too."""
+    faults: list[str] = []
+    taken: dict[tuple[str, int], Device] = {}
+    for device in devices:
+        other = taken.setdefault((device.bus, device.address), device)
+        if other is not device:
+            faults.append(
+                f"{device.key}.address: 0x{device.address:02x} on {device.bus} is {other.key}'s "
+                "already; expected an address of its own"
+            )
+    return faults + _allcall_clashes(devices)
+
+
+def _allcall_clashes(devices: Sequence[Device]) -> list[str]:
+    buses = {device.bus for device in devices if device.chip == "PCA9685"}
+    return [
+        f"{device.key}.address: 0x70 on {device.bus} is where every PCA9685 answers from power-up "
+        "(ALLCALL); expected another address"
+        for device in devices
+        if device.address == PCA9685_ALLCALL and device.bus in buses
+    ]
+
+
+def setting_fault(key: str, check: Callable[[], object]) -> list[str]:
+    """The sentence of a SettingError that `check` raises, under the key it is about."""
+    try:
+        check()
+    except SettingError as error:
+        return [f"{key}: {error}"]
+    return []

@@ -1,0 +1,116 @@
+"""Finds boards: those that come with the project by name, a user's own copy by its file."""
+
+import hashlib
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+from boards import strict
+from boards.common import BusSettings, ExecutiveSettings, ModelPolicy, PathDeadlineSettings
+from boards.robot import Robot
+from firmware_runtime.errors import BoardError
+from firmware_runtime.hal.budget import BusLoad
+from firmware_runtime.hal.i2c import I2cBus
+
+_FOLDER = Path(__file__).parent
+FILE = "board.toml"
+
+
+class BoardSettings(Protocol):
+    """What every board's settings hold, whatever else they hold."""
+
+    @property
+    def board(self) -> str: ...  # noqa: D102 -- the names say it, see boards.common
+    @property
+    def description(self) -> str: ...  # noqa: D102
+    @property
+    def buses(self) -> dict[str, BusSettings]: ...  # noqa: D102
+    @property
+    def executive(self) -> ExecutiveSettings: ...  # noqa: D102
+    @property
+    def overruns(self) -> dict[str, ModelPolicy]: ...  # noqa: D102
+    @property
+    def deadlines(self) -> tuple[PathDeadlineSettings, ...]: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """A board whose settings were read and found sound."""
+
+    name: str
+    source: Path
+    settings: Any
+    """The board's own settings class; satisfies `BoardSettings`."""
+    loads: Mapping[str, BusLoad]
+    """What the board asks of each bus."""
+    warnings: Sequence[str]
+    build: Callable[[Mapping[str, I2cBus]], Robot]
+    fingerprint: str
+    """SHA-256 over the file and the overrides, for the conditions of a run."""
+
+
+def names() -> list[str]:
+    """The boards that come with the project, in alphabetical order."""
+    return sorted(path.parent.name for path in _FOLDER.glob(f"*/{FILE}"))
+
+
+def load(board: str, assignments: Sequence[str] = ()) -> Board:
+    """Read a board by name, or by the path of a board.toml or of its folder.
+
+    Raises BoardError with every fault found.
+    """
+    source = _locate(board)
+    faults: list[str] = []
+    table = strict.parse_toml(_read(source), faults)
+    if faults:
+        raise BoardError(str(source), faults)
+    strict.override(table, assignments, faults)
+    kind = table.get("board")
+    if kind not in names():
+        raise BoardError(str(source), [*faults, f"board: {kind!r}: expected one of {_listing()}"])
+    definition = importlib.import_module(f"boards.{kind}.definition")
+    settings = strict.convert(table, definition.SETTINGS, faults)
+    if settings is None:
+        raise BoardError(str(source), faults)
+    faults += definition.faults(settings)
+    loads = {} if faults else definition.loads(settings)
+    faults += [fault for load_ in loads.values() if (fault := load_.fault())]
+    if faults:
+        raise BoardError(str(source), faults)
+    return Board(
+        name=cast("str", kind),
+        source=source,
+        settings=settings,
+        loads=loads,
+        warnings=[text for load_ in loads.values() if (text := load_.warning())],
+        build=lambda buses: definition.build(settings, buses),
+        fingerprint=_fingerprint(source, assignments),
+    )
+
+
+def _locate(board: str) -> Path:
+    if board in names():
+        return _FOLDER / board / FILE
+    path = Path(board)
+    if path.is_dir():
+        path /= FILE
+    if path.is_file():
+        return path
+    raise BoardError(board, [f"unknown board; expected one of {_listing()}, or a {FILE} file"])
+
+
+def _read(source: Path) -> str:
+    try:
+        return source.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BoardError(str(source), [f"cannot be read: {error}"]) from error
+
+
+def _listing() -> str:
+    return ", ".join(names())
+
+
+def _fingerprint(source: Path, assignments: Sequence[str]) -> str:
+    return hashlib.sha256("\n".join([_read(source), *assignments]).encode()).hexdigest()

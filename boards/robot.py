@@ -1,0 +1,35 @@
+"""A robot ready to run: its model, and how to find its chips and to switch it off."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.hal.errors import HalError
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """What a board's wiring makes of settings and buses."""
+
+    model: Coupled
+    probe: Sequence[Callable[[], None]]
+    """In order: silences what could interfere, then asks each chip who it is. Raises HalError."""
+    stop: Sequence[Callable[[], None]]
+    """Each writes one chip's safe state, which is full-off, not neutral. Raises HalError."""
+    warnings: Sequence[str]
+    """What works less well than it should, found while the chips were brought up."""
+
+    def find_chips(self) -> None:
+        """Raise the HalError of the first chip that is missing or another one; actuate nothing."""
+        for step in self.probe:
+            step()
+
+    def make_safe(self) -> list[str]:
+        """Write every safe state, each on its own; return what failed, one sentence each."""
+        failures: list[str] = []
+        for stop in self.stop:
+            try:
+                stop()
+            except HalError as error:
+                failures.append(str(error))
+        return failures

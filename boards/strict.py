@@ -1,0 +1,112 @@
+"""Strict reading of settings: every fault of a whole file at once, each with its key.
+
+The schema is a tree of `msgspec.Struct` classes. msgspec judges each value on its own; walking the
+tree here, instead of converting it in one go, is what lets the user see all faults together.
+"""
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+import msgspec
+
+S = TypeVar("S", bound=msgspec.Struct)
+Table = dict[str, Any]
+
+
+def parse_toml(text: str, faults: list[str]) -> Table:
+    """The file's table; a syntax error is one fault and leaves the table empty."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        faults.append(f"not valid TOML: {error}")
+        return {}
+
+
+def override(table: Table, assignments: Sequence[str], faults: list[str]) -> None:
+    """Apply `KEY=VALUE` assignments; keys are dotted, values are TOML or else plain strings."""
+    for assignment in assignments:
+        key, separator, value = assignment.partition("=")
+        if not (key.strip() and separator):
+            faults.append(
+                f"--set {assignment!r}: expected KEY=VALUE, such as controller.yaw.kp=0.8"
+            )
+            continue
+        *parents, leaf = key.strip().split(".")
+        target: Any = table
+        for parent in parents:
+            target = target.setdefault(parent, {}) if isinstance(target, dict) else None
+        if isinstance(target, dict):
+            target[leaf] = _toml_value(value.strip())
+        else:
+            faults.append(
+                f"{key.strip()}: unknown key; {'.'.join(parents)} is a value, not a table"
+            )
+
+
+def _toml_value(text: str) -> object:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def convert(
+    table: Mapping[str, Any], schema: type[S], faults: list[str], path: str = ""
+) -> S | None:
+    """The settings as `schema`, or None with at least one more line in `faults`."""
+    before = len(faults)
+    fields = {field.encode_name: field for field in msgspec.structs.fields(schema)}
+    hints = get_type_hints(schema, include_extras=True)
+    values: dict[str, Any] = {}
+    for key in table:
+        if key not in fields:
+            known = ", ".join(fields)
+            faults.append(f"{_join(path, key)}: unknown key; expected one of {known}")
+    for key, field in fields.items():
+        if key in table:
+            values[field.name] = _value(table[key], hints[field.name], faults, _join(path, key))
+        elif field.required:
+            faults.append(f"{_join(path, key)}: missing; expected {_wanted(hints[field.name])}")
+    return schema(**values) if len(faults) == before else None
+
+
+def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
+    if _is_struct(type_) and isinstance(value, dict):
+        return convert(value, type_, faults, path)
+    if get_origin(type_) is dict and isinstance(value, dict):
+        inner = get_args(type_)[1]
+        return {key: _value(each, inner, faults, _join(path, key)) for key, each in value.items()}
+    if get_origin(type_) is tuple and _is_struct(get_args(type_)[0]) and isinstance(value, list):
+        inner = get_args(type_)[0]
+        return tuple(_value(each, inner, faults, f"{path}[{n}]") for n, each in enumerate(value))
+    if isinstance(value, float) and not math.isfinite(value):
+        faults.append(f"{path}: {value} is not a finite number")
+        return None
+    try:
+        return msgspec.convert(value, type_)
+    except msgspec.ValidationError as error:
+        faults.append(f"{path}: {value!r}: {_sentence(str(error))}")
+        return None
+
+
+def _is_struct(type_: Any) -> bool:
+    return isinstance(type_, type) and issubclass(type_, msgspec.Struct)
+
+
+def _wanted(type_: Any) -> str:
+    if _is_struct(type_):
+        return "a table"
+    base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
+    return {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}.get(
+        base, "a value"
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[:1].lower() + text[1:].replace("`", "")
+
+
+def _join(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key

@@ -1,0 +1,92 @@
+"""Three commands become four forces: equation (2) of the DoveR paper, inverted.
+
+T maps the forces of the four pairs to the commands; its Moore-Penrose pseudo-inverse maps the
+commands to the forces of least energy. What the pairs cannot give is taken from x and y first, so
+that the robot keeps its yaw.
+
+Source: Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), Winter Simulation Conference 2018.
+"""
+
+import math
+
+import numpy as np
+
+from drivers.thrust_pairs import Forces
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.models.motion import Motion
+
+T = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.5, -0.5, 0.5, -0.5]])
+T_PSEUDO_INVERSE = np.linalg.pinv(T)
+_ROWS = tuple(tuple(float(round(each, 12)) + 0.0 for each in row) for row in T_PSEUDO_INVERSE)
+
+
+class Allocation(Atomic):
+    """Answers every yaw command with a force vector, at the same instant.
+
+    waiting --yaw_n?--> sending (0) --forces!--> waiting
+
+    `x_n` and `y_n` are forces in the fixed frame, N; they are turned into the body frame by the
+    latest yaw and count as zero once older than `timeout` ns.
+    """
+
+    def __init__(self, name: str, pair_thrust_n: float, timeout: int) -> None:
+        super().__init__(name)
+        self.x_n = self.in_port("x_n", float)
+        self.y_n = self.in_port("y_n", float)
+        self.yaw_n = self.in_port("yaw_n", float)
+        self.yaw = self.in_port("yaw", Motion)
+        self.forces_out = self.out_port("forces", Forces)
+        self.pair_thrust_n = pair_thrust_n
+        self.timeout = timeout
+        self.forces = Forces(0.0, 0.0, 0.0, 0.0)
+        self._yaw_rad = 0.0
+        self._x = self._y = 0.0
+        self._x_age = self._y_age = 0
+
+    def output(self) -> None:
+        """Send the forces."""
+        self.forces_out.send(self.forces)
+
+    def internal(self) -> None:
+        """Wait for the next yaw command."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Keep what came; a yaw command is answered."""
+        self._take_position_commands(elapsed)
+        if self.yaw:
+            self._yaw_rad = self.yaw[-1].position
+        if self.yaw_n:
+            x, y = self._body_commands()
+            self.forces = allocate(x, y, self.yaw_n[-1], self.pair_thrust_n)
+            self.activate("sending")
+        else:
+            self.continue_(elapsed)
+
+    def _take_position_commands(self, elapsed: int) -> None:
+        self._x_age += elapsed
+        self._y_age += elapsed
+        if self.x_n:
+            self._x, self._x_age = self.x_n[-1], 0
+        if self.y_n:
+            self._y, self._y_age = self.y_n[-1], 0
+
+    def _body_commands(self) -> tuple[float, float]:
+        x = self._x if self._x_age <= self.timeout else 0.0
+        y = self._y if self._y_age <= self.timeout else 0.0
+        cosine, sine = math.cos(self._yaw_rad), math.sin(self._yaw_rad)
+        return cosine * x + sine * y, cosine * y - sine * x
+
+
+def allocate(x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float) -> Forces:
+    """Forces for body commands in N, none beyond `pair_thrust_n`; x and y give way to yaw."""
+    largest_yaw = pair_thrust_n / max(abs(row[2]) for row in _ROWS)
+    yaw_n = max(-largest_yaw, min(largest_yaw, yaw_n))
+    turning = [row[2] * yaw_n for row in _ROWS]
+    moving = [row[0] * x_n + row[1] * y_n for row in _ROWS]
+    share = 1.0
+    for turn, move in zip(turning, moving, strict=True):
+        if abs(turn + move) > pair_thrust_n:
+            room = pair_thrust_n - math.copysign(turn, turn * move)
+            share = min(share, room / abs(move))
+    return Forces(*(turn + share * move for turn, move in zip(turning, moving, strict=True)))

@@ -1,0 +1,76 @@
+"""Where TachoBot points: the gyro's rate integrated, slowly pulled to the compass."""
+
+import math
+
+from drivers.chips.mpu9250_burst import InertialSample
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.motion import Motion
+
+
+class Attitude(Atomic):
+    """Turns every inertial sample into yaw (rad) and yaw rate (rad/s), at the same instant.
+
+    disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
+    waiting --enable? false--> disabled
+
+    Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
+    Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
+    the angle turned since its first valid field; its share in one step is elapsed / time constant.
+    """
+
+    def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
+        super().__init__(name)
+        self.sample = self.in_port("sample", InertialSample)
+        self.enable = self.in_port("enable", bool)
+        self.yaw = self.out_port("yaw", Motion)
+        self.compass_time_constant = compass_time_constant
+        self.enabled = enabled
+        self.motion: Motion | None = None
+        self._since_sample = 0
+        self._first_heading: float | None = None
+
+    def initialize(self) -> None:
+        """Wait for a sample, or to be enabled."""
+        self.passivate("waiting" if self.enabled else "disabled")
+
+    def output(self) -> None:
+        """Send the estimate."""
+        if self.motion is not None:
+            self.yaw.send(self.motion)
+
+    def internal(self) -> None:
+        """Wait for the next sample."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Take the newest sample in, if enabled."""
+        self._since_sample += elapsed
+        if self.enable:
+            self.enabled = self.enable[-1]
+        if not self.enabled:
+            self.passivate("disabled")
+        elif self.sample:
+            self.motion = self._estimate(self.sample[-1], self._since_sample)
+            self._since_sample = 0
+            self.activate("estimating")
+        else:
+            self.passivate("waiting")
+
+    def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
+        rate = sample.rate[2]
+        if self.motion is None:
+            return Motion(0.0, rate)
+        yaw = self.motion.position + (self.motion.rate + rate) / 2 * elapsed / SECOND
+        if sample.field is not None and self.compass_time_constant:
+            yaw += self._compass_error(sample.field, yaw) * min(
+                1.0, elapsed / self.compass_time_constant
+            )
+        return Motion(yaw, rate)
+
+    def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:
+        """How far the compass stands from the estimate, within plus and minus pi."""
+        heading = math.atan2(-field[1], field[0])
+        if self._first_heading is None:
+            self._first_heading = heading - yaw
+        return math.remainder(heading - self._first_heading - yaw, math.tau)

@@ -1,0 +1,69 @@
+"""TachoBot's controller: attitude, one PID a coordinate, and the allocation to four pairs.
+
+It knows neither chips nor clocks; the same object runs in simulation and on the robot.
+"""
+
+from boards.tachobot.allocation import Allocation
+from boards.tachobot.attitude import Attitude
+from boards.tachobot.settings import ControllerSettings, PidSettings
+from drivers.chips.mpu9250_burst import InertialSample
+from drivers.thrust_pairs import Forces
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.delay import Delay
+from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.pid import Pid, PidGains
+
+POSITION_PERIODS = 10
+"""Control periods after which a position command that was not renewed counts as zero."""
+
+
+class Controller(Coupled):
+    """sample -> attitude -> yaw (-> delay) -> allocation -> forces; x and y join in mode `free`."""
+
+    def __init__(self, name: str, settings: ControllerSettings, pair_thrust_n: float) -> None:
+        super().__init__(name)
+        self.sample = self.in_port("sample", InertialSample)
+        self.enable = self.in_port("enable", bool)
+        self.yaw_reference = self.in_port("yaw_reference", float)
+        self.forces = self.out_port("forces", Forces)
+        is_free = settings.mode == "free"
+        compass = seconds(settings.compass_time_constant_s)
+        limit_n = 2 * pair_thrust_n
+
+        attitude = self.add(Attitude("attitude", compass, enabled=not is_free))
+        yaw = self.add(Pid("yaw", _gains(settings.yaw, limit_n), settings.yaw.reference_rad))
+        timeout = POSITION_PERIODS * seconds(settings.period_s)
+        allocation = self.add(Allocation("allocation", pair_thrust_n, timeout))
+
+        self.couple(self.sample, attitude.sample)
+        self.couple(self.enable, attitude.enable)
+        self.couple(self.yaw_reference, yaw.reference_in)
+        self.couple(attitude.yaw, yaw.measurement)
+        self.couple(attitude.yaw, allocation.yaw)
+        if settings.yaw.delay_s:
+            delay = self.add(Delay("yaw_delay", float, seconds(settings.yaw.delay_s)))
+            self.couple(yaw.command, delay.entrance)
+            self.couple(delay.delayed, allocation.yaw_n)
+        else:
+            self.couple(yaw.command, allocation.yaw_n)
+        self.couple(allocation.forces_out, self.forces)
+        if is_free:
+            self._add_position(settings, limit_n, allocation)
+
+    def _add_position(
+        self, settings: ControllerSettings, limit_n: float, allocation: Allocation
+    ) -> None:
+        """PIDs for x and y, fed from outside: nothing on board measures where the robot is."""
+        self.x_position = self.in_port("x_position", Motion)
+        self.y_position = self.in_port("y_position", Motion)
+        x = self.add(Pid("x", _gains(settings.x, limit_n), settings.x.reference_m))
+        y = self.add(Pid("y", _gains(settings.y, limit_n), settings.y.reference_m))
+        self.couple(self.x_position, x.measurement)
+        self.couple(self.y_position, y.measurement)
+        self.couple(x.command, allocation.x_n)
+        self.couple(y.command, allocation.y_n)
+
+
+def _gains(settings: PidSettings, limit_n: float) -> PidGains:
+    return PidGains(settings.kp, settings.ki, settings.kd, limit_n, settings.anti_windup)

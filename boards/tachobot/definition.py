@@ -1,0 +1,109 @@
+"""What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
+
+from collections.abc import Mapping
+
+from boards.faults import Device, address_clashes, setting_fault, unknown_buses
+from boards.robot import Robot
+from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.wiring import Tachobot, chip_settings, control_period
+from drivers.chips.mpu9250_burst import NINE_AXES
+from drivers.chips.pca9685 import duty_burst, prescale_for
+from drivers.thrust_pairs import MOTORS
+from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.i2c import I2cBus
+
+SETTINGS = TachobotSettings
+
+
+def faults(settings: TachobotSettings) -> list[str]:
+    """Everything wrong that no single value shows, each with its key."""
+    devices = _devices(settings)
+    thrust, esc = settings.thrust_pairs, settings.esc
+    return [
+        *unknown_buses(devices, settings.buses),
+        *address_clashes(devices),
+        *(f"imu.{fault}" for fault in chip_settings(settings).faults()),
+        *setting_fault(
+            "thrust_pairs.frequency_hz", lambda: prescale_for(thrust.frequency_hz, thrust.osc_hz)
+        ),
+        *setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz)),
+        *_pulse_faults(settings),
+        *_rate_faults(settings),
+        *_friction_faults(settings),
+    ]
+
+
+def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
+    """What every control tick costs on each bus."""
+    period = control_period(settings)
+    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
+    asked[settings.imu.bus].append(PeriodicTransaction("imu sample", NINE_AXES, period))
+    asked[settings.thrust_pairs.bus].append(
+        PeriodicTransaction("thrust_pairs duties", duty_burst(MOTORS), period)
+    )
+    return {
+        name: BusLoad(name, round(settings.buses[name].speed_hz), transactions)
+        for name, transactions in asked.items()
+    }
+
+
+def build(settings: TachobotSettings, buses: Mapping[str, I2cBus]) -> Robot:
+    """The robot on these buses; nothing is sent yet."""
+    model = Tachobot(settings, buses)
+    return Robot(
+        model=model,
+        # Every PCA9685 leaves the ALLCALL address before anything else is said on the bus.
+        probe=(
+            model.thrust_chip.silence,
+            model.esc_chip.silence,
+            model.thrust_chip.identify,
+            model.esc_chip.identify,
+            model.imu_chip.identify,
+        ),
+        stop=(model.thrust_chip.stop_all, model.esc_chip.stop_all),
+        warnings=model.imu_chip.warnings,
+    )
+
+
+def _devices(settings: TachobotSettings) -> tuple[Device, ...]:
+    imu, thrust, esc = settings.imu, settings.thrust_pairs, settings.esc
+    return (
+        Device("imu", "MPU-9250", imu.bus, imu.address),
+        Device("thrust_pairs", "PCA9685", thrust.bus, thrust.address),
+        Device("esc", "PCA9685", esc.bus, esc.address),
+    )
+
+
+def _pulse_faults(settings: TachobotSettings) -> list[str]:
+    esc = settings.esc
+    cycle_us = 1e6 / esc.frequency_hz
+    sentence = (
+        f"esc.high_pulse_us: {esc.high_pulse_us} us, expected more than low_pulse_us "
+        f"({esc.low_pulse_us} us) and less than a cycle ({cycle_us:.0f} us)"
+    )
+    return [] if esc.low_pulse_us < esc.high_pulse_us < cycle_us else [sentence]
+
+
+def _rate_faults(settings: TachobotSettings) -> list[str]:
+    period_s, timeout_s = settings.controller.period_s, settings.thrust_pairs.timeout_s
+    faults: list[str] = []
+    if settings.imu.sample_hz * period_s <= 1:
+        faults.append(
+            f"imu.sample_hz: {settings.imu.sample_hz} Hz, expected more than the control rate "
+            f"({1 / period_s:g} Hz), or ticks would find no new sample"
+        )
+    if timeout_s < 2 * period_s:
+        faults.append(
+            f"thrust_pairs.timeout_s: {timeout_s} s, expected two control periods "
+            f"({2 * period_s:g} s) or more"
+        )
+    return faults
+
+
+def _friction_faults(settings: TachobotSettings) -> list[str]:
+    world = settings.world
+    sentence = (
+        f"world.static_friction_nm: {world.static_friction_nm} N m, expected at least "
+        f"world.coulomb_friction_nm ({world.coulomb_friction_nm} N m)"
+    )
+    return [] if world.static_friction_nm >= world.coulomb_friction_nm else [sentence]

@@ -1,0 +1,146 @@
+"""The schema of TachoBot's board.toml. Units are in the keys, or named here where they are not."""
+
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from boards.common import (
+    Address,
+    BusSettings,
+    Channel,
+    ExecutiveSettings,
+    Fraction,
+    ModelPolicy,
+    NotNegative,
+    PathDeadlineSettings,
+    Positive,
+    Settings,
+)
+
+
+class ImuSettings(Settings, frozen=True):
+    """The MPU-9250."""
+
+    bus: str
+    address: Address
+    mounting: str
+    """Which chip axis points along body x, y and z, such as `+x +y +z`."""
+    sample_hz: int
+    """Rate at which the chip samples, a divisor of 1000; more than the control rate."""
+    bandwidth_hz: int
+    """Low-pass filter: 184, 92, 41, 20, 10 or 5."""
+    gyro_range_dps: int
+    accel_range_g: int
+    also_accept: tuple[int, ...]
+    """WHO_AM_I values to take beside the known ones."""
+    calibration_s: Positive
+    """How long the robot stands still while the gyro's bias is measured."""
+    still_rad_s: Positive
+    """Spread of the rate above which it did not stand still."""
+    max_bias_rad_s: Positive
+    """Mean rate above which it is taken to turn evenly instead of to rest."""
+
+
+class ThrustPairsSettings(Settings, frozen=True):
+    """The PCA9685 of the eight propellers."""
+
+    bus: str
+    address: Address
+    osc_hz: Positive
+    """Measured frequency of this chip's oscillator, nominally 25 MHz."""
+    frequency_hz: Positive
+    first_channel: Annotated[int, Meta(ge=0, le=8)]
+    slew_per_s: Positive
+    """Fastest change of a duty, full range per second."""
+    timeout_s: Positive
+    """Without new forces for this long, all propellers are switched off."""
+    pair_thrust_n: Positive | None = None
+    """Full force of a pair; left out: the plant model's `world.pair_thrust_n`."""
+
+
+class EscSettings(Settings, frozen=True):
+    """The PCA9685 of the central propeller's speed controller, and its pulses."""
+
+    bus: str
+    address: Address
+    osc_hz: Positive
+    frequency_hz: Positive
+    channel: Channel
+    low_pulse_us: Positive
+    high_pulse_us: Positive
+    arming_s: Positive
+    throttle: Fraction
+    """Throttle that lifts the robot; used in mode `free` only."""
+
+
+class PidSettings(Settings, frozen=True):
+    """One PID; gains in N per m or rad, N per m s or rad s, N s per m or rad."""
+
+    kp: NotNegative
+    ki: NotNegative
+    kd: NotNegative
+    anti_windup: bool
+
+
+class PositionSettings(PidSettings, frozen=True):
+    """The PID of x or y."""
+
+    reference_m: float
+
+
+class YawSettings(PidSettings, frozen=True):
+    """The PID of yaw."""
+
+    reference_rad: float
+    delay_s: NotNegative
+    """Pure delay between command and propellers, as a network in the loop would add."""
+
+
+class ControllerSettings(Settings, frozen=True):
+    """The controller."""
+
+    mode: Literal["platform", "free"]
+    """`platform`: on the rotating platform, yaw only. `free`: hovering, x, y and yaw."""
+    period_s: Annotated[float, Meta(ge=0.0005, le=1)]
+    compass_time_constant_s: NotNegative
+    """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
+    yaw: YawSettings
+    x: PositionSettings
+    y: PositionSettings
+
+
+class WorldSettings(Settings, frozen=True):
+    """The plant model: what the doubles' robot is like. Not used on the real robot's buses."""
+
+    mass_kg: Positive
+    lever_arm_m: Positive
+    yaw_inertia_kg_m2: Positive
+    pair_thrust_n: Positive
+    motor_lag_s: NotNegative
+    yaw_damping_nms: NotNegative
+    static_friction_nm: NotNegative
+    coulomb_friction_nm: NotNegative
+    gyro_bias_rad_s: float
+    gyro_noise_rad_s: NotNegative
+    seed: Annotated[int, Meta(ge=0)]
+
+
+class TachobotSettings(Settings, frozen=True):
+    """The whole file."""
+
+    board: Literal["tachobot"]
+    description: str
+    buses: dict[str, BusSettings]
+    imu: ImuSettings
+    thrust_pairs: ThrustPairsSettings
+    esc: EscSettings
+    controller: ControllerSettings
+    world: WorldSettings
+    executive: ExecutiveSettings = ExecutiveSettings()
+    overruns: dict[str, ModelPolicy] = {}
+    deadlines: tuple[PathDeadlineSettings, ...] = ()
+
+    @property
+    def pair_thrust_n(self) -> float:
+        """What the thrust pairs take the full force of a pair to be, N."""
+        return self.thrust_pairs.pair_thrust_n or self.world.pair_thrust_n

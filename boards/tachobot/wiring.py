@@ -1,0 +1,112 @@
+"""TachoBot's schematic: which chip hangs on which bus, and which wire leads where."""
+
+from collections.abc import Mapping
+
+from boards.tachobot.controller import Controller
+from boards.tachobot.lift import Lift
+from boards.tachobot.settings import TachobotSettings
+from drivers.chips.mpu9250 import Mpu9250
+from drivers.chips.mpu9250_settings import Mpu9250Settings
+from drivers.chips.pca9685 import Pca9685
+from drivers.esc import Esc, EscSettings
+from drivers.gyro_bias import GyroBias
+from drivers.imu import Imu
+from drivers.thrust_pairs import ThrustPairs, ThrustSettings
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.models.motion import Motion
+
+
+class Tachobot(Coupled):
+    """imu -> controller -> thrust_pairs; in mode `free` the esc lifts, then enables the controller.
+
+    Chips are built here and not touched: the models bring them up, one step at a time.
+    """
+
+    def __init__(self, settings: TachobotSettings, buses: Mapping[str, I2cBus]) -> None:
+        super().__init__("tachobot")
+        thrust, esc, imu = settings.thrust_pairs, settings.esc, settings.imu
+        self.thrust_chip = Pca9685(buses[thrust.bus], thrust.address, osc_hz=thrust.osc_hz)
+        self.esc_chip = Pca9685(buses[esc.bus], esc.address, osc_hz=esc.osc_hz)
+        self.imu_chip = Mpu9250(buses[imu.bus], imu.address, chip_settings(settings))
+
+        self.yaw_reference = self.in_port("yaw_reference", float)
+        self.thrust_pairs = self.add(
+            ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings))
+        )
+        self.esc = self.add(Esc("esc", self.esc_chip, esc_settings(settings)))
+        self.imu = self.add(
+            Imu("imu", self.imu_chip, control_period(settings), gyro_bias(settings))
+        )
+        self.controller = self.add(
+            Controller("controller", settings.controller, settings.pair_thrust_n)
+        )
+
+        self.couple(self.imu.sample, self.controller.sample)
+        self.couple(self.controller.forces, self.thrust_pairs.forces)
+        self.couple(self.yaw_reference, self.controller.yaw_reference)
+        if settings.controller.mode == "free":
+            self._add_lift(esc.throttle)
+
+    def _add_lift(self, throttle: float) -> None:
+        """Arm the central propeller at the start; control begins once it is armed and lifts."""
+        self.x_position = self.in_port("x_position", Motion)
+        self.y_position = self.in_port("y_position", Motion)
+        lift = self.add(Lift("lift", throttle))
+
+        self.couple(lift.arm, self.esc.arm)
+        self.couple(self.esc.armed_out, lift.armed)
+        self.couple(lift.throttle_out, self.esc.throttle)
+        self.couple(self.esc.armed_out, self.controller.enable)
+        self.couple(self.x_position, self.controller.x_position)
+        self.couple(self.y_position, self.controller.y_position)
+
+
+def control_period(settings: TachobotSettings) -> int:
+    """Ns from one tick of the controller to the next: the IMU's period drives everything."""
+    return seconds(settings.controller.period_s)
+
+
+def chip_settings(settings: TachobotSettings) -> Mpu9250Settings:
+    """The IMU's registers as the board file wants them."""
+    imu = settings.imu
+    return Mpu9250Settings(
+        sample_hz=imu.sample_hz,
+        bandwidth_hz=imu.bandwidth_hz,
+        accel_range_g=imu.accel_range_g,
+        gyro_range_dps=imu.gyro_range_dps,
+        mounting=imu.mounting,
+        also_accept=imu.also_accept,
+    )
+
+
+def gyro_bias(settings: TachobotSettings) -> GyroBias:
+    """How the gyro's bias is measured before control begins."""
+    imu = settings.imu
+    samples = max(2, round(imu.calibration_s / settings.controller.period_s))
+    return GyroBias(samples, max_spread=imu.still_rad_s, max_bias=imu.max_bias_rad_s)
+
+
+def thrust_settings(settings: TachobotSettings) -> ThrustSettings:
+    """What the thrust pairs need to know."""
+    thrust = settings.thrust_pairs
+    return ThrustSettings(
+        pair_thrust_n=settings.pair_thrust_n,
+        frequency_hz=thrust.frequency_hz,
+        slew_per_s=thrust.slew_per_s,
+        timeout=seconds(thrust.timeout_s),
+        first_channel=thrust.first_channel,
+    )
+
+
+def esc_settings(settings: TachobotSettings) -> EscSettings:
+    """What the speed controller's model needs to know."""
+    esc = settings.esc
+    return EscSettings(
+        channel=esc.channel,
+        frequency_hz=esc.frequency_hz,
+        low_pulse_us=esc.low_pulse_us,
+        high_pulse_us=esc.high_pulse_us,
+        arming=seconds(esc.arming_s),
+    )

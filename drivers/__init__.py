@@ -1,0 +1,1 @@
+"""Hardware atomic models, which know DEVS and no register; `chips` knows registers and no DEVS."""

@@ -1,0 +1,138 @@
+"""The one burst a sample costs on an MPU-9250, and its way from bytes to SI units in body axes.
+
+Registers 0x3A to 0x50, 23 bytes: INT_STATUS, acceleration, temperature and rate (big-endian), then
+what the auxiliary master last fetched from the AK8963: ST1, field (little-endian), ST2. Without
+magnetometer the burst ends after the rate: 15 bytes.
+"""
+
+import struct
+from typing import Final, NamedTuple
+
+from drivers.chips.ak8963 import BITM, DRDY, HOFL, MEASUREMENT
+from drivers.chips.mounting import Mounting, Vector
+from firmware_runtime.hal.errors import NotReady
+from firmware_runtime.hal.i2c import Message
+
+INT_STATUS: Final = 0x3A
+RAW_DATA_RDY: Final = 0x01
+STANDARD_GRAVITY: Final = 9.80665
+COUNTS_FULL_SCALE: Final = 32768
+TEMPERATURE_COUNTS_PER_C: Final = 333.87
+TEMPERATURE_AT_ZERO_C: Final = 21.0
+
+MAGNETOMETER_AXES: Final = Mounting((1, 0, 2), (1, 1, -1))
+"""The AK8963 sits turned in the package: x and y are swapped, z points down."""
+
+_INERTIAL: Final = struct.Struct(">B7h")
+_FIELD_AT: Final = _INERTIAL.size
+_SILENCE: Final = (bytes(_FIELD_AT - 1), b"\xff" * (_FIELD_AT - 1))
+_UNFETCHED: Final = bytes(MEASUREMENT.size)
+
+SIX_AXES: Final[tuple[Message, ...]] = (bytes((INT_STATUS,)), _FIELD_AT)
+NINE_AXES: Final[tuple[Message, ...]] = (bytes((INT_STATUS,)), _FIELD_AT + MEASUREMENT.size)
+
+
+class InertialSample(NamedTuple):
+    """One sample in body axes: specific force in m/s2, rate in rad/s, field in T.
+
+    `field` is None when there is no new measurement, none that is valid, or no magnetometer;
+    `field_overflow` says that the field was beyond the sensor's range.
+    """
+
+    acceleration: Vector
+    rate: Vector
+    field: Vector | None
+    temperature_c: float
+    field_overflow: bool
+
+
+class FieldDecoder:
+    """Turns the AK8963's part of a burst into tesla in body axes.
+
+    `sensitivity` is in tesla per count of the AK8963's own axes. `repeats` counts measurements in a
+    row of which not one bit changed: the MPU-9250 keeps what it fetched last when the AK8963 stops
+    answering. A living one is never that quiet, a model of a field without noise is.
+    """
+
+    def __init__(self, place: str, mounting: Mounting, sensitivity: Vector) -> None:
+        magnetometer = mounting.of(MAGNETOMETER_AXES)
+        self.repeats = 0
+        self._place = place
+        self._axes = magnetometer.axes
+        self._factors = magnetometer.factors(sensitivity)
+        self._last = b""
+
+    def decode(self, measurement: bytes) -> tuple[Vector | None, bool]:
+        """Give the field, None if there is no new one, and whether it overflowed.
+
+        Raises NotReady if all is zero: ST2 echoes 16 bits as long as the AK8963 measures as brought
+        up, so it or the whole chip was reset, and then ranges and axes are not what we set either.
+        """
+        if measurement == self._last:
+            self.repeats += 1
+        else:
+            self.repeats = 0
+            self._last = measurement
+        st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
+        if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
+            field = (hx, hy, hz)
+            i, j, k = self._axes
+            x, y, z = self._factors
+            return (field[i] * x, field[j] * y, field[k] * z), False
+        if measurement == _UNFETCHED:
+            raise NotReady(
+                f"{self._place}: the auxiliary master's data are all zero, expected ST2 "
+                f"{BITM:02x}; the chip was reset since bring-up"
+            )
+        return None, bool(st1 & DRDY and st2 & HOFL)
+
+
+class BurstDecoder:
+    """Turns bursts into samples; built once a bring-up, with all factors multiplied out.
+
+    `acceleration_range` is full scale in m/s2, `rate_range` in rad/s. Without `field`, samples
+    have none and bursts are the shorter ones; `messages` is the transaction to decode.
+    """
+
+    def __init__(
+        self,
+        place: str,
+        mounting: Mounting,
+        *,
+        acceleration_range: float,
+        rate_range: float,
+        field: FieldDecoder | None,
+    ) -> None:
+        self.messages = SIX_AXES if field is None else NINE_AXES
+        self.field = field
+        self._place = place
+        self._axes = mounting.axes
+        self._acceleration = mounting.factors((acceleration_range / COUNTS_FULL_SCALE,) * 3)
+        self._rate = mounting.factors((rate_range / COUNTS_FULL_SCALE,) * 3)
+
+    def decode(self, burst: bytes) -> InertialSample:
+        """Turn one burst into a sample.
+
+        Raises NotReady if there is none since the burst before, or none at all.
+        """
+        status, ax, ay, az, temperature, gx, gy, gz = _INERTIAL.unpack_from(burst)
+        if burst[1:_FIELD_AT] in _SILENCE:
+            raise NotReady(
+                f"{self._place}: acceleration, temperature and rate all read {burst[1]:02x}, "
+                "expected a sample; the chip is absent or was reset"
+            )
+        if not status & RAW_DATA_RDY:
+            raise NotReady(f"{self._place}: INT_STATUS reads {status:02x}, expected a new sample")
+        field, overflow = None, False
+        if self.field is not None:
+            field, overflow = self.field.decode(burst[_FIELD_AT:])
+        acceleration, rate = (ax, ay, az), (gx, gy, gz)
+        i, j, k = self._axes
+        (px, py, pz), (qx, qy, qz) = self._acceleration, self._rate
+        return InertialSample(
+            (acceleration[i] * px, acceleration[j] * py, acceleration[k] * pz),
+            (rate[i] * qx, rate[j] * qy, rate[k] * qz),
+            field,
+            temperature / TEMPERATURE_COUNTS_PER_C + TEMPERATURE_AT_ZERO_C,
+            overflow,
+        )

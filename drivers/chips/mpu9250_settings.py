@@ -1,0 +1,75 @@
+"""What a user may set on an MPU-9250, and the five registers 0x19 to 0x1D that hold it."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from drivers.chips.ak8963 import MEASUREMENT_HZ
+from drivers.chips.mounting import parse_mounting
+from drivers.chips.setting import SettingError
+
+INTERNAL_HZ: Final = 1000
+GYRO_RANGES_DPS: Final = (250, 500, 1000, 2000)
+ACCEL_RANGES_G: Final = (2, 4, 8, 16)
+BANDWIDTHS_HZ: Final = (184, 92, 41, 20, 10, 5)
+"""Gyroscope bandwidths of DLPF_CFG 1 to 6, the settings at which the chip samples at 1 kHz / n."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mpu9250Settings:
+    """Sample rate, filter, ranges and mounting; any of them may be wrong until `faults` was asked.
+
+    The rate wants a margin over the reader's: the chip's clock and the PC's drift, and a reader as
+    fast as the chip meets a moment without a new sample now and then. `bandwidth_hz` is the
+    gyroscope's; the accelerometer gets the same filter setting, 44.8 Hz where the gyroscope has 41.
+    """
+
+    sample_hz: int = 200
+    bandwidth_hz: int = 41
+    accel_range_g: int = 4
+    gyro_range_dps: int = 500
+    mounting: str = "+x +y +z"
+    """Sensor axes along body x, y and z: see `drivers.chips.mounting`."""
+    also_accept: tuple[int, ...] = ()
+    """WHO_AM_I values the user vouches for, beside the known ones."""
+
+    def faults(self) -> tuple[str, ...]:
+        """List every setting the chip cannot have, a sentence each."""
+        faults = [
+            f"{name}: {value}, expected one of {', '.join(map(str, choices))}"
+            for name, value, choices in (
+                ("bandwidth_hz", self.bandwidth_hz, BANDWIDTHS_HZ),
+                ("accel_range_g", self.accel_range_g, ACCEL_RANGES_G),
+                ("gyro_range_dps", self.gyro_range_dps, GYRO_RANGES_DPS),
+            )
+            if value not in choices
+        ]
+        if not 4 <= self.sample_hz <= INTERNAL_HZ or INTERNAL_HZ % self.sample_hz:
+            faults.append(f"sample_hz: {self.sample_hz}, expected a divisor of 1000 from 4 to 1000")
+        try:
+            parse_mounting(self.mounting)
+        except SettingError as error:
+            faults.append(str(error))
+        return tuple(faults)
+
+    def registers(self) -> bytes:
+        """Contents of SMPLRT_DIV, CONFIG, GYRO_CONFIG, ACCEL_CONFIG and ACCEL_CONFIG2."""
+        dlpf = 1 + BANDWIDTHS_HZ.index(self.bandwidth_hz)
+        return bytes(
+            (
+                INTERNAL_HZ // self.sample_hz - 1,
+                dlpf,
+                GYRO_RANGES_DPS.index(self.gyro_range_dps) << 3,
+                ACCEL_RANGES_G.index(self.accel_range_g) << 3,
+                dlpf,
+            )
+        )
+
+    def samples_a_fetch(self) -> int:
+        """Count the samples from one fetch of the magnetometer to the next; 32 at most.
+
+        As few as keep fetches at or below its 100 measurements a second. A faster master would find
+        DRDY cleared by its own fetch just before, and a new measurement would look old to a reader
+        that comes after that.
+        """
+        return math.ceil(self.sample_hz / MEASUREMENT_HZ)

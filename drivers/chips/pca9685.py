@@ -1,0 +1,262 @@
+"""NXP PCA9685, 16 PWM outputs of 12 bits with one common frequency (data sheet rev. 4).
+
+The driver turns duties into one burst, brings the chip up from any state with its outputs off, and
+stops all outputs with three bytes. It answers for coherent updates (OCH = 0: the outputs of a burst
+change together, at the end of the PWM cycle in which its STOP came), for the rate and for leaving
+the ALLCALL address 0x70 to others.
+
+It does not answer for what happens when nobody calls it: the chip has no watchdog and keeps the
+last duties for ever. The OE pin, external clock and sub-addresses are not used. A chip whose
+external clock was latched on (EXTCLK) is refused: nothing but a reset clears it.
+"""
+
+import math
+import struct
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Final
+
+from drivers.chips.setting import SettingError
+from drivers.chips.step import Step
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.i2c import GENERAL_CALL, I2cBus, Message
+
+CHANNELS: Final = 16
+COUNTS: Final = 4096
+NOMINAL_OSC_HZ: Final = 25e6
+
+MODE1: Final = 0x00
+MODE2: Final = 0x01
+LED0_ON_L: Final = 0x06
+ALL_LED_OFF_H: Final = 0xFD
+PRE_SCALE: Final = 0xFE
+
+RESTART: Final = 0x80
+EXTCLK: Final = 0x40
+AI: Final = 0x20
+SLEEP: Final = 0x10
+OUTDRV: Final = 0x04
+FULL: Final = 0x10
+"""Bit 4 of an ON_H or OFF_H register: always on, or always off; off wins."""
+SWRST: Final = 0x06
+
+OSCILLATOR_START_NS: Final = 500_000
+LONGEST_CYCLE_NS: Final = 46_200_000
+"""One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
+
+_FULL_WORD: Final = FULL << 8
+_BURSTS: Final = tuple(struct.Struct(f"<B{2 * channels}H") for channels in range(CHANNELS + 1))
+
+
+def prescale_for(frequency_hz: float, osc_hz: float = NOMINAL_OSC_HZ) -> int:
+    """Give the PRE_SCALE value whose PWM frequency is nearest; refuse what the chip cannot do.
+
+    Data sheet 7.3.5: round(osc / (4096 f)) - 1, from 3 to 255, so 24 Hz to 1526 Hz.
+    """
+    if not 20e6 <= osc_hz <= 30e6:
+        raise SettingError(f"PCA9685 oscillator: osc_hz is {osc_hz}, expected 20e6 to 30e6")
+    if not 24 <= frequency_hz <= 1526:
+        raise SettingError(f"PCA9685 frequency: {frequency_hz} Hz, expected 24 to 1526 Hz")
+    prescale = round(osc_hz / (COUNTS * frequency_hz)) - 1
+    if not 3 <= prescale <= 255:
+        slowest, fastest = actual_frequency_hz(255, osc_hz), actual_frequency_hz(3, osc_hz)
+        raise SettingError(
+            f"PCA9685 frequency: {frequency_hz} Hz, expected {slowest:.1f} to {fastest:.1f} Hz "
+            f"from an oscillator of {osc_hz:.0f} Hz"
+        )
+    return prescale
+
+
+def actual_frequency_hz(prescale: int, osc_hz: float = NOMINAL_OSC_HZ) -> float:
+    """PWM frequency that a PRE_SCALE value gives."""
+    return osc_hz / (COUNTS * (prescale + 1))
+
+
+def common_prescale(wanted_hz: Mapping[str, float], osc_hz: float = NOMINAL_OSC_HZ) -> int:
+    """Give the one PRE_SCALE value that serves everything wired to a chip; refuse two rates."""
+    prescales = {who: prescale_for(frequency, osc_hz) for who, frequency in wanted_hz.items()}
+    if len(set(prescales.values())) != 1:
+        rates = ", ".join(f"{who} wants {frequency} Hz" for who, frequency in wanted_hz.items())
+        raise SettingError(f"PCA9685 frequency: one chip has one rate, but {rates or 'none asks'}")
+    return next(iter(prescales.values()))
+
+
+def duty_burst(channels: int) -> tuple[Message, ...]:
+    """Transaction of `set_duties` for so many channels, for the bus-time budget."""
+    return (bytes(_BURSTS[channels].size),)
+
+
+def software_reset(bus: I2cBus) -> None:
+    """Bring every PCA9685 of the bus to its power-up state: asleep, all outputs off.
+
+    The only cure for a latched EXTCLK short of power. A general call: other chips may listen too.
+    """
+    bus.write(GENERAL_CALL, bytes((SWRST,)))
+
+
+class Pca9685:
+    """One PCA9685. `frequency_hz` is the true PWM frequency by `osc_hz`, 0 before it runs.
+
+    Duties are shares of a cycle, 0 to 1. `osc_hz` is the oscillator as measured on this board (the
+    part is good to some 5 %). `staggered` switches channel n on at count 256 n instead of 0, which
+    spreads inrush and changes neither bytes nor duties; but pulses then straddle the cycle's end,
+    so one pulse may mix old and new duty when they change.
+    """
+
+    def __init__(
+        self,
+        bus: I2cBus,
+        address: int = 0x40,
+        *,
+        osc_hz: float = NOMINAL_OSC_HZ,
+        staggered: bool = False,
+    ) -> None:
+        self.address = address
+        self.place = f"PCA9685 at 0x{address:02x} on {bus.name}"
+        self.frequency_hz = 0.0
+        self._bus = bus
+        self._osc_hz = osc_hz
+        self._on_step = COUNTS // CHANNELS if staggered else 0
+        self._prescale = 0
+        self._running = False
+
+    # Bring-up -----------------------------------------------------------------------------------
+
+    def bring_up(self, frequency_hz: float) -> tuple[Step, ...]:
+        """Give the steps from any state to running at that rate with all outputs off.
+
+        The first, `silence`, must come before any traffic to 0x70 on this bus. A chip left running
+        is stopped at the end of its PWM cycle, not within a pulse, and nothing of it comes back.
+        Raises SettingError at once; the steps raise NoAcknowledge, WrongDevice or NotReady.
+        """
+        prescale = prescale_for(frequency_hz, self._osc_hz)
+        return (
+            Step("silence", self.silence, LONGEST_CYCLE_NS),
+            Step("identify", self.identify, 0),
+            Step("sleep", partial(self._write, MODE1, AI | SLEEP), 0),
+            Step("set rate", partial(self._set_rate, prescale), 0),
+            Step("set outputs", partial(self._write, MODE2, OUTDRV), 0),
+            Step("wake", partial(self._write, MODE1, AI), OSCILLATOR_START_NS),
+            Step("verify", self.verify, 0),
+        )
+
+    def change_frequency(self, frequency_hz: float) -> tuple[Step, ...]:
+        """Give the steps to another rate with the same duties; outputs pause for a cycle or two.
+
+        RESTART brings the outputs back: the chip sets it when it falls asleep while they run.
+        """
+        prescale = prescale_for(frequency_hz, self._osc_hz)
+        cycle_ns = math.ceil(1.1e9 / self.frequency_hz) if self._running else LONGEST_CYCLE_NS
+        return (
+            Step("sleep", partial(self._write, MODE1, AI | SLEEP), cycle_ns),
+            Step("set rate", partial(self._set_rate, prescale), 0),
+            Step("wake", partial(self._write, MODE1, AI), OSCILLATOR_START_NS),
+            Step("restart", self._restart, 0),
+            Step("verify", self.verify, 0),
+        )
+
+    def silence(self) -> None:
+        """Leave the ALLCALL address and turn all outputs off, in one transaction of 59 bits.
+
+        A sleeping chip wakes by it; its oscillator is not up before the outputs are off.
+        Raises NoAcknowledge if nothing answers.
+        """
+        self._running = False
+        messages = (bytes((MODE1, AI)), bytes((ALL_LED_OFF_H, FULL)))
+        try:
+            self._bus.transaction(self.address, messages)
+        except NoAcknowledge as error:
+            raise NoAcknowledge(f"{self.place}: no answer, expected a PCA9685") from error
+
+    def identify(self) -> None:
+        """Check that this can be a PCA9685 at all: it has no identity register.
+
+        After `silence`, MODE1 must read as written, and MODE2 and the four address registers must
+        have their fixed zeros. Raises WrongDevice, or NotReady if EXTCLK is latched.
+        """
+        found = self._bus.write_read(self.address, bytes((MODE1,)), 6)
+        mode1, mode2, *addresses = found
+        fixed_zeros = mode2 & 0xE0 == 0 and not any(address & 1 for address in addresses)
+        if mode1 & ~(RESTART | EXTCLK) != AI or not fixed_zeros:
+            raise WrongDevice(
+                f"{self.place}: registers 0 to 5 read {found.hex(' ')}, expected MODE1 20, MODE2 "
+                "below 20 and four even address registers; another device answers here"
+            )
+        if mode1 & EXTCLK:
+            raise NotReady(
+                f"{self.place}: MODE1 reads {mode1:02x}, EXTCLK is latched and no PWM can run; "
+                "expected 20; switch its power off and on, or send a software reset"
+            )
+
+    def verify(self) -> None:
+        """Check that the chip still is as brought up; two transactions, 88 bits.
+
+        Raises NotReady if it is not: after a brown-out it is asleep with all outputs off, and takes
+        a burst of duties into one register.
+        """
+        found = self._bus.write_read(self.address, bytes((MODE1,)), 2)
+        found += self._bus.write_read(self.address, bytes((PRE_SCALE,)), 1)
+        expected = bytes((AI, OUTDRV, self._prescale))
+        self._running = found == expected
+        if not self._running:
+            raise NotReady(
+                f"{self.place}: MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
+                f"{expected.hex(' ')}; it was reset or written to by another program"
+            )
+
+    # Outputs ------------------------------------------------------------------------------------
+
+    def set_duties(self, first_channel: int, duties: Sequence[float]) -> tuple[float, ...]:
+        """Set neighbouring channels in one burst; return the duties really set, in 4096ths.
+
+        0 is full-off and 1 full-on, without a pulse. Eight channels: 34 bytes, 0.77 ms at 400 kHz.
+        Raises ValueError for a duty outside 0 to 1 or a channel that is not there, NotReady before
+        bring-up; nothing was sent then.
+        """
+        if not self._running:
+            raise NotReady(f"{self.place}: duties before bring-up, expected it brought up first")
+        if not 0 <= first_channel < first_channel + len(duties) <= CHANNELS:
+            raise ValueError(
+                f"{self.place}: {len(duties)} duties from channel {first_channel}, "
+                f"expected them within 0 to {CHANNELS - 1}"
+            )
+        words: list[int] = []
+        written: list[float] = []
+        on = first_channel * self._on_step
+        for duty in duties:
+            if not 0.0 <= duty <= 1.0:
+                raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
+            counts = int(duty * COUNTS + 0.5)
+            if counts == 0:
+                words += (0, _FULL_WORD)
+            elif counts == COUNTS:
+                words += (_FULL_WORD, 0)
+            else:
+                words += (on, (on + counts) % COUNTS)
+            written.append(counts / COUNTS)
+            on += self._on_step
+        burst = _BURSTS[len(written)].pack(LED0_ON_L + 4 * first_channel, *words)
+        self._bus.transaction(self.address, (burst,))
+        return tuple(written)
+
+    def stop_all(self) -> None:
+        """Turn all 16 outputs off; three bytes, 72.5 us at 400 kHz, right in any state of the chip.
+
+        It overwrites the high bits of every off count: afterwards set each channel anew.
+        """
+        self._write(ALL_LED_OFF_H, FULL)
+
+    # Registers ----------------------------------------------------------------------------------
+
+    def _write(self, register: int, value: int) -> None:
+        self._bus.write(self.address, bytes((register, value)))
+
+    def _set_rate(self, prescale: int) -> None:
+        self._write(PRE_SCALE, prescale)
+        self._prescale = prescale
+        self.frequency_hz = actual_frequency_hz(prescale, self._osc_hz)
+
+    def _restart(self) -> None:
+        mode1 = self._bus.write_read(self.address, bytes((MODE1,)), 1)[0]
+        if mode1 & RESTART:
+            self._write(MODE1, AI | RESTART)

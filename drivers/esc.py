@@ -1,0 +1,172 @@
+"""The electronic speed controller of the central propeller, on one channel of a PCA9685.
+
+An ESC takes pulses of about 1000 to 2000 us and refuses to turn until it has seen the low one for
+some seconds. Full-off is "no signal": the ESC stops by itself and must be armed anew.
+"""
+
+import math
+from dataclasses import dataclass
+
+from drivers.bring_up import RETRY_AFTER, BringUp
+from drivers.chips.pca9685 import Pca9685
+from drivers.fault import Fault
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.hal.errors import HalError
+
+STOP_AGAIN_AFTER = 10_000_000
+"""Ns until a stop that nobody acknowledged is written again."""
+
+
+@dataclass(frozen=True, slots=True)
+class EscSettings:
+    """Pulses and arming of one ESC."""
+
+    channel: int
+    frequency_hz: float
+    """Pulse rate; it is the whole chip's."""
+    low_pulse_us: float
+    """Pulse that arms and stands for throttle 0."""
+    high_pulse_us: float
+    """Pulse of throttle 1."""
+    arming: int
+    """Ns the low pulse is held before throttle is obeyed."""
+
+
+class Esc(Atomic):
+    """Obeys `throttle` (0 to 1) once armed; `armed` tells when it is and when it no longer is.
+
+    bring_up (the steps' waits) --> off;  a step failed --fault!--> bring_up (RETRY_AFTER)
+    off --arm? true--> arming (settings.arming) --armed! true--> armed --throttle?--> armed
+    arming, armed --arm? false--> reporting (0) --armed! false--> off
+    arming, armed, chip silent or throttle not a number --> reporting --armed! false, fault!--> off
+    reporting, not stopped yet --> stopping (STOP_AGAIN_AFTER) --> reporting
+
+    An `arm` that comes during the bring-up is kept until it is done.
+    """
+
+    def __init__(self, name: str, chip: Pca9685, settings: EscSettings) -> None:
+        super().__init__(name)
+        self.arm = self.in_port("arm", bool)
+        self.throttle = self.in_port("throttle", float)
+        self.armed_out = self.out_port("armed", bool)
+        self.fault_out = self.out_port("fault", Fault)
+        self.chip = chip
+        self.settings = settings
+        self.fault: Fault | None = None
+        self.consecutive_faults = 0
+        self.wants_armed = False
+        self.is_stopped = True
+        self._bring_up = BringUp(lambda: chip.bring_up(settings.frequency_hz))
+
+    def initialize(self) -> None:
+        """Begin the chip's bring-up at once."""
+        self._bring_up.restart()
+        self.activate("bring_up")
+
+    def output(self) -> None:
+        """Tell what changed: armed after arming, disarmed and why when reporting."""
+        if self.phase == "arming":
+            self.armed_out.send(True)
+        elif self.phase == "reporting":
+            self.armed_out.send(False)
+        if self.fault is not None:
+            self.fault_out.send(self.fault)
+
+    def internal(self) -> None:
+        """Go on with the bring-up, or with arming."""
+        self.fault = None
+        if self.phase == "bring_up":
+            self._continue_bring_up()
+        elif self.phase == "bring_up_failed":
+            self.hold_in("bring_up", RETRY_AFTER)
+        elif self.phase == "arming":
+            self.consecutive_faults = 0
+            self.passivate("armed")
+        elif self.phase == "stopping":
+            self._stop()
+        elif self.is_stopped:
+            self.passivate("off")
+        else:
+            self.hold_in("stopping", STOP_AGAIN_AFTER)
+
+    def external(self, elapsed: int) -> None:
+        """Arm or disarm; set the throttle if armed."""
+        if self.arm:
+            self.wants_armed = self.arm[-1]
+        if self.phase.startswith("bring_up"):
+            self.continue_(elapsed)
+        elif self.wants_armed and self.phase == "off":
+            self._begin_arming()
+        elif not self.wants_armed and self.phase in {"arming", "armed"}:
+            self._stop()
+        elif self.throttle and self.phase == "armed":
+            self._obey(self.throttle[-1])
+        else:
+            self.continue_(elapsed)
+
+    def exit(self) -> None:
+        """Leave all sixteen channels full-off."""
+        self.chip.stop_all()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _continue_bring_up(self) -> None:
+        try:
+            wait = self._bring_up.take()
+        except HalError as error:
+            self._note(error)
+            self.activate("bring_up_failed")
+            return
+        if wait is not None:
+            self.hold_in("bring_up", wait)
+        elif self.wants_armed:
+            self._begin_arming()
+        else:
+            self.passivate("off")
+
+    def _begin_arming(self) -> None:
+        try:
+            self._set_throttle(0.0)
+        except HalError as error:
+            self._fail(error)
+        else:
+            self.hold_in("arming", self.settings.arming)
+
+    def _obey(self, throttle: float) -> None:
+        if not math.isfinite(throttle):
+            self._fail(HalError(f"{self.path}: throttle {throttle}, expected a number from 0 to 1"))
+            return
+        try:
+            self._set_throttle(max(0.0, min(1.0, throttle)))
+        except HalError as error:
+            self._fail(error)
+        else:
+            self.passivate("armed")
+
+    def _set_throttle(self, throttle: float) -> None:
+        low, high = self.settings.low_pulse_us, self.settings.high_pulse_us
+        pulse_us = low + throttle * (high - low)
+        duty = pulse_us * 1e-6 * self.chip.frequency_hz
+        self.is_stopped = False
+        self.chip.set_duties(self.settings.channel, (duty,))
+
+    def _stop(self) -> None:
+        """Low pulse first, then no signal at all."""
+        self.wants_armed = False
+        try:
+            self._set_throttle(0.0)
+            self.chip.stop_all()
+        except HalError as error:
+            self.is_stopped = False
+            self._note(error)
+        else:
+            self.is_stopped = True
+        self.activate("reporting")
+
+    def _fail(self, error: HalError) -> None:
+        self._stop()
+        self._note(error)
+
+    def _note(self, error: HalError) -> None:
+        self.consecutive_faults += 1
+        self.fault = Fault.of(error, self.consecutive_faults)

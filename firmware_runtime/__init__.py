@@ -1,0 +1,1 @@
+"""Runs DEVS models as the firmware of a robot: formalism, executive, hardware words, telemetry."""

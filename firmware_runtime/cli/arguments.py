@@ -1,0 +1,32 @@
+"""Arguments that several verbs share."""
+
+import argparse
+from collections.abc import Callable
+from typing import TypeAlias
+
+SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Execute: TypeAlias = Callable[[argparse.Namespace], int]
+
+
+def add_verb(
+    verbs: SubParsers, name: str, summary: str, execute: Execute
+) -> argparse.ArgumentParser:
+    """Add a verb whose one-line summary is also its description."""
+    verb = verbs.add_parser(name, help=summary, description=summary)
+    verb.set_defaults(execute=execute)
+    return verb
+
+
+def add_board(verb: argparse.ArgumentParser) -> None:
+    """Add BOARD and --set."""
+    verb.add_argument(
+        "board", metavar="BOARD", help="a board's name, or the path of a board.toml or its folder"
+    )
+    verb.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="assignments",
+        help="override one number of board.toml, such as controller.yaw.kp=0.8; may be repeated",
+    )

@@ -1,0 +1,20 @@
+"""`firmware-runtime boards`: which robots come with the project."""
+
+import argparse
+
+import boards.registry
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.status import Status
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    add_verb(verbs, "boards", "List the boards that come with the project.", execute)
+
+
+def execute(_arguments: argparse.Namespace) -> int:
+    """Print each board's name, description and file."""
+    for name in boards.registry.names():
+        board = boards.registry.load(name)
+        print(f"{board.name:12} {board.settings.description}\n{'':12} {board.source}")
+    return Status.OK

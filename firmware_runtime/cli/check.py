@@ -1,0 +1,26 @@
+"""`firmware-runtime check BOARD`: read a board, add up its bus time, touch nothing."""
+
+import argparse
+
+import boards.registry
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.status import Status
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Check a board's settings and bus load; list every fault found."
+    add_board(add_verb(verbs, "check", summary, execute))
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print what the board asks of its buses; BoardError lists the faults if there are any."""
+    board = boards.registry.load(arguments.board, arguments.assignments)
+    print(f"{board.name}: {board.source} is sound")
+    for load in board.loads.values():
+        print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz")
+        for each in load.transactions:
+            print(f"    {each.what} every {each.period_ns / 1e6:g} ms")
+    for warning in board.warnings:
+        print(f"  warning: {warning}")
+    return Status.OK

@@ -1,0 +1,19 @@
+"""Exit statuses of the command, the same for every verb."""
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """What the shell sees."""
+
+    OK = 0
+    MODEL_ERROR = 1
+    """A model failed or an overrun policy stopped the run; outputs are off."""
+    BAD_INPUT = 2
+    """The command line, a board file or a statistics file is not usable; nothing was touched."""
+    NO_DEVICE = 3
+    """A bus or chip is missing; nothing was actuated."""
+    NOT_SAFE = 4
+    """The run ended, but some outputs could not be switched off."""
+    INTERRUPTED = 130
+    TERMINATED = 143

@@ -1,0 +1,1 @@
+"""The formalism: Parallel and classic DEVS. No clock, no I/O, no threads."""

@@ -1,0 +1,58 @@
+"""A model's functions as the simulator calls them, bound once, before the run.
+
+An `Instrument` may wrap them: the executive to measure time, the checked mode to watch the laws.
+What is not wrapped costs nothing.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from firmware_runtime.devs.atomic import Atomic
+
+
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """Output, internal, external and confluent; `confluent` None means internal, then external."""
+
+    output: Callable[[], None]
+    internal: Callable[[], None]
+    external: Callable[[int], None]
+    confluent: Callable[[], None] | None
+
+
+Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
+"""Given a model and its functions, the functions to call instead."""
+
+
+def functions_of(atomic: Atomic, instruments: tuple[Instrument, ...]) -> Functions:
+    """Bind the model's functions and let each instrument wrap them, the first one innermost."""
+    functions = Functions(
+        atomic.output,
+        atomic.internal,
+        atomic.external,
+        None if type(atomic).confluent is Atomic.confluent else atomic.confluent,
+    )
+    if type(atomic).time_advance is not Atomic.time_advance:
+        functions = _with_own_time_advance(atomic, functions)
+    for instrument in instruments:
+        functions = instrument(atomic, functions)
+    return functions
+
+
+def _with_own_time_advance(atomic: Atomic, functions: Functions) -> Functions:
+    """For a model that computes its time advance: ask after each transition, keep it in sigma."""
+
+    def internal() -> None:
+        functions.internal()
+        atomic.sigma = atomic.time_advance()
+
+    def external(elapsed: int) -> None:
+        functions.external(elapsed)
+        atomic.sigma = atomic.time_advance()
+
+    def confluent() -> None:
+        atomic.confluent()
+        atomic.sigma = atomic.time_advance()
+
+    return replace(functions, internal=internal, external=external, confluent=confluent)

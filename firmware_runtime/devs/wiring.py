@@ -1,0 +1,73 @@
+"""Closure under coupling: a tree of models becomes a flat list of atomics and direct wires.
+
+Done once, before the run, in time linear in the number of couplings. What is left of the tree are
+names. From each atomic's output port, and from each input port of the root, the couplings are
+followed down (EIC), across (IC) and up (EOC) to the atomic input ports they end in, in order of
+declaration, depth first. An output port of a coupled model is a place a wire leads through, never
+an end; `sources_of` tells who is heard there.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
+
+Ends: TypeAlias = list[InPort[Any]]
+"""The input ports of atomics that a value reaches, in order of delivery."""
+
+
+class Wiring:
+    """The atomics of a model, in order of declaration, and where each port leads."""
+
+    def __init__(self, root: Component) -> None:
+        self.atomics: list[Atomic] = []
+        self._drawn: defaultdict[AnyPort, list[AnyPort]] = defaultdict(list)
+        self._ends: dict[AnyPort, Ends] = {}
+        self._take_in(root)
+
+    def ends(self, port: AnyPort) -> Ends:
+        """Where a value goes that is put into `port`, an output of an atomic or an input."""
+        if isinstance(port, InPort) and isinstance(port.owner, Atomic):
+            return [port]
+        return self._follow(port)
+
+    def _take_in(self, component: Component) -> None:
+        if isinstance(component, Atomic):
+            self.atomics.append(component)
+        elif isinstance(component, Coupled):
+            for source, destination in component.couplings:
+                self._drawn[source].append(destination)
+            for child in component.components.values():
+                self._take_in(child)
+        else:
+            raise CouplingError(f"{component.path}: a component is an Atomic or a Coupled model")
+
+    def _follow(self, port: AnyPort) -> Ends:
+        ends: Ends = []
+        for destination in self._drawn.get(port, ()):
+            if isinstance(destination.owner, Atomic):
+                ends.append(destination)
+            else:
+                ends.extend(self._through(destination))
+        return ends
+
+    def _through(self, port: AnyPort) -> Ends:
+        """The ends behind a coupled model's port, found once however many wires lead through it."""
+        if port not in self._ends:
+            self._ends[port] = self._follow(port)
+        return self._ends[port]
+
+
+def sources_of(port: OutPort[Any]) -> Iterator[OutPort[Any]]:
+    """The output ports of atomics heard at `port`, one for each route that leads there."""
+    if isinstance(port.owner, Coupled):
+        for source, destination in port.owner.couplings:
+            if destination is port and isinstance(source, OutPort):
+                yield from sources_of(source)
+    else:
+        yield port

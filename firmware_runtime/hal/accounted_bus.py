@@ -1,0 +1,89 @@
+"""A bus that counts what it carries and tries again what may pass: the one drivers are given.
+
+It stands between a driver and any other bus, Linux or double, and changes no byte. The executive
+reads its counters before and after a step to say which device the time went to.
+
+Identities that hold whenever no transaction is under way, for the bus and for each address:
+
+- attempts on the wire = `transactions` + `retries`
+- transactions that failed for good = `errors` - `retries`
+"""
+
+import threading
+from collections.abc import Sequence
+
+from firmware_runtime.hal.budget import NANOSECONDS_PER_SECOND, wire_bytes
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.retry import THREE_ATTEMPTS, RetryPolicy
+
+
+class BusCounters:
+    """What went over a bus, or to one address of it, since it was opened; counts only grow.
+
+    `bytes` and `busy_ns` include address bytes and every attempt. A failed attempt ended early, but
+    counts in full, so both are upper bounds once `errors` is not zero. `busy_ns` is computed from
+    bits and bus speed, not measured.
+    """
+
+    def __init__(self) -> None:
+        self.transactions = 0
+        self.bytes = 0
+        self.errors = 0
+        self.retries = 0
+        self.busy_ns = 0
+
+    def count(self, size: int, busy_ns: int) -> None:
+        """Count one attempt."""
+        self.bytes += size
+        self.busy_ns += busy_ns
+
+
+class AccountedBus(I2cBus, BusCounters):
+    """Any bus, with retries and counters, in total (its own attributes) and `by_address`.
+
+    One lock: a transaction with its retries and its counts is one step, whichever thread asks.
+    """
+
+    def __init__(self, bus: I2cBus, bus_hz: int, retry: RetryPolicy = THREE_ATTEMPTS) -> None:
+        super().__init__()
+        self.name = bus.name
+        self.bus_hz = bus_hz
+        self.retry = retry
+        self.by_address: dict[int, BusCounters] = {}
+        self._bus = bus
+        self._lock = threading.Lock()
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Carry out one transaction, again where the policy says so; the last error is raised."""
+        size = wire_bytes(messages)
+        busy_ns = (9 * size + len(messages) + 1) * NANOSECONDS_PER_SECOND // self.bus_hz
+        with self._lock:
+            device = self.by_address.get(address) or self._first_use(address)
+            self.transactions += 1
+            device.transactions += 1
+            attempt = 1
+            while True:
+                self.count(size, busy_ns)
+                device.count(size, busy_ns)
+                try:
+                    return self._bus.transaction(address, messages)
+                except HalError as error:
+                    if self._gives_up(error, attempt, device):
+                        raise
+                attempt += 1
+
+    def close(self) -> None:
+        """Close the bus underneath; the counters stay readable."""
+        self._bus.close()
+
+    def _first_use(self, address: int) -> BusCounters:
+        return self.by_address.setdefault(address, BusCounters())
+
+    def _gives_up(self, error: HalError, attempt: int, device: BusCounters) -> bool:
+        """Count a failed attempt, and the retry if there will be one."""
+        retried = attempt < self.retry.attempts and isinstance(error, self.retry.on)
+        for counters in (self, device):
+            counters.errors += 1
+            counters.retries += retried
+        return not retried

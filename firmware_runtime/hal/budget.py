@@ -1,0 +1,92 @@
+"""What a transaction costs on the wire, and whether a bus can carry what a board asks of it.
+
+A byte takes nine bits (eight and the acknowledge), an address byte stands before every message, and
+START, each repeated START and STOP take one bit each. Clock stretching and the adapter's own pauses
+between bytes are not in it, so the true time is never shorter.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from firmware_runtime.hal.i2c import Message
+
+NANOSECONDS_PER_SECOND: Final = 1_000_000_000
+REFUSED_ABOVE_PERCENT: Final = 80
+WARNED_ABOVE_PERCENT: Final = 50
+
+
+def wire_bytes(messages: Sequence[Message]) -> int:
+    """Bytes of one transaction, the address byte of every message included."""
+    total = len(messages)
+    for message in messages:
+        total += message if isinstance(message, int) else len(message)
+    return total
+
+
+def bits(messages: Sequence[Message]) -> int:
+    """Bit times of one transaction: nine a byte, one for each START, repeated START and STOP."""
+    return 9 * wire_bytes(messages) + len(messages) + 1
+
+
+def transaction_ns(messages: Sequence[Message], bus_hz: int) -> int:
+    """Nanoseconds one transaction holds a bus of that speed, rounded up."""
+    return -(-bits(messages) * NANOSECONDS_PER_SECOND // bus_hz)
+
+
+@dataclass(frozen=True, slots=True)
+class PeriodicTransaction:
+    """A transaction a board repeats for as long as it runs; `what` names it for people."""
+
+    what: str
+    messages: tuple[Message, ...]
+    period_ns: int
+
+
+class BusLoad:
+    """The share of one bus that a board's periodic transactions take.
+
+    More than 80 % is refused: nothing is left for retries. More than 50 % is warned of.
+    """
+
+    def __init__(self, name: str, bus_hz: int, transactions: Sequence[PeriodicTransaction]) -> None:
+        self.name = name
+        self.bus_hz = bus_hz
+        self.transactions = tuple(transactions)
+        # Over the common period every transaction happens a whole number of times: exact integers.
+        self._common_ns = math.lcm(*(each.period_ns for each in self.transactions))
+        self._busy_ns = sum(map(self._busy_in_common, self.transactions))
+
+    @property
+    def utilisation(self) -> float:
+        """Busy time over time, 0 for an idle bus; above 1 the bus cannot carry it at all."""
+        return self._busy_ns / self._common_ns
+
+    def fault(self) -> str | None:
+        """Return the sentence that refuses this load, or None."""
+        if not self._exceeds(REFUSED_ABOVE_PERCENT):
+            return None
+        return self._sentence(f"above {REFUSED_ABOVE_PERCENT} % is refused")
+
+    def warning(self) -> str | None:
+        """Return the sentence that warns of this load, or None; a refused one is not warned of."""
+        if self._exceeds(REFUSED_ABOVE_PERCENT) or not self._exceeds(WARNED_ABOVE_PERCENT):
+            return None
+        return self._sentence(f"above {WARNED_ABOVE_PERCENT} % little is left for retries")
+
+    def _busy_in_common(self, each: PeriodicTransaction) -> int:
+        return transaction_ns(each.messages, self.bus_hz) * (self._common_ns // each.period_ns)
+
+    def _exceeds(self, percent: int) -> bool:
+        return 100 * self._busy_ns > percent * self._common_ns
+
+    def _sentence(self, verdict: str) -> str:
+        shares = ", ".join(
+            f"{each.what} {self._busy_in_common(each) / self._common_ns:.1%}"
+            for each in self.transactions
+        )
+        return (
+            f"{self.name}: {self.utilisation:.1%} of its time at {self.bus_hz} Hz is asked for, "
+            f"{verdict} ({shares})"
+        )

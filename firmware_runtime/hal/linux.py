@@ -1,0 +1,126 @@
+"""Linux reality: an I2C bus as `/dev/i2c-N`, through smbus2 and nothing but its `i2c_rdwr`.
+
+`i2c_rdwr` (ioctl I2C_RDWR) carries the address in every message, so nothing is remembered between
+transactions, takes more than 32 bytes, and sends repeated STARTs. It has two gaps, closed here:
+
+- the kernel does not check whether one of its own drivers holds the address; so the address is
+  claimed by I2C_SLAVE, which does check and sends nothing, before its first transaction;
+- the adapter waits a second for a stuck bus by default; so `open_i2c` sets a shorter timeout.
+
+Every errno is translated once, here, into the errors of `firmware_runtime.hal.errors`. Adapters
+differ: bcm2835 refuses a read that is not the last message, and that arrives as a BusFault.
+Sources: Linux 6.1 drivers/i2c/i2c-dev.c, busses/i2c-bcm2835.c; smbus2 0.6.1.
+"""
+
+import errno
+import threading
+from collections.abc import Sequence
+from fcntl import ioctl
+from pathlib import Path
+from typing import Final
+
+from smbus2 import I2cFunc, SMBus, i2c_msg
+
+from firmware_runtime.hal.errors import AddressInUse, BusAbsent, PortClosed, from_os_error
+from firmware_runtime.hal.i2c import I2cBus, Message
+
+I2C_SLAVE: Final = 0x0703
+I2C_TIMEOUT: Final = 0x0702
+I2C_TIMEOUT_UNIT_MS: Final = 10
+
+
+def open_i2c(name: str, path_or_number: str | int, *, timeout_ms: int = 50) -> "LinuxI2cBus":
+    """Open a bus by its number or by the path of its device node.
+
+    `name` is what errors call it. `timeout_ms`, in whole tens, bounds each transaction on a stuck
+    bus; it is the adapter's, so it holds for every program that uses this bus.
+    Raises BusAbsent if the node is not there, may not be opened, or is no plain I2C bus.
+    """
+    is_number = isinstance(path_or_number, int)
+    path = f"/dev/i2c-{path_or_number}" if is_number else str(path_or_number)
+    port = SMBus()
+    try:
+        port.open(path)
+        _bound_waiting(port, timeout_ms)
+    except OSError as error:
+        port.close()
+        raise BusAbsent(f"{name}: {path} {_what_to_do(error)}") from error
+    return LinuxI2cBus(name, port)
+
+
+class LinuxI2cBus(I2cBus):
+    """A bus of the Linux kernel; one lock, so that no transfer meets a descriptor being closed."""
+
+    def __init__(self, name: str, port: SMBus) -> None:
+        self.name = name
+        self._port = port
+        self._lock = threading.Lock()
+        self._claimed: set[int] = set()
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Carry out one transaction as one I2C_RDWR call; return what was read, in order, joined.
+
+        Raises NoAcknowledge, ArbitrationLost, BusTimeout, BusFault, AddressInUse or PortClosed.
+        """
+        parts = [
+            i2c_msg.read(address, message)
+            if isinstance(message, int)
+            else i2c_msg.write(address, message)
+            for message in messages
+        ]
+        with self._lock:
+            if address not in self._claimed:
+                self._claim(address)
+            try:
+                self._port.i2c_rdwr(*parts)
+            except OSError as error:
+                raise from_os_error(error, self._where(address)) from error
+        reads = zip(parts, messages, strict=True)
+        return b"".join(bytes(part) for part, message in reads if isinstance(message, int))
+
+    def close(self) -> None:
+        """Close the device node, after the transfer under way if there is one."""
+        with self._lock:
+            self._claimed.clear()
+            self._port.close()
+
+    def _claim(self, address: int) -> None:
+        """Make sure the bus is open and no kernel driver holds the address."""
+        descriptor = self._port.fd
+        if descriptor is None:
+            raise PortClosed(f"{self._where(address)}: the bus is closed, expected it open")
+        try:
+            ioctl(descriptor, I2C_SLAVE, address)
+        except OSError as error:
+            if error.errno != errno.EBUSY:
+                raise from_os_error(error, self._where(address)) from error
+            raise AddressInUse(
+                f"{self._where(address)}: a kernel driver holds the address, expected it free; "
+                "unbind the driver or remove its device (delete_device, or its dtoverlay)"
+            ) from error
+        self._claimed.add(address)
+
+    def _where(self, address: int) -> str:
+        return f"{self.name} address 0x{address:02x}"
+
+
+def _bound_waiting(port: SMBus, timeout_ms: int) -> None:
+    """Set the adapter's timeout; it must be one that can do plain transfers at all."""
+    if port.fd is None or not port.funcs & I2cFunc.I2C:
+        raise OSError(errno.EOPNOTSUPP, "no plain I2C transfers")
+    ioctl(port.fd, I2C_TIMEOUT, -(-timeout_ms // I2C_TIMEOUT_UNIT_MS))
+
+
+def _what_to_do(error: OSError) -> str:
+    """Say what is wrong with a device node and what mends it."""
+    if error.errno == errno.ENOENT:
+        found = ", ".join(sorted(map(str, Path("/dev").glob("i2c-*")))) or "none"
+        return (
+            f"does not exist (this machine has {found}); enable the I2C controller, load the "
+            "module i2c-dev, or give the board another bus"
+        )
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return "may not be opened by this user; add the user to the group of the device (i2c)"
+    if error.errno in (errno.ENOTTY, errno.EOPNOTSUPP):
+        return "is not an I2C bus that can do plain transfers; give the board another bus"
+    return f"cannot be opened ({error.strerror}); give the board another bus"

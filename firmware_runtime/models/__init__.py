@@ -1,0 +1,1 @@
+"""Device-free atomic models, for any robot."""

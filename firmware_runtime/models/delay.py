@@ -1,0 +1,51 @@
+"""A pure transport delay as an atomic model: what a network in the loop does to a signal."""
+
+from collections import deque
+from typing import Generic, TypeVar
+
+from firmware_runtime.devs.atomic import Atomic
+
+T = TypeVar("T")
+
+
+class Delay(Atomic, Generic[T]):
+    """Sends every value again `duration` ns after it came, in order; values may overlap.
+
+    passive --in?--> holding (time to the oldest) --out!--> holding | passive
+    """
+
+    def __init__(self, name: str, type_: type[T], duration: int) -> None:
+        super().__init__(name)
+        self.entrance = self.in_port("in", type_)
+        self.delayed = self.out_port("out", type_)
+        self.duration = duration
+        self.held: deque[tuple[int, T]] = deque()
+        self._age = 0
+        """Ns of this model's own time, against which the held values' due times are kept."""
+
+    def output(self) -> None:
+        """Send what is due at this instant."""
+        due = self.held[0][0]
+        for leaves_at, value in self.held:
+            if leaves_at != due:
+                break
+            self.delayed.send(value)
+
+    def internal(self) -> None:
+        """Drop what was sent and wait for the next oldest."""
+        self._age = self.held[0][0]
+        while self.held and self.held[0][0] == self._age:
+            self.held.popleft()
+        self._wait()
+
+    def external(self, elapsed: int) -> None:
+        """Take values in."""
+        self._age += elapsed
+        self.held.extend((self._age + self.duration, value) for value in self.entrance)
+        self._wait()
+
+    def _wait(self) -> None:
+        if self.held:
+            self.hold_in("holding", self.held[0][0] - self._age)
+        else:
+            self.passivate()

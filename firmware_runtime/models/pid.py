@@ -1,0 +1,84 @@
+"""A PID controller as an atomic model.
+
+The derivative acts on the measured rate, not on the error, so a step of the reference gives no
+kick. The integral uses the time that really passed between measurements.
+"""
+
+import math
+from dataclasses import dataclass
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.motion import Motion
+
+
+@dataclass(frozen=True, slots=True)
+class PidGains:
+    """Gains for a coordinate in m or rad and a command in N."""
+
+    kp: float
+    """N per unit of error."""
+    ki: float
+    """N per unit of error and second."""
+    kd: float
+    """N per unit of measured rate."""
+    limit: float
+    """The command is kept within plus and minus this many N."""
+    anti_windup: bool = True
+    """Freeze the integral while the command is at its limit and the error pushes it further."""
+
+
+class Pid(Atomic):
+    """Answers every measurement with a command, at the same instant.
+
+    waiting --measurement?--> commanding (0) --command_n!--> waiting
+
+    A new `reference` takes effect with the next measurement; one that is not finite is ignored.
+    """
+
+    def __init__(self, name: str, gains: PidGains, reference: float) -> None:
+        super().__init__(name)
+        self.measurement = self.in_port("measurement", Motion)
+        self.reference_in = self.in_port("reference", float)
+        self.command = self.out_port("command_n", float)
+        self.gains = gains
+        self.reference = reference
+        self.integral_n = 0.0
+        self.command_n = 0.0
+        self._since_measurement = 0
+        self._has_measured = False
+
+    def output(self) -> None:
+        """Send the command."""
+        self.command.send(self.command_n)
+
+    def internal(self) -> None:
+        """Wait for the next measurement."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Take references and measurements in; the last of each counts."""
+        self._since_measurement += elapsed
+        for reference in self.reference_in:
+            if math.isfinite(reference):
+                self.reference = reference
+        if not self.measurement:
+            self.continue_(elapsed)
+            return
+        seconds = self._since_measurement / SECOND if self._has_measured else 0.0
+        self.command_n = self._answer(self.measurement[-1], seconds)
+        self._since_measurement = 0
+        self._has_measured = True
+        self.activate("commanding")
+
+    def _answer(self, motion: Motion, seconds: float) -> float:
+        """The command in N, `seconds` after the last one; updates the integral."""
+        gains = self.gains
+        error = self.reference - motion.position
+        integral = self.integral_n + gains.ki * error * seconds
+        wanted = gains.kp * error + integral - gains.kd * motion.rate
+        command = max(-gains.limit, min(gains.limit, wanted))
+        winding_up = command != wanted and (wanted - command) * error > 0.0
+        if not (gains.anti_windup and winding_up):
+            self.integral_n = integral
+        return command

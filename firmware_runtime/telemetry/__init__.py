@@ -1,0 +1,1 @@
+"""What a run tells about itself: the statistics file, its writer, and its readers."""

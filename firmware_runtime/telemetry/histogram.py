@@ -1,0 +1,101 @@
+"""A log-linear histogram of nanoseconds in fixed memory: integers only, nothing allocated.
+
+Values below 64 have a bucket each. Above, every power of two is cut into 32 buckets of equal
+width, so a bucket is never wider than 1/32 (3.1 %) of its values. With
+
+    shift = bit length of (value >> 6)       0 below 64, 1 below 128, 2 below 256 ...
+    bucket = 32 * shift + (value >> shift)   value >> shift is 32 to 63 once shift is positive
+
+the buckets follow each other without a gap or an overlap. Values over 2**37 - 1 ns (137 s) fall
+into the last one. The largest value is kept exactly, beside the buckets.
+
+A percentile is the upper edge of the bucket the sample of that rank fell into, but never more than
+the largest sample: it is never too low and at most 3.1 % too high.
+"""
+
+from array import array
+from typing import TypeAlias
+
+Cells: TypeAlias = "memoryview[int]"
+"""Signed 64-bit cells: the format of a view is `q`."""
+
+SUB_BUCKETS = 32
+LARGEST = (1 << 37) - 1
+BUCKETS = 33 * SUB_BUCKETS
+"""Two linear powers (0 to 63) share the first 64; 31 further powers reach `LARGEST`."""
+CELLS = BUCKETS + 1
+"""What a histogram takes in a file: its buckets, then the largest value."""
+
+PERCENTILES = {"p50": 500, "p90": 900, "p99": 990, "p999": 999}
+"""Which percentiles are reported, as a rank in thousandths of the samples."""
+
+
+def bucket_of(value: int) -> int:
+    """The bucket `value` falls into, for values from 0 to `LARGEST`."""
+    shift = (value >> 6).bit_length()
+    return shift * SUB_BUCKETS + (value >> shift)
+
+
+def upper_edge(bucket: int) -> int:
+    """The largest value that falls into `bucket`."""
+    shift = max(bucket // SUB_BUCKETS - 1, 0)
+    return ((bucket - shift * SUB_BUCKETS + 1) << shift) - 1
+
+
+def empty_cells(count: int = CELLS) -> Cells:
+    """Cells in memory of this process, all zero."""
+    return memoryview(array("q", bytes(8 * count)))
+
+
+class Histogram:
+    """A histogram that lives in the `CELLS` cells it is given: in a mapped file, or in memory."""
+
+    __slots__ = ("_cells",)
+
+    def __init__(self, cells: Cells) -> None:
+        self._cells = cells
+
+    def record(self, value: int) -> None:
+        """Count one sample."""
+        cells = self._cells
+        if value > cells[BUCKETS]:
+            cells[BUCKETS] = value
+        if value > LARGEST:
+            value = LARGEST
+        elif value < 0:
+            value = 0  # cannot happen: nothing starts early on a clock that never goes back
+        shift = (value >> 6).bit_length()
+        cells[(shift << 5) + (value >> shift)] += 1
+
+    def merge(self, other: "Histogram") -> None:
+        """Add the samples of another histogram to this one."""
+        cells = self._cells
+        for bucket, samples in enumerate(other._cells[:BUCKETS]):
+            cells[bucket] += samples
+        cells[BUCKETS] = max(cells[BUCKETS], other.largest)
+
+    @property
+    def samples(self) -> int:
+        """How many samples were counted."""
+        return sum(self._cells[:BUCKETS])
+
+    @property
+    def largest(self) -> int:
+        """The largest sample, exactly; 0 if there is none."""
+        return self._cells[BUCKETS]
+
+    def percentile(self, thousandths: int) -> int | None:
+        """The least edge that at least so many thousandths of the samples do not pass."""
+        rank = max(-(-self.samples * thousandths // 1000), 1)
+        counted = 0
+        for bucket, samples in enumerate(self._cells[:BUCKETS]):
+            counted += samples
+            if counted >= rank:
+                return min(upper_edge(bucket), self.largest)
+        return None
+
+    def summary_us(self) -> dict[str, float | None]:
+        """Percentiles and maximum in microseconds; all null when there is no sample."""
+        in_ns = {name: self.percentile(rank) for name, rank in PERCENTILES.items()}
+        in_ns["max"] = self.largest if in_ns["p50"] is not None else None
+        return {name: None if value is None else value / 1000 for name, value in in_ns.items()}

@@ -1,0 +1,110 @@
+"""Where each number of a statistics file stands: one row of signed 64-bit cells.
+
+In order: the run's own cells, the histogram of step times, one block for each periodic model (its
+counters, then its histograms of lateness and of step time), one block for each bus, one cell for
+each deadline, and one block for each place in the list of worst activations. Blocks of a kind have
+the same length; they stand in the order in which the header names models, buses and deadlines.
+
+The header of the file carries `describe()`, so a program that knows nothing of this module finds
+every number by name.
+"""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from firmware_runtime.telemetry.histogram import BUCKETS, CELLS, SUB_BUCKETS
+
+RUN = ("sequence", "state", "heartbeat_ns", "elapsed_ns", "steps", "inputs_dropped")
+MODEL = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes", "last_late_ns")
+BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
+WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
+DEVICES = 8
+"""How many devices of one bus have a place of their own in the list of worst activations."""
+
+SEQUENCE, STATE, HEARTBEAT, ELAPSED, STEPS, INPUTS_DROPPED = range(len(RUN))
+STEP_TIMES = len(RUN)
+_MODELS = STEP_TIMES + CELLS
+_MODEL_CELLS = len(MODEL) + 2 * CELLS
+_DEVICE_CELLS = 2 * DEVICES
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The names a file has blocks for; everything else follows from them."""
+
+    models: tuple[str, ...] = ()
+    """Periodic models, by path."""
+    timed: tuple[str, ...] = ()
+    """Every model, by path: whose own time is kept in the list of worst activations."""
+    buses: tuple[str, ...] = ()
+    deadlines: tuple[str, ...] = ()
+    worst: int = 16
+
+    def model(self, index: int) -> int:
+        """First cell of a periodic model's block."""
+        return _MODELS + index * _MODEL_CELLS
+
+    def lateness(self, index: int) -> slice:
+        """A periodic model's histogram of lateness."""
+        first = self.model(index) + len(MODEL)
+        return slice(first, first + CELLS)
+
+    def step(self, index: int) -> slice:
+        """A periodic model's histogram of its own time in a step."""
+        first = self.model(index) + len(MODEL) + CELLS
+        return slice(first, first + CELLS)
+
+    def bus(self, index: int) -> int:
+        """First cell of a bus's block."""
+        return self.model(len(self.models)) + index * len(BUS)
+
+    def deadline(self, index: int) -> int:
+        """The one cell of a deadline: its misses."""
+        return self.bus(len(self.buses)) + index
+
+    def place(self, index: int) -> int:
+        """First cell of a place in the list of worst activations."""
+        return self.deadline(len(self.deadlines)) + index * self.place_cells
+
+    @property
+    def place_cells(self) -> int:
+        """Fields, own time of each model, then for each bus its devices' addresses and times."""
+        return len(WORST) + len(self.timed) + len(self.buses) * _DEVICE_CELLS
+
+    @property
+    def cells(self) -> int:
+        """How many cells there are in all."""
+        return self.place(self.worst)
+
+    def describe(self) -> dict[str, Any]:
+        """The layout as the file's header carries it, with every offset and stride in cells."""
+        return {
+            **{field.name: getattr(self, field.name) for field in fields(self)},
+            "cells": self.cells,
+            "histogram": {"buckets": BUCKETS, "sub_buckets": SUB_BUCKETS, "then": ["max"]},
+            "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
+            "model_block": {
+                "at": _MODELS,
+                "stride": _MODEL_CELLS,
+                "fields": MODEL,
+                "then": ["lateness histogram", "step histogram"],
+            },
+            "bus_block": {"at": self.bus(0), "stride": len(BUS), "fields": BUS},
+            "deadline_block": {"at": self.deadline(0), "stride": 1, "fields": ("misses",)},
+            "worst_block": {
+                "at": self.place(0),
+                "stride": self.place_cells,
+                "fields": WORST,
+                "then": ["own time of each of `timed`", "for each bus 8 addresses, then 8 times"],
+            },
+        }
+
+    @classmethod
+    def from_description(cls, description: dict[str, Any]) -> "Layout":
+        """Read a header's layout back. Raises KeyError or TypeError when it is not one."""
+        names = {name: tuple(description[name]) for name in _NAMED}
+        return cls(**names, worst=int(description["worst"]))
+
+
+_NAMED = ("models", "timed", "buses", "deadlines")
+STEP_HISTOGRAM = slice(STEP_TIMES, STEP_TIMES + CELLS)

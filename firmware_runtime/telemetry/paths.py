@@ -1,0 +1,70 @@
+"""Where statistics files are kept: one a board, in the first directory of these that there is.
+
+1. `$FIRMWARE_RUNTIME_STATE_DIRECTORY`
+2. `$RUNTIME_DIRECTORY`, which systemd sets for a unit with `RuntimeDirectory=`
+3. `/run/firmware-runtime`; to write, this user must be allowed to
+4. `firmware-runtime` in `$XDG_RUNTIME_DIR`
+5. `firmware-runtime-<user id>` in the directory for temporary files, closed to other users
+"""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from firmware_runtime.telemetry.errors import StatisticsFileError
+
+SYSTEM = Path("/run/firmware-runtime")
+SUFFIX = ".stats"
+
+
+def default_path(board: str) -> Path:
+    """Where a run of this board writes its statistics.
+
+    Raises StatisticsFileError when only the directory for temporary files is left and another user
+    has taken our place in it.
+    """
+    usable = (each for each in _directories() if each != SYSTEM or os.access(each, os.W_OK))
+    directory = next(usable)
+    if directory == _temporary():
+        _claim(directory)
+    return directory / f"{board}{SUFFIX}"
+
+
+def find_statistics(board: str | None = None) -> Path:
+    """The file of this board's last run; of the run that started last, when none is named.
+
+    Raises StatisticsFileError when there is none.
+    """
+    directories = list(_directories())
+    for directory in directories:
+        named = directory.glob(f"*{SUFFIX}") if board is None else [directory / f"{board}{SUFFIX}"]
+        found = [path for path in named if path.is_file()]
+        if found:
+            return max(found, key=lambda path: path.stat().st_mtime_ns)
+    looked_in = ", ".join(map(str, directories))
+    raise StatisticsFileError(
+        f"no statistics of {board or 'any board'} in {looked_in}; expected a run to have left some"
+    )
+
+
+def _directories() -> Iterator[Path]:
+    if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
+        yield Path(stated)
+    if of_unit := os.environ.get("RUNTIME_DIRECTORY"):
+        yield Path(of_unit.split(":")[0])
+    yield SYSTEM
+    if of_session := os.environ.get("XDG_RUNTIME_DIR"):
+        yield Path(of_session, "firmware-runtime")
+    yield _temporary()
+
+
+def _temporary() -> Path:
+    return Path(tempfile.gettempdir(), f"firmware-runtime-{os.geteuid()}")
+
+
+def _claim(directory: Path) -> None:
+    """Make the directory ours, or refuse: anybody may have put something of that name there."""
+    directory.mkdir(mode=0o700, exist_ok=True)
+    if directory.is_symlink() or directory.stat().st_uid != os.geteuid():
+        raise StatisticsFileError(f"{directory}: belongs to another user; expected to own it")

@@ -1,0 +1,57 @@
+"""Which process wrote a file, so that another can tell whether it is still there.
+
+A process number alone is used again, after a restart of the machine very soon; with the moment the
+process started and the boot it started in, it is not. Source: proc(5), /proc/[pid]/stat field 22.
+"""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+_BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+_ENDED = -1
+
+
+def this_process() -> dict[str, Any]:
+    """The identity of the calling process, as a file's header carries it."""
+    pid = os.getpid()
+    return {"pid": pid, "started_ticks": _started_ticks(pid), "boot_id": _boot_id()}
+
+
+def is_running(identity: Mapping[str, Any]) -> bool:
+    """Whether the process of that identity still exists on this machine."""
+    boot_ids = {identity["boot_id"], _boot_id()} - {""}
+    if len(boot_ids) > 1:
+        return False
+    started = _started_ticks(identity["pid"])
+    return _exists(identity["pid"]) if started is None else started == identity["started_ticks"]
+
+
+def _boot_id() -> str:
+    """The present boot's identity; empty where a service may not see it (ProcSubset=pid)."""
+    try:
+        return _BOOT_ID.read_text().strip()
+    except OSError:
+        return ""
+
+
+def _started_ticks(pid: int) -> int | None:
+    """Clock ticks from boot to the process's start, -1 once it has ended, None if not shown."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return None
+    state, *fields = stat.rpartition(")")[2].split()
+    return _ENDED if state in "ZX" else int(fields[18])
+
+
+def _exists(pid: int) -> bool:
+    """Ask the kernel, for a process that /proc does not show (ProtectProc=invisible) or has not."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

@@ -1,0 +1,153 @@
+"""The statistics of one run, at one moment, as the JSON that `stats` prints.
+
+Totals over models are not in the cells: they are the sums of the models' counters and the merged
+histograms of their lateness, made here.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
+from firmware_runtime.telemetry.layout import (
+    BUS,
+    DEVICES,
+    ELAPSED,
+    INPUTS_DROPPED,
+    MODEL,
+    STATE,
+    STEP_HISTOGRAM,
+    STEPS,
+    WORST,
+    Layout,
+)
+
+SCHEMA = 1
+TOTALS = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes")
+
+
+class RunState(IntEnum):
+    """How far a run has come, and how it ended."""
+
+    RUNNING = 0
+    ENDED = 1
+    STOPPED = 2
+    FAILED = 3
+    OVERRUN = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Header and cells of one run, copied while no section was being written.
+
+    `writer_alive` says whether the process that wrote them still exists; `complete` is false if it
+    died half way through a section, so that the last step's numbers may be in part.
+    """
+
+    header: dict[str, Any]
+    layout: Layout
+    cells: Cells
+    writer_alive: bool = True
+    complete: bool = True
+
+    @property
+    def state(self) -> RunState:
+        """How far the run has come, and how it ended."""
+        return RunState(self.cells[STATE])
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything, in the spelling that other programs rely on; times in us where named so."""
+        models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
+        lateness = Histogram(empty_cells())
+        for index in range(len(models)):
+            lateness.merge(Histogram(self.cells[self.layout.lateness(index)]))
+        return {
+            "schema": SCHEMA,
+            **{total: sum(model[total] for model in models.values()) for total in TOTALS},
+            "deadline_misses": self._deadline_misses(),
+            "lateness_us": lateness.summary_us(),
+            "step_us": Histogram(self.cells[STEP_HISTOGRAM]).summary_us(),
+            "models": models,
+            "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
+            "worst": self._worst(),
+            "conditions": {**self.header["conditions"], "run": self._run()},
+        }
+
+    def _model(self, index: int) -> dict[str, Any]:
+        counters = self._fields(self.layout.model(index), MODEL)
+        last_late_ns = counters.pop("last_late_ns")
+        stated = self.header["models"][self.layout.models[index]]
+        return {
+            **counters,
+            "last_late_t_ns": last_late_ns if counters["overruns"] > 0 else None,
+            "period_us": stated["period_ns"] / 1000,
+            "tolerance_us": stated["tolerance_ns"] / 1000,
+            "policy": stated["policy"],
+            "lateness_us": Histogram(self.cells[self.layout.lateness(index)]).summary_us(),
+            "step_us": Histogram(self.cells[self.layout.step(index)]).summary_us(),
+        }
+
+    def _bus(self, index: int) -> dict[str, Any]:
+        counters = self._fields(self.layout.bus(index), BUS)
+        busy_ns, elapsed_ns = counters.pop("busy_ns"), self.cells[ELAPSED]
+        utilisation = busy_ns / elapsed_ns if elapsed_ns > 0 else None
+        return {**counters, "utilisation": utilisation}
+
+    def _deadline_misses(self) -> dict[str, int]:
+        at = self.layout.deadline
+        return {name: self.cells[at(index)] for index, name in enumerate(self.layout.deadlines)}
+
+    def _worst(self) -> list[dict[str, Any]]:
+        places = [self._place(index) for index in range(self.layout.worst)]
+        taken = [place for place in places if place["lateness_us"] + place["step_us"] > 0]
+        return sorted(taken, key=lambda place: -(place["lateness_us"] + place["step_us"]))
+
+    def _place(self, index: int) -> dict[str, Any]:
+        first = self.layout.place(index)
+        entry = self._fields(first, WORST)
+        own_time = first + len(WORST)
+        devices = own_time + len(self.layout.timed)
+        return {
+            "t_ns": entry["t_ns"],
+            "model": self.layout.models[entry["model"]] if self.layout.models else None,
+            "lateness_us": entry["lateness_ns"] / 1000,
+            "step_us": entry["step_ns"] / 1000,
+            "causes": {
+                "wake_us": entry["wake_ns"] / 1000,
+                "behind_us": entry["behind_ns"] / 1000,
+                "garbage_us": entry["garbage_ns"] / 1000,
+                "bus_us": {
+                    bus: self._devices(devices + number * 2 * DEVICES)
+                    for number, bus in enumerate(self.layout.buses)
+                },
+                "models_us": {
+                    path: self.cells[own_time + number] / 1000
+                    for number, path in enumerate(self.layout.timed)
+                    if self.cells[own_time + number] > 0
+                },
+            },
+        }
+
+    def _devices(self, first: int) -> dict[str, float]:
+        addresses = self.cells[first : first + DEVICES]
+        busy = self.cells[first + DEVICES : first + 2 * DEVICES]
+        return {
+            f"0x{address:02x}": spent / 1000
+            for address, spent in zip(addresses, busy, strict=True)
+            if spent > 0
+        }
+
+    def _run(self) -> dict[str, Any]:
+        state = self.state
+        died = state is RunState.RUNNING and not self.writer_alive
+        return {
+            "state": "died" if died else state.name.lower(),
+            "complete": self.complete,
+            "pid": self.header["writer"]["pid"],
+            "elapsed_s": self.cells[ELAPSED] / 1e9,
+            "steps": self.cells[STEPS],
+            "inputs_dropped": self.cells[INPUTS_DROPPED],
+        }
+
+    def _fields(self, first: int, names: tuple[str, ...]) -> dict[str, int]:
+        return dict(zip(names, self.cells[first : first + len(names)], strict=True))

@@ -1,0 +1,81 @@
+"""TachoBot's bench: two PCA9685 and an MPU-9250 on one bus, and the plant that ties them."""
+
+import msgspec
+
+from boards.tachobot.result import yaw_result
+from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.wiring import Tachobot
+from firmware_runtime.devs.coupled import Coupled
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.clock import Now
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
+from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.worlds.mounting import ChipAxes
+from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
+from sim_doubles.worlds.tachobot_probe import TachobotProbe
+
+
+class TachobotBench:
+    """The doubles, each at the address and with the oscillator that board.toml gives it."""
+
+    def __init__(self, settings: TachobotSettings, now: Now) -> None:
+        thrust, esc, imu = settings.thrust_pairs, settings.esc, settings.imu
+        self._settings = settings
+        self._now = now
+        self._axes = ChipAxes(imu.mounting)
+        self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
+        self.esc = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
+        self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
+        self.thrust.before_change = self._before_change
+        self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
+        self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
+        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
+        wired[thrust.bus].append(self.thrust)
+        wired[esc.bus].append(self.esc)
+        wired[imu.bus] += (self.imu, self.magnetometer)
+        self.buses = {
+            name: I2cBusDouble(name, now, targets, bus_hz=round(settings.buses[name].speed_hz))
+            for name, targets in wired.items()
+        }
+
+    def attach(self, robot: Coupled) -> None:
+        """Add the world's probe; in mode `free` it also stands for the room's tracking system."""
+        assert isinstance(robot, Tachobot)  # noqa: S101 -- a bench belongs to its board
+        probe = robot.add(TachobotProbe(self.world, self._now))
+        robot.couple(robot.imu.sample, probe.tick)
+        if self._settings.controller.mode == "free":
+            robot.couple(probe.x, robot.controller.x_position)
+            robot.couple(probe.y, robot.controller.y_position)
+
+    def result(self, at: int) -> dict[str, object]:
+        """The true yaw at the end of the run."""
+        state = self.world.state(at)
+        return yaw_result(self._settings, state.yaw_rad, state.yaw_rate_rad_s)
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of each PCA9685 are on."""
+        return {
+            "thrust_pairs": sum(duty > 0 for duty in self.thrust.duties),
+            "esc": sum(duty > 0 for duty in self.esc.duties),
+        }
+
+    def _propeller_duties(self) -> tuple[float, ...]:
+        first = self._settings.thrust_pairs.first_channel
+        return self.thrust.duties[first : first + 8]
+
+    def _before_change(self) -> None:
+        self.world.advance(self._now())
+
+    def _truth(self, at: int) -> InertialTruth:
+        return self._axes.turn(self.world.inertial(at))
+
+
+def _parameters(settings: TachobotSettings) -> TachobotParameters:
+    """The plant as board.toml describes it."""
+    return TachobotParameters(
+        **msgspec.structs.asdict(settings.world), mounting=settings.controller.mode
+    )

@@ -1,0 +1,1 @@
+"""One chip a module: registers in front, SI values behind."""

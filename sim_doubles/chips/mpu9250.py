@@ -1,0 +1,292 @@
+"""Double of the InvenSense MPU-9250: gyroscope, accelerometer, auxiliary master to the AK8963.
+
+Source: RM-MPU-9250A rev. 1.6 (register map), the product specification for start-up times.
+
+Modelled: registers, H_RESET, sleep, start-up, sample clock, ranges, filters as lags, offsets,
+self-test, data ready, one sample a burst, FIFO, auxiliary master and bypass. The chip samples by
+itself; what it did is worked out when it is looked at, every sample at its own instant and in
+order. After a silence longer than its memory the work is bounded (`mpu9250_sample_clock`).
+
+Not modelled: cycle mode and wake-on-motion (registers only), FSYNC, the interrupt pin, DMP, time on
+either bus, noise. Assumed: registers hold their power-up values during an H_RESET and writes are
+lost; data registers keep the last sample in sleep.
+"""
+
+from collections.abc import Callable
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.mpu9250_auxiliary_master import AuxiliaryMaster
+from sim_doubles.chips.mpu9250_fifo import Fifo, enabled_blocks
+from sim_doubles.chips.mpu9250_registers import (
+    ACCEL_XOUT_H,
+    ANYRD_2CLEAR,
+    BYPASS_EN,
+    CLKSEL,
+    CLOCK_STOPPED,
+    CONFIG,
+    CYCLE,
+    EXT_SENS_DATA_00,
+    FIFO_COUNTH,
+    FIFO_COUNTL,
+    FIFO_ENABLE,
+    FIFO_MODE,
+    FIFO_OFLOW,
+    FIFO_R_W,
+    FIFO_RST,
+    H_RESET,
+    I2C_IF_DIS,
+    I2C_MST_EN,
+    I2C_MST_RST,
+    I2C_MST_STATUS,
+    INT_PIN_CFG,
+    INT_STATUS,
+    PWR_MGMT_1,
+    RAW_DATA_RDY,
+    READ_ONLY,
+    SIG_COND_RST,
+    SIGNAL_PATH_RESET,
+    SLEEP,
+    USER_CTRL,
+    power_up,
+)
+from sim_doubles.chips.mpu9250_sample_clock import SampleClock, sample_period
+from sim_doubles.chips.mpu9250_signal_path import SignalPath
+from sim_doubles.chips.protocol_warnings import ProtocolWarnings
+from sim_doubles.clock import Now
+from sim_doubles.i2c_target import Target
+from sim_doubles.inertial_truth import InertialTruth
+
+__all__ = ["InertialTruth", "Mpu9250Double"]
+
+POWER_UP_TIME = 11 * MILLISECOND
+RESET_TIME = 100 * MILLISECOND
+
+CHANGED_BY_READING = frozenset({I2C_MST_STATUS, INT_STATUS, FIFO_COUNTH, FIFO_R_W})
+
+
+class Mpu9250Double(Target):
+    """An MPU-9250 at `address`, powered for long; `inertia` gives the truth at an instant (ns).
+
+    The truth is in the chip's axes and asked for once a sample, in order of time. `who_am_i` 0x70
+    and no magnetometer make it the MPU-6500 found on many modules. With a `magnetometer` put
+    `targets` on the bus: the host reaches it at 0x0C through the bypass. `samples` counts the
+    samples taken, without those nobody could have noticed.
+
+    A plant whose state depends on the host's writes must see every sample taken before it moves
+    on: call `catch_up` first, for example in `Pca9685Double.before_change`.
+    """
+
+    def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
+        self,
+        now: Now,
+        inertia: Callable[[int], InertialTruth],
+        address: int = 0x68,
+        *,
+        who_am_i: int = 0x71,
+        magnetometer: Ak8963Double | None = None,
+        reset_time: int = RESET_TIME,
+    ) -> None:
+        self.address = address
+        self.warnings = ProtocolWarnings(f"MPU-9250 0x{address:02x}")
+        self.samples = 0
+        self._now = now
+        self._inertia = inertia
+        self._magnetometer = magnetometer
+        self._reset_time = reset_time
+        self._power_up = power_up(who_am_i)
+        self._registers = bytearray(self._power_up)
+        self._clock = SampleClock()
+        self._signal_path = SignalPath(self._registers)
+        self._master = AuxiliaryMaster(self._registers, magnetometer)
+        self._fifo = Fifo()
+        self._pointer = 0
+        self._in_transaction = self._expects_pointer = False
+        self._at = self._answers_from = now()
+        self._reset_ends_at = NEVER
+        self._reset()
+        self._signal_path.skip_start_up(self._at)
+        if magnetometer is not None:
+            magnetometer.host_reaches = self._switches_host_through
+
+    # World face
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """What to put on the bus: this chip, and its magnetometer behind the bypass."""
+        return (self,) if self._magnetometer is None else (self, self._magnetometer)
+
+    def catch_up(self) -> None:
+        """Take every sample due up to now, the magnetometer's among them, in order of time."""
+        self._at = now = self._now()
+        if now >= self._clock.next_at:
+            for at in self._clock.take(now):
+                self._sample(at)
+            self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
+        if self._magnetometer is not None:
+            self._magnetometer.advance(now)
+
+    def power_cycle(self) -> None:
+        """Lose supply and get it back, the magnetometer too; deaf for 11 ms, gyro up in 35 ms."""
+        self._at = self._now()
+        self._answers_from = self._at + POWER_UP_TIME
+        self._reset_ends_at = NEVER
+        self._reset()
+        if self._magnetometer is not None:
+            self._magnetometer.power_cycle()
+
+    # Bus face
+
+    def start(self, address: int, *, read: bool) -> bool:
+        """Answer the hardware address; samples due by then are taken, later ones wait for STOP."""
+        if address != self.address:
+            return False
+        if not self._in_transaction:
+            self.catch_up()
+            if self._at < self._answers_from or self._registers[USER_CTRL] & I2C_IF_DIS:
+                return False
+            self._end_reset()
+            self._in_transaction = True
+        self._expects_pointer = not read
+        return True
+
+    def write(self, byte: int) -> bool:
+        """Take the pointer, then register contents."""
+        if self._expects_pointer:
+            self._expects_pointer = False
+            self._pointer = byte & 0x7F
+        else:
+            self._write_register(self._pointer, byte)
+            self._step_pointer()
+        return True
+
+    def read(self) -> int:
+        """Give the register at the pointer, with the side effects reading it has."""
+        register = self._pointer
+        if register in CHANGED_BY_READING:
+            value = self._read_changing(register)
+        else:
+            value = self._registers[register]
+        if self._any_read_clears:
+            self._registers[INT_STATUS] = 0
+        self._step_pointer()
+        return value
+
+    def stop(self) -> None:
+        """End the transaction: the data registers may change again."""
+        self._in_transaction = False
+
+    def _step_pointer(self) -> None:
+        if self._pointer != FIFO_R_W:
+            self._pointer = self._pointer + 1 & 0x7F
+
+    def _read_changing(self, register: int) -> int:
+        if register == FIFO_R_W:
+            return self._fifo.pop()
+        if register == FIFO_COUNTH:
+            self._registers[FIFO_COUNTH : FIFO_COUNTL + 1] = len(self._fifo).to_bytes(2, "big")
+            return self._registers[FIFO_COUNTH]
+        value = self._registers[register]
+        self._registers[register] = 0
+        return value
+
+    def _switches_host_through(self) -> bool:
+        self.catch_up()
+        bypass = self._registers[INT_PIN_CFG] & BYPASS_EN
+        return bool(bypass) and not self._registers[USER_CTRL] & I2C_MST_EN
+
+    # Registers
+
+    def _reset(self) -> None:
+        self._registers[:] = self._power_up
+        self._fifo.clear()
+        self._clock.stop()
+        for sensor in self._signal_path.sensors:
+            sensor.switch(self._at, on=False)
+        self._configure()
+
+    def _end_reset(self) -> None:
+        if self._at >= self._reset_ends_at:
+            self._reset_ends_at = NEVER
+            self._registers[PWR_MGMT_1] &= ~H_RESET
+
+    def _write_register(self, register: int, byte: int) -> None:
+        if self._reset_ends_at != NEVER:
+            self.warnings.note(f"register 0x{register:02x} written during H_RESET; it is lost")
+        elif register in READ_ONLY:
+            self.warnings.note(f"register 0x{register:02x} is read-only; the real chip ignores it")
+        elif register == FIFO_R_W:
+            self._push(bytes([byte]))
+        elif register == SIGNAL_PATH_RESET:
+            self._reset_signal_path(byte)
+        else:
+            self._registers[register] = byte
+            if register == USER_CTRL:
+                self._write_user_control(byte)
+            elif register == PWR_MGMT_1:
+                self._write_power_management(byte)
+            self._configure()
+
+    def _write_user_control(self, byte: int) -> None:
+        if byte & FIFO_RST:
+            if byte & FIFO_ENABLE:
+                self.warnings.note("FIFO_RST written with FIFO_EN set; the real chip ignores it")
+            else:
+                self._fifo.clear()
+        if byte & I2C_MST_RST:
+            self._registers[I2C_MST_STATUS] = 0
+        if byte & SIG_COND_RST:
+            self._reset_signal_path(0b111)
+            self._registers[ACCEL_XOUT_H:0x61] = bytes(0x61 - ACCEL_XOUT_H)
+        if byte & I2C_IF_DIS:
+            self.warnings.note("I2C_IF_DIS set over I2C; the real chip is deaf until a power cycle")
+        self._registers[USER_CTRL] &= ~(FIFO_RST | I2C_MST_RST | SIG_COND_RST)
+
+    def _write_power_management(self, byte: int) -> None:
+        if byte & H_RESET:
+            self._reset()
+            self._registers[PWR_MGMT_1] |= H_RESET
+            self._reset_ends_at = self._at + self._reset_time
+        elif byte & CYCLE:
+            self.warnings.note("CYCLE set; this double does not model it and samples on")
+
+    def _reset_signal_path(self, sensors: int) -> None:
+        path = self._signal_path
+        for bit, sensor in ((1, path.thermometer), (2, path.accelerometer), (4, path.gyroscope)):
+            if sensors & bit:
+                sensor.forget()
+
+    def _configure(self) -> None:
+        """Work out anew whatever follows from the registers."""
+        power = self._registers[PWR_MGMT_1]
+        running = not power & SLEEP and power & CLKSEL != CLOCK_STOPPED
+        period = sample_period(self._registers)
+        if running:
+            self._clock.run(period, self._at)
+        else:
+            self._clock.stop()
+        self._signal_path.configure(self._at, period, running=running)
+        self._master.configure()
+        self._any_read_clears = self._registers[INT_PIN_CFG] & ANYRD_2CLEAR
+
+    # Samples
+
+    def _sample(self, at: int) -> None:
+        self.samples += 1
+        if self._magnetometer is not None:
+            self._magnetometer.advance(at)
+        if self._master.enabled:
+            self._master.run(at, self._clock.number(at))
+        if self._signal_path.take(at, self._inertia(at)):
+            self._registers[INT_STATUS] |= RAW_DATA_RDY
+            if self._registers[USER_CTRL] & FIFO_ENABLE:
+                self._fill_fifo()
+
+    def _fill_fifo(self) -> None:
+        self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
+        self._push(enabled_blocks(self._registers) + self._master.fifo_bytes())
+
+    def _push(self, packet: bytes) -> None:
+        stop_when_full = bool(self._registers[CONFIG] & FIFO_MODE)
+        if self._fifo.push(packet, stop_when_full=stop_when_full):
+            self._registers[INT_STATUS] |= FIFO_OFLOW

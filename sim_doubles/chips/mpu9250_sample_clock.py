@@ -1,0 +1,58 @@
+"""The MPU-9250's sample clock: at which instants a sample is taken, and which of them matter.
+
+Source: InvenSense RM-MPU-9250A rev. 1.6, SMPLRT_DIV and CONFIG.
+
+After a long silence not every tick needs work. The first ones may fill a FIFO that stops when full
+or carry out a single auxiliary transaction; the last ones are what filters, an overwriting FIFO and
+EXT_SENS_DATA still remember. What lies between leaves no trace a host could read, so it is skipped.
+"""
+
+from collections.abc import Iterable
+from itertools import chain
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from sim_doubles.chips.mpu9250_registers import CONFIG, GYRO_CONFIG, SMPLRT_DIV
+
+EDGE = 512  # ticks: one byte each fills the FIFO; a delayed auxiliary slave needs 32
+MEMORY = 1_400 * MILLISECOND  # the slowest filter, 33.48 ms, forgets to below 2^-53 in 40 delays
+
+
+def sample_period(registers: bytearray) -> int:
+    """Return the sample period in ns: 32 kHz, 8 kHz, or 1 kHz divided by SMPLRT_DIV + 1."""
+    if registers[GYRO_CONFIG] & 0x03:
+        return SECOND // 32_000
+    if registers[CONFIG] & 0x07 in {0, 7}:
+        return SECOND // 8_000
+    return MILLISECOND * (registers[SMPLRT_DIV] + 1)
+
+
+class SampleClock:
+    """Ticks every `period` from the moment it was started or its period changed."""
+
+    def __init__(self) -> None:
+        self.next_at = NEVER
+        self._period = 0
+        self._started_at = 0
+
+    def run(self, period: int, at: int) -> None:
+        """Tick every `period` from `at` on; a clock that does so already is left alone."""
+        if self.next_at == NEVER or period != self._period:
+            self._period, self._started_at, self.next_at = period, at, at + period
+
+    def stop(self) -> None:
+        """Tick no more."""
+        self.next_at = NEVER
+
+    def number(self, at: int) -> int:
+        """Return the number of the tick at `at`; the first is 1."""
+        return (at - self._started_at) // self._period
+
+    def take(self, now: int) -> Iterable[int]:
+        """Return the instants up to `now` that matter, in order; each is returned once."""
+        if now < self.next_at:
+            return ()
+        period, first = self._period, self.next_at
+        self.next_at += ((now - first) // period + 1) * period
+        last_ones = max(first, self.next_at - (EDGE + MEMORY // period) * period)
+        first_ones_end = min(first + EDGE * period, last_ones)
+        return chain(range(first, first_ones_end, period), range(last_ones, self.next_at, period))

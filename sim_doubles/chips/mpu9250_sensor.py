@@ -1,0 +1,65 @@
+"""One sensor on the MPU-9250's die, from SI values to output words.
+
+Its first-order lag stands in for the digital low-pass: a ramp comes out exactly the filter's delay
+late. Then scale and bias (full scale, offset, self-test deflection), rounding and saturation.
+"""
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER
+
+LARGEST = 32767
+
+
+class Sensor:
+    """Accelerometer, thermometer or gyroscope: off until switched on, then `start_up` ns silent."""
+
+    def __init__(self, start_up: int, axes: int) -> None:
+        self.ready_at = NEVER
+        self._start_up = start_up
+        self._gain = 1.0
+        self._scale = self._bias = (0.0,) * axes
+        self._values: list[float] | None = None
+
+    @property
+    def on(self) -> bool:
+        """Whether the sensor is switched on, ready or not."""
+        return self.ready_at != NEVER
+
+    def switch(self, at: int, *, on: bool) -> None:
+        """Start up or stop; a sensor that is in that state already is left alone."""
+        if not on:
+            self.ready_at, self._values = NEVER, None
+        elif not self.on:
+            self.ready_at = at + self._start_up
+
+    def skip_start_up(self, at: int) -> None:
+        """Be ready at once, as after a long time, if switched on."""
+        self.ready_at = at if self.on else NEVER
+
+    def forget(self) -> None:
+        """Empty the filter; it starts over from the next sample."""
+        self._values = None
+
+    def configure(
+        self, delay_ms: float, period: int, scale: tuple[float, ...], bias: tuple[float, ...]
+    ) -> None:
+        """Take the filter's delay, the sample period in ns, counts per SI unit, counts at 0."""
+        self._gain = period / (period + delay_ms * MILLISECOND)
+        self._scale, self._bias = scale, bias
+
+    def take(self, at: int, truth: tuple[float, ...]) -> None:
+        """Let the lag follow the truth by one sample period."""
+        if at < self.ready_at:
+            return
+        if self._values is None:
+            self._values = list(truth)
+            return
+        gain, pairs = self._gain, zip(self._values, truth, strict=True)
+        self._values = [old + gain * (new - old) for old, new in pairs]
+
+    def counts(self) -> list[int]:
+        """Return the output words; 0 before the first sample."""
+        if self._values is None:
+            return [0] * len(self._scale)
+        axes = zip(self._values, self._scale, self._bias, strict=True)
+        exact = [value * scale + bias for value, scale, bias in axes]
+        return [max(-LARGEST - 1, min(LARGEST, round(count))) for count in exact]

@@ -1,0 +1,93 @@
+"""The PCA9685's outputs: which counts they follow, and how long they are high.
+
+Source: NXP PCA9685 data sheet rev. 4, 7.3.3 (counts and flags), 7.4 (OE and output drivers).
+"""
+
+from struct import Struct
+
+from sim_doubles.chips.pca9685_registers import (
+    CHANNELS,
+    FULL,
+    INVRT,
+    LED0_ON_L,
+    LED15_OFF_H,
+    OUTDRV,
+    OUTNE,
+)
+from sim_doubles.chips.protocol_warnings import ProtocolWarnings
+
+STEPS = 4096
+ALL_LOW = (0.0,) * CHANNELS
+COUNTS = Struct("<HH")  # LEDn_ON and LEDn_OFF
+
+
+class OutputLatch:
+    """The counts the outputs follow, loaded from the LED registers."""
+
+    def __init__(self, registers: bytearray, warnings: ProtocolWarnings) -> None:
+        self._registers = registers
+        self._warnings = warnings
+        self.clear()
+
+    def clear(self) -> None:
+        """Take all channels to full-off."""
+        self._counts: list[tuple[int, ...]] = [(0, FULL)] * CHANNELS
+        self._parts = [0] * CHANNELS
+
+    @property
+    def all_full_off(self) -> bool:
+        """Whether every channel has its full-off flag: then sleep interrupts nothing."""
+        return all(off & FULL for _, off in self._counts)
+
+    def load_all(self) -> None:
+        """Follow the LED registers as they stand: what STOP does with OCH = 0."""
+        led_registers = self._registers[LED0_ON_L : LED15_OFF_H + 1]
+        self._follow(list(COUNTS.iter_unpack(led_registers)))
+
+    def load_on_acknowledge(self, register: int) -> bool:
+        """Count one LED register in (OCH = 1); True if it was its channel's fourth, now loaded."""
+        channel, part = divmod(register - LED0_ON_L, 4)
+        self._parts[channel] |= 1 << part
+        if self._parts[channel] != 0b1111:
+            return False
+        self._parts[channel] = 0
+        counts = self._counts.copy()
+        counts[channel] = COUNTS.unpack_from(self._registers, LED0_ON_L + 4 * channel)
+        self._follow(counts)
+        return True
+
+    def duties(self, mode2: int) -> tuple[float, ...]:
+        """Return the fraction of time each load sees high, outputs enabled.
+
+        An open drain never drives high and is taken as low: a gate has a pull-down.
+        """
+        if not mode2 & OUTDRV:
+            return ALL_LOW
+        duties = tuple([pwm_duty(on, off) for on, off in self._counts])
+        return tuple([1.0 - duty for duty in duties]) if mode2 & INVRT else duties
+
+    def _follow(self, counts: list[tuple[int, ...]]) -> None:
+        if counts == self._counts:
+            return
+        for channel, (new, old) in enumerate(zip(counts, self._counts, strict=True)):
+            if new != old and new[0] == new[1] < FULL:
+                self._warnings.note(
+                    f"channel {channel} has ON == OFF == {new[0]}, which the data sheet forbids; "
+                    "silicon was seen to give 0 %"
+                )
+        self._counts = counts
+
+
+def pwm_duty(on: int, off: int) -> float:
+    """Return the fraction of a PWM cycle an output is on; full-off wins over full-on."""
+    if off & FULL:
+        return 0.0
+    if on & FULL:
+        return 1.0
+    return (off - on) % STEPS / STEPS
+
+
+def disabled_duties(mode2: int) -> tuple[float, ...]:
+    """Return what the loads see with OE high: OUTNE decides, a released output is low."""
+    high = mode2 & OUTNE == 1 and mode2 & OUTDRV
+    return (1.0,) * CHANNELS if high else ALL_LOW

@@ -1,0 +1,208 @@
+"""What goes wrong on a bus, told beforehand: faults, when each strikes, and how often.
+
+A fault matches a transaction by address, by the transaction's number on its bus (0 is the first
+since construction) and by the instant. `times` bounds how often it strikes; None is every time it
+matches. Whatever struck is recorded, so a test can count it.
+
+    FaultScript([NackAddress(address=0x68, first=10, times=3), StuckSda(since=5 * SECOND)])
+
+A fault strikes within a transaction: a brown-out due while the bus is quiet happens at the start of
+the next one. To cut the supply at an exact instant call the double's `power_cycle`.
+"""
+
+from abc import ABC, abstractmethod
+from collections import Counter, deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.i2c import Message
+from sim_doubles.i2c_alteration import Alteration, burst_start
+from sim_doubles.i2c_target import Target
+
+KEPT = 1000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fault(ABC):
+    """One fault and when it strikes: transactions `first` to `last`, instants `since` to `until`.
+
+    All bounds are inclusive, instants are ns; None is no bound, and any address.
+    """
+
+    address: int | None = None
+    first: int = 0
+    last: int | None = None
+    since: int = 0
+    until: int = NEVER
+    times: int | None = 1
+
+    def matches(self, number: int, at: int, address: int) -> bool:
+        """Tell whether this transaction is one to strike."""
+        return (
+            number >= self.first
+            and (self.last is None or number <= self.last)
+            and self.since <= at <= self.until
+            and (self.address is None or address == self.address)
+        )
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Tell whether these messages have what the fault is about; most faults fit any."""
+        return len(messages) > 0
+
+    @abstractmethod
+    def strike(self, alteration: Alteration) -> None:
+        """Enter what the fault does to the transaction."""
+
+
+class NackAddress(Fault):
+    """Nobody acknowledges the address; no target sees the START."""
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the refusal."""
+        alteration.address_refused = True
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NackByte(Fault):
+    """Written byte number `index` (0 is the first after the address) is refused and lost."""
+
+    index: int
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Tell whether that many bytes are written."""
+        return self.index < sum(len(m) for m in messages if isinstance(m, bytes))
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the byte; of several the first ends the transaction."""
+        already = alteration.refused_byte
+        alteration.refused_byte = self.index if already is None else min(already, self.index)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AdapterError(Fault):
+    """The adapter reports `errno` and puts nothing on the wire."""
+
+    errno: int
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the errno."""
+        alteration.errno = self.errno
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StuckSda(Fault):
+    """SDA is held low from now on, until `pulses` recovery pulses or a power cycle of the bus."""
+
+    pulses: int = 9
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the pulses it takes."""
+        alteration.pulses = self.pulses
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FlippedBit(Fault):
+    """Bit `bit` of read byte number `index` arrives inverted."""
+
+    index: int
+    bit: int
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Tell whether that many bytes are read."""
+        return self.index < sum(m for m in messages if isinstance(m, int))
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the bit."""
+        alteration.flipped.append((self.index, 1 << self.bit))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForcedRegister(Fault):
+    """Reading `register` gives `value`, also within a burst: a wrong identity, a dead sensor.
+
+    Strikes a one-byte pointer write followed by a read, with the pointer counting up.
+    """
+
+    register: int
+    value: int
+    times: int | None = None
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Tell whether the register is among those read."""
+        start, length = burst_start(messages), messages[-1]
+        return isinstance(length, int) and 0 <= self.register - start < length
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the register and its value."""
+        alteration.forced.append((self.register, self.value))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BrownOut(Fault):
+    """`target` loses its supply for a moment, just before the transaction."""
+
+    target: Target
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the target."""
+        alteration.browned_out.append(self.target)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AbsentTarget(Fault):
+    """`target` is off the bus: it sees nothing, other targets at its addresses still answer."""
+
+    target: Target
+    times: int | None = None
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the target."""
+        alteration.absent.append(self.target)
+
+
+class Injection(NamedTuple):
+    """One strike: which fault, in which transaction, when, at which address."""
+
+    fault: Fault
+    number: int
+    at: int
+    address: int
+
+
+class FaultScript:
+    """The faults of one bus and those that struck; `record` keeps the last thousand strikes."""
+
+    def __init__(self, faults: Iterable[Fault] = ()) -> None:
+        self._faults = list(faults)
+        self._struck: Counter[Fault] = Counter()
+        self.record: deque[Injection] = deque(maxlen=KEPT)
+
+    def add(self, fault: Fault) -> None:
+        """Let one more fault strike from now on."""
+        self._faults.append(fault)
+
+    def count(self, fault: Fault | None = None) -> int:
+        """Return how often this fault struck; all of them without an argument."""
+        return self._struck.total() if fault is None else self._struck[fault]
+
+    def alteration(
+        self, number: int, at: int, address: int, messages: Sequence[Message]
+    ) -> Alteration | None:
+        """Let what is due strike a transaction; None when nothing is."""
+        due = [
+            fault
+            for fault in self._faults
+            if (fault.times is None or self._struck[fault] < fault.times)
+            and fault.matches(number, at, address)
+            and fault.fits(messages)
+        ]
+        if not due:
+            return None
+        alteration = Alteration()
+        for fault in due:
+            fault.strike(alteration)
+            self._struck[fault] += 1
+            self.record.append(Injection(fault, number, at, address))
+        return alteration

@@ -1,0 +1,53 @@
+"""How Linux I2C adapters report a failure: the same event has another errno on each of them.
+
+Source: Linux 6.1 drivers/i2c/busses (bcm2835, designware, tiny-usb), algos/i2c-algo-bit, i2c-dev.
+Where a firmware decides (refused byte on i2c-tiny-usb) the errno of a refused address is taken.
+"""
+
+import errno
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from firmware_runtime.hal.i2c import Message
+
+LONGEST_MESSAGE = 8192
+MOST_MESSAGES = 42
+
+
+class AdapterProfile(NamedTuple):
+    """The errno of each event, and which message lists the adapter refuses before any START."""
+
+    address_refused: int
+    byte_refused: int
+    no_completion: int
+    read_must_be_last: bool = False
+    empty_write: bool = True
+    empty_read: bool = True
+
+    def refusal(self, messages: Sequence[Message]) -> int | None:
+        """Return the errno these messages are refused with, None when the adapter takes them."""
+        if not 1 <= len(messages) <= MOST_MESSAGES:
+            return errno.EINVAL
+        last = len(messages) - 1
+        for index, message in enumerate(messages):
+            is_read = isinstance(message, int)
+            length = message if isinstance(message, int) else len(message)
+            if length > LONGEST_MESSAGE or length < 0:
+                return errno.EINVAL
+            if length == 0 and not (self.empty_read if is_read else self.empty_write):
+                return errno.EOPNOTSUPP
+            if is_read and self.read_must_be_last and index != last:
+                return errno.EOPNOTSUPP
+        return None
+
+
+ADAPTERS: Mapping[str, AdapterProfile] = {
+    "bcm2835": AdapterProfile(
+        errno.EREMOTEIO, errno.EREMOTEIO, errno.ETIMEDOUT, read_must_be_last=True
+    ),
+    "designware": AdapterProfile(
+        errno.EREMOTEIO, errno.EREMOTEIO, errno.ETIMEDOUT, empty_write=False, empty_read=False
+    ),
+    "i2c-gpio": AdapterProfile(errno.ENXIO, errno.EIO, errno.ETIMEDOUT),
+    "i2c-tiny-usb": AdapterProfile(errno.ENXIO, errno.ENXIO, errno.EIO, empty_read=False),
+}

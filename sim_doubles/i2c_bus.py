@@ -1,0 +1,217 @@
+"""An I2C bus of doubles, byte by byte: START, address, bytes, repeated START, STOP.
+
+Several targets may answer one address. SDA is a wired AND: one target that pulls it low
+acknowledges for all, and bytes read from several at once are the bitwise AND. A target that refuses
+a byte takes no further part until the next START.
+
+Whatever goes wrong ends in a STOP and the errno that the chosen Linux adapter would report:
+`transfer` raises the bare OSError, `transaction` the `HalError` a driver sees.
+
+Not modelled: time on the wire (a transaction happens at one instant), clock stretching, other
+controllers; lost arbitration can only be injected (`sim_doubles.faults`).
+"""
+
+import errno
+import os
+from collections import deque
+from collections.abc import Sequence
+from functools import reduce
+from operator import and_
+
+from firmware_runtime.hal.errors import from_os_error
+from firmware_runtime.hal.i2c import I2cBus, Message
+from sim_doubles.clock import Now
+from sim_doubles.faults import FaultScript
+from sim_doubles.i2c_adapter import ADAPTERS
+from sim_doubles.i2c_alteration import Alteration
+from sim_doubles.i2c_target import Target
+from sim_doubles.i2c_transaction import Transaction
+
+__all__ = ["I2cBusDouble", "Target", "Transaction"]
+
+BITS_PER_BYTE = 9  # eight and the acknowledge
+
+
+class I2cBusDouble(I2cBus):
+    """A bus by its name, with its targets and the errno profile of one Linux adapter.
+
+    `faults` may be set at any time; without it faults cost nothing. `transactions`, `errors`,
+    `bytes` (address bytes included) and `bits` (9 a byte, 1 each START, repeated START and STOP)
+    count since construction; `log` keeps the last `log_length` transactions.
+    """
+
+    def __init__(  # noqa: PLR0913 (the bus as wired: each argument is one line of the schematic)
+        self,
+        name: str,
+        now: Now,
+        targets: Sequence[Target],
+        *,
+        adapter: str = "bcm2835",
+        bus_hz: int = 400_000,
+        faults: FaultScript | None = None,
+        log_length: int = 256,
+    ) -> None:
+        if adapter not in ADAPTERS:
+            raise ValueError(f"{name}: adapter is {adapter!r}, expected one of {list(ADAPTERS)}")
+        self.name = name
+        self.bus_hz = bus_hz
+        self.faults = faults
+        self.log: deque[Transaction] = deque(maxlen=log_length)
+        self.transactions = self.errors = self.bytes = self.bits = 0
+        self._now = now
+        self._targets = tuple(targets)
+        self._adapter = ADAPTERS[adapter]
+        self._pulses_missing = 0
+        self._closed = False
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Carry out one transaction; return what was read, in order, joined."""
+        try:
+            return self.transfer(address, messages)
+        except OSError as error:
+            raise from_os_error(error, f"{self.name} 0x{address:02x}") from error
+
+    def transfer(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Carry out one transaction as the adapter does; raises a plain OSError with its errno."""
+        messages, at = tuple(messages), self._now()
+        try:
+            self._refuse(messages)
+            if self.faults is None:
+                answer = self._on_the_wire(self._targets, address, messages)
+            else:
+                answer = self._with_faults(self.faults, at, address, messages)
+        except OSError as error:
+            self.errors += 1
+            self.log.append(Transaction(at, address, messages, b"", error.errno))
+            raise
+        finally:
+            self.transactions += 1
+        self.log.append(Transaction(at, address, messages, answer, None))
+        return answer
+
+    @property
+    def stuck(self) -> bool:
+        """Whether a target holds SDA low."""
+        return self._pulses_missing > 0
+
+    @property
+    def busy_s(self) -> float:
+        """The time all transactions so far would have taken at `bus_hz`, in seconds."""
+        return self.bits / self.bus_hz
+
+    def recover(self, pulses: int = 9) -> None:
+        """Clock SCL `pulses` times with SDA released, then STOP; frees a stuck bus in the end."""
+        self._pulses_missing = max(0, self._pulses_missing - pulses)
+        for target in self._targets:
+            target.stop()
+
+    def power_cycle(self) -> None:
+        """Take the supply from every target and give it back; a stuck bus is free again."""
+        self._pulses_missing = 0
+        for target in self._targets:
+            target.power_cycle()
+
+    def close(self) -> None:
+        """Release the bus; the targets go on as they are."""
+        self._closed = True
+
+    def _refuse(self, messages: tuple[Message, ...]) -> None:
+        """Raise what ends a transaction before its START."""
+        if self._closed:
+            raise _os_error(errno.EBADF)
+        refused_with = self._adapter.refusal(messages)
+        if refused_with is not None:
+            raise _os_error(refused_with)
+        if self._pulses_missing:
+            raise _os_error(self._adapter.no_completion)
+
+    def _on_the_wire(
+        self, targets: Sequence[Target], address: int, messages: tuple[Message, ...]
+    ) -> bytes:
+        answer = b""
+        try:
+            for message in messages:
+                if isinstance(message, int):
+                    answer += self._read(targets, address, message)
+                else:
+                    self._write(targets, address, message)
+        finally:
+            self.bits += 1
+            for target in targets:
+                target.stop()
+        return answer
+
+    def _start(self, targets: Sequence[Target], address: int, *, read: bool) -> list[Target]:
+        self.bytes += 1
+        self.bits += 1 + BITS_PER_BYTE
+        answering = [target for target in targets if target.start(address, read=read)]
+        if not answering:
+            raise _os_error(self._adapter.address_refused)
+        return answering
+
+    def _write(self, targets: Sequence[Target], address: int, message: bytes) -> None:
+        answering = self._start(targets, address, read=False)
+        refused = _first_refused(answering, message)
+        self._count(len(message) if refused is None else refused + 1)
+        if refused is not None:
+            raise _os_error(self._adapter.byte_refused)
+
+    def _read(self, targets: Sequence[Target], address: int, length: int) -> bytes:
+        answering = self._start(targets, address, read=True)
+        self._count(length)
+        if len(answering) == 1:
+            read = answering[0].read
+            return bytes([read() for _ in range(length)])
+        colliding = ([target.read() for target in answering] for _ in range(length))
+        return bytes([reduce(and_, driven) for driven in colliding])
+
+    def _count(self, length: int) -> None:
+        self.bytes += length
+        self.bits += BITS_PER_BYTE * length
+
+    def _with_faults(
+        self, script: FaultScript, at: int, address: int, messages: tuple[Message, ...]
+    ) -> bytes:
+        """Carry out a transaction with what the script has due in it."""
+        alteration = script.alteration(self.transactions, at, address, messages)
+        if alteration is None:
+            return self._on_the_wire(self._targets, address, messages)
+        self._fail_before_start(alteration)
+        reachable = [] if alteration.address_refused else self._present(alteration)
+        answer = self._on_the_wire(reachable, address, alteration.cut(messages))
+        if alteration.refused_byte is not None:
+            self._count(1)
+            raise _os_error(self._adapter.byte_refused)
+        return alteration.tampered(messages, answer)
+
+    def _fail_before_start(self, alteration: Alteration) -> None:
+        for target in alteration.browned_out:
+            target.power_cycle()
+        if alteration.pulses:
+            self._pulses_missing = alteration.pulses
+            raise _os_error(self._adapter.no_completion)
+        if alteration.errno is not None:
+            raise _os_error(alteration.errno)
+
+    def _present(self, alteration: Alteration) -> list[Target]:
+        return [target for target in self._targets if target not in alteration.absent]
+
+
+def _first_refused(targets: list[Target], message: bytes) -> int | None:
+    """Deliver bytes until nobody acknowledges one; return that one's index, None if all went."""
+    if len(targets) == 1:
+        write = targets[0].write
+        for index, byte in enumerate(message):
+            if not write(byte):
+                return index
+        return None
+    for index, byte in enumerate(message):
+        targets = [target for target in targets if target.write(byte)]
+        if not targets:
+            return index
+    return None
+
+
+def _os_error(number: int) -> OSError:
+    """Build the error a failed system call raises; 110 makes it a TimeoutError."""
+    return OSError(number, os.strerror(number))

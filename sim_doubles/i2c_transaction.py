@@ -1,0 +1,37 @@
+"""What was on the wire between one START and its STOP, as the bus double logs it."""
+
+from typing import NamedTuple
+
+from firmware_runtime.hal.i2c import Message
+
+
+class Transaction(NamedTuple):
+    """One logged transaction: `answer` is what was read, `error` the errno it ended with."""
+
+    at: int
+    address: int
+    messages: tuple[Message, ...]
+    answer: bytes
+    error: int | None
+
+    @property
+    def written(self) -> bytes:
+        """The bytes the controller meant to write, joined."""
+        return b"".join(message for message in self.messages if isinstance(message, bytes))
+
+    @property
+    def to_read(self) -> int:
+        """The number of bytes the controller meant to read."""
+        return sum(message for message in self.messages if isinstance(message, int))
+
+    def __str__(self) -> str:
+        """Direction and bytes in order, for people: `0x68 W 3a, R 01 02`."""
+        parts, read = [], 0
+        for message in self.messages:
+            if isinstance(message, int):
+                parts.append(f"R {self.answer[read : read + message].hex(' ')}".rstrip())
+                read += message
+            else:
+                parts.append(f"W {message.hex(' ')}".rstrip())
+        ending = "" if self.error is None else f" -> errno {self.error}"
+        return f"0x{self.address:02x} {', '.join(parts)}{ending}"

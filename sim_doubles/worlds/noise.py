@@ -1,0 +1,32 @@
+"""White noise that belongs to an instant, not to the order of reading.
+
+Each triple is a keyed hash of seed and instant, turned into three independent normal numbers. So
+the same instant has the same noise however often, and after whatever else, it is asked for.
+"""
+
+import hashlib
+import struct
+from statistics import NormalDist
+
+__all__ = ["InstantNoise"]
+
+_normal_quantile = NormalDist().inv_cdf
+_words = struct.Struct("<3Q").unpack
+
+
+class InstantNoise:
+    """Triples of independent normal numbers of mean zero, one triple an instant."""
+
+    def __init__(self, seed: int, standard_deviation: float) -> None:
+        self._seed = b"%d:" % seed
+        self._scale = standard_deviation
+
+    def at(self, instant: int) -> tuple[float, float, float]:
+        """The noise at `instant`, in the unit of the standard deviation."""
+        key = self._seed + b"%d" % instant
+        a, b, c = _words(hashlib.blake2b(key, digest_size=24).digest())
+        return (self._normal(a), self._normal(b), self._normal(c))
+
+    def _normal(self, word: int) -> float:
+        """The quantile of the word's upper 52 bits, taken mid-cell so that 0 and 1 never occur."""
+        return self._scale * _normal_quantile(((word >> 12) + 0.5) * 2.0**-52)

@@ -1,0 +1,98 @@
+"""TachoBot's plant: a rigid body in the plane, turned and pushed by eight propellers.
+
+The model is equation (1) of Pecker Marcosig, Giribet and Castro, "DEVS-over-ROS", Winter Simulation
+Conference 2018: four forces from four pairs of propellers (`propellers`) on a body with three
+degrees of freedom. Standing on its rotating platform (`turntable`) it only turns, against the
+bearing's friction; hovering on its central propeller (`hovering`) it moves freely.
+
+Nothing runs in the background. `advance` brings the plant to an instant when somebody asks: the
+sensors' double before it samples, and the PWM double before its outputs change, so that between two
+calls the duties are constant. Over such a stretch yaw is a formula, and x and y an integral of one,
+so how often anybody asks does not matter.
+
+Not modelled: tilt and lift, the reaction torque of the propellers, ripple of the PWM, a battery
+that sags, an IMU mounted off centre, accelerometer and magnetometer noise.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+from firmware_runtime.devs.time import SECOND, format_time
+from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.worlds.hovering import Hovering
+from sim_doubles.worlds.noise import InstantNoise
+from sim_doubles.worlds.propellers import MOTORS, PropellerPairs
+from sim_doubles.worlds.tachobot_body import Mounting, TachobotParameters, TachobotState
+from sim_doubles.worlds.turntable import Turntable
+
+__all__ = ["Mounting", "TachobotParameters", "TachobotState", "TachobotWorld"]
+
+_GRAVITY_M_S2 = 9.80665
+_FIELD_NORTH_T = 20e-6
+_FIELD_UP_T = -40e-6
+_TEMPERATURE_C = 25.0
+
+
+class TachobotWorld:
+    """The plant behind TachoBot's doubles, at rest at instant 0.
+
+    `duties` returns what the eight motors get now, 0 to 1 each; pair i has the motors 2i and
+    2i + 1. `advance` must be called before they change. Instants are ns and never go back.
+    """
+
+    def __init__(
+        self, parameters: TachobotParameters, duties: Callable[[], Sequence[float]]
+    ) -> None:
+        self._duties = duties
+        self._propellers = PropellerPairs(parameters.pair_thrust_n, parameters.motor_lag_s)
+        body = Hovering if parameters.mounting == "free" else Turntable
+        self._body: Hovering | Turntable = body(parameters)
+        self._gyro_bias = parameters.gyro_bias_rad_s
+        self._gyro_noise = InstantNoise(parameters.seed, parameters.gyro_noise_rad_s)
+        self._at = 0
+
+    def advance(self, at: int) -> None:
+        """Bring the plant to `at` with the duties held since the last call; free if it is there.
+
+        Raises ValueError if `at` is in the past or a duty is not a number from 0 to 1.
+        """
+        if at == self._at:
+            return
+        if at < self._at:
+            raise ValueError(
+                f"TachoBot world: asked for {format_time(at)} when it is "
+                f"{format_time(self._at)} there; expected an instant not in the past"
+            )
+        duties, elapsed_s = self._checked_duties(), (at - self._at) / SECOND
+        self._body.advance(self._propellers.forces(duties), elapsed_s)
+        self._propellers.advance(duties, elapsed_s)
+        self._at = at
+
+    def state(self, at: int) -> TachobotState:
+        """Where the body is at `at`, which is advanced to."""
+        self.advance(at)
+        return self._body.state
+
+    def inertial(self, at: int) -> InertialTruth:
+        """What an IMU in the centre feels at `at`, which is advanced to.
+
+        Body axes: x forward, y left, z up. Acceleration in m/s2 is the specific force, +9.80665 up
+        at rest; rate in rad/s has the gyro's bias and noise on it; field in T is 20 uT north and
+        40 uT down, north being forward at yaw 0; 25 degC. The noise depends on seed and instant
+        only.
+        """
+        yaw, rate = self.state(at)[4:]
+        forward, left = self._body.acceleration(self._propellers.forces(self._checked_duties()))
+        noise_x, noise_y, noise_z = self._gyro_noise.at(at)
+        return InertialTruth(
+            acceleration=(forward, left, _GRAVITY_M_S2),
+            rate=(noise_x, noise_y, rate + self._gyro_bias + noise_z),
+            field=(_FIELD_NORTH_T * math.cos(yaw), -_FIELD_NORTH_T * math.sin(yaw), _FIELD_UP_T),
+            temperature_c=_TEMPERATURE_C,
+        )
+
+    def _checked_duties(self) -> Sequence[float]:
+        duties = self._duties()
+        if len(duties) != MOTORS or not all(0.0 <= duty <= 1.0 for duty in duties):
+            raise ValueError(f"TachoBot world: duties are {duties}, expected eight from 0 to 1")
+        return duties

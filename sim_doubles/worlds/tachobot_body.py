@@ -1,0 +1,85 @@
+"""TachoBot's body in numbers: what it is (parameters) and how it moves (state)."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
+
+__all__ = ["Mounting", "TachobotParameters", "TachobotState"]
+
+Mounting = Literal["platform", "free"]
+"""On the rotating platform only yaw moves; free, hovering on its central propeller, all three."""
+
+_POSITIVE = ("mass_kg", "lever_arm_m", "yaw_inertia_kg_m2", "pair_thrust_n")
+_NOT_NEGATIVE = (
+    "motor_lag_s",
+    "yaw_damping_nms",
+    "static_friction_nm",
+    "coulomb_friction_nm",
+    "gyro_noise_rad_s",
+)
+
+
+class TachobotState(NamedTuple):
+    """Position, yaw and their rates, in the axes of the room: x and y level, yaw from x to y."""
+
+    x_m: float
+    vx_m_s: float
+    y_m: float
+    vy_m_s: float
+    yaw_rad: float
+    yaw_rate_rad_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class TachobotParameters:
+    """The numbers of the plant, all SI.
+
+    The paper gives the mass, about 3 kg; the other numbers are ours. Friction and damping default
+    to zero, which is equation (1) as printed. They belong to the platform's bearing and act in no
+    other mounting. Raises ValueError with every fault found.
+    """
+
+    mass_kg: float = 3.0
+    lever_arm_m: float = 0.20
+    """From the centre to each pair's line of thrust."""
+    yaw_inertia_kg_m2: float = 0.075
+    pair_thrust_n: float = 0.40
+    """The most a pair can push: one motor at full duty, the other off."""
+    motor_lag_s: float = 0.03
+    """Time constant of duty to effective duty; 0 means at once."""
+    yaw_damping_nms: float = 0.0
+    """Viscous moment per rad/s, in N m s."""
+    static_friction_nm: float = 0.0
+    """The moment at which the standing bearing breaks away; at least Coulomb friction."""
+    coulomb_friction_nm: float = 0.0
+    """The constant moment against the motion of the turning bearing."""
+    gyro_bias_rad_s: float = 0.01
+    """What the gyro's z axis reads at rest; x and y have no bias."""
+    gyro_noise_rad_s: float = 0.002
+    """Standard deviation per sample of the white noise on each gyro axis."""
+    seed: int = 1
+    """Chooses the noise."""
+    mounting: Mounting = "platform"
+
+    def __post_init__(self) -> None:
+        faults = list(self._faults())
+        if faults:
+            raise ValueError(f"TachoBot world: {'; '.join(faults)}")
+
+    def _faults(self) -> Iterator[str]:
+        for name in _POSITIVE:
+            if not 0.0 < getattr(self, name) < math.inf:
+                yield f"{name} is {getattr(self, name)}, expected a finite number above 0"
+        for name in _NOT_NEGATIVE:
+            if not 0.0 <= getattr(self, name) < math.inf:
+                yield f"{name} is {getattr(self, name)}, expected a finite number, 0 or more"
+        if not math.isfinite(self.gyro_bias_rad_s):
+            yield f"gyro_bias_rad_s is {self.gyro_bias_rad_s}, expected a finite number"
+        if self.static_friction_nm < self.coulomb_friction_nm:
+            yield (
+                f"static_friction_nm is {self.static_friction_nm}, expected at least "
+                f"coulomb_friction_nm, which is {self.coulomb_friction_nm}"
+            )
+        if self.mounting not in get_args(Mounting):
+            yield f"mounting is {self.mounting!r}, expected one of {get_args(Mounting)}"

@@ -1,0 +1,44 @@
+"""The world's probe: puts the plant's true state on ports, so that a trace can carry it."""
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.models.motion import Motion
+from sim_doubles.clock import Now
+from sim_doubles.worlds.tachobot import TachobotState, TachobotWorld
+
+
+class TachobotProbe(Atomic):
+    """Answers every `tick` with the plant's state at that instant.
+
+    waiting --tick?--> telling (0) --yaw_rad!, yaw_rate_rad_s!, x!, y!--> waiting
+
+    `x` and `y` are what a tracking system in the room would measure; nothing on board can.
+    """
+
+    def __init__(self, world: TachobotWorld, now: Now) -> None:
+        super().__init__("world")
+        self.tick = self.in_port("tick", object)
+        self.yaw_rad = self.out_port("yaw_rad", float)
+        self.yaw_rate_rad_s = self.out_port("yaw_rate_rad_s", float)
+        self.x = self.out_port("x", Motion)
+        self.y = self.out_port("y", Motion)
+        self._world = world
+        self._now = now
+        self._state: TachobotState | None = None
+
+    def output(self) -> None:
+        """Tell the state."""
+        if self._state is not None:
+            x, vx, y, vy, yaw, rate = self._state
+            self.yaw_rad.send(yaw)
+            self.yaw_rate_rad_s.send(rate)
+            self.x.send(Motion(x, vx))
+            self.y.send(Motion(y, vy))
+
+    def internal(self) -> None:
+        """Wait for the next tick."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the world has its own clock
+        """Look at the plant now."""
+        self._state = self._world.state(self._now())
+        self.activate("telling")

@@ -1,0 +1,62 @@
+import math
+
+import pytest
+
+from drivers.gyro_bias import GyroBias
+from firmware_runtime.hal.errors import NotReady
+
+
+def test_the_bias_is_the_mean_of_a_robot_at_rest() -> None:
+    bias = GyroBias(4)
+    for z in (0.01, 0.03, 0.01, 0.03):
+        assert not bias.is_complete
+        bias.add((0.1, -0.05, z))
+    assert bias.is_complete
+    assert bias.mean() == pytest.approx((0.1, -0.05, 0.02))
+
+
+def test_a_robot_that_moved_is_refused_with_axis_and_spread() -> None:
+    bias = GyroBias(2)
+    bias.add((0.0, 0.0, 0.0))
+    bias.add((0.0, 0.2, 0.0))
+    with pytest.raises(
+        NotReady, match=r"about y spreads over 0\.200 rad/s, expected 0\.05 at most"
+    ):
+        bias.mean()
+
+
+def test_a_robot_that_turns_evenly_is_refused_too() -> None:
+    bias = GyroBias(2)
+    for _ in range(2):
+        bias.add((0.0, 0.0, -1.0))
+    with pytest.raises(NotReady, match=r"mean rate about z is -1\.000 rad/s, .*the robot turns"):
+        bias.mean()
+
+
+def test_too_few_samples_are_no_bias() -> None:
+    bias = GyroBias(3)
+    bias.add((0.0, 0.0, 0.0))
+    with pytest.raises(NotReady, match="1 samples, expected 3"):
+        bias.mean()
+
+
+def test_a_rate_that_is_no_number_is_no_rest() -> None:
+    bias = GyroBias(2)
+    for rate in (0.0, math.nan):
+        bias.add((rate, 0.0, 0.0))
+    with pytest.raises(NotReady):
+        bias.mean()
+
+
+def test_restarting_forgets_the_motion() -> None:
+    bias = GyroBias(2)
+    bias.add((5.0, 0.0, 0.0))
+    bias.restart()
+    for _ in range(2):
+        bias.add((0.01, 0.0, 0.0))
+    assert bias.mean() == pytest.approx((0.01, 0.0, 0.0))
+
+
+def test_a_bias_of_one_sample_cannot_be_asked_for() -> None:
+    with pytest.raises(ValueError, match="1 samples, expected 2 or more"):
+        GyroBias(1)

@@ -1,0 +1,65 @@
+from contextlib import suppress
+from itertools import permutations, product
+
+import pytest
+
+from drivers.chips.mounting import Mounting, parse_mounting
+from drivers.chips.setting import SettingError
+
+
+def determinant(mounting: Mounting) -> int:
+    i, j, k = mounting.axes
+    parity = (j - i) * (k - i) * (k - j) // 2
+    return parity * mounting.signs[0] * mounting.signs[1] * mounting.signs[2]
+
+
+def spellings() -> list[str]:
+    return [
+        " ".join(sign + axis for sign, axis in zip(signs, axes, strict=True))
+        for axes in permutations("xyz")
+        for signs in product("+-", repeat=3)
+    ]
+
+
+def test_exactly_the_24_rotations_are_taken() -> None:
+    taken = []
+    for text in spellings():
+        with suppress(SettingError):
+            taken.append(parse_mounting(text))
+    assert len(set(taken)) == 24
+    assert {determinant(mounting) for mounting in taken} == {1}
+
+
+def test_a_mirror_image_is_refused_as_such() -> None:
+    with pytest.raises(SettingError, match=r"'\+x \+y -z' is a mirror image, expected a rotation"):
+        parse_mounting("+x +y -z")
+
+
+def test_body_axes_are_named_in_order_by_the_sensor_axes_along_them() -> None:
+    mounting = parse_mounting("+y -x +z")
+    assert mounting.factors((1.0, 10.0, 100.0)) == (10.0, -1.0, 100.0)
+
+
+def test_composing_equals_turning_twice() -> None:
+    outer, inner = parse_mounting("+y -x +z"), parse_mounting("-z +y +x")
+    raw = (1.0, 10.0, 100.0)
+    assert outer.of(inner).factors(raw) == outer.factors(inner.factors(raw))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "+x +y",
+        "x y z",
+        "+x +y +y",
+        "+X +Y +Z",
+        "+x  +y +z",
+        "+x,+y,+z",
+        "+x +y +z ",
+        "+w +y +z",
+    ],
+)
+def test_anything_else_is_refused_with_what_was_expected(text: str) -> None:
+    with pytest.raises(SettingError, match="expected each of x, y, z once with a sign"):
+        parse_mounting(text)

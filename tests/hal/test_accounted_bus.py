@@ -1,0 +1,153 @@
+from collections.abc import Callable, Sequence
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.hal.accounted_bus import AccountedBus, BusCounters
+from firmware_runtime.hal.errors import (
+    ArbitrationLost,
+    BusFault,
+    BusTimeout,
+    HalError,
+    NoAcknowledge,
+    PortClosed,
+)
+from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.retry import ONE_ATTEMPT, RetryPolicy
+
+BUS_HZ = 400_000
+BIT_NS = 2_500
+
+
+class ScriptedBus(I2cBus):
+    """Answers each attempt with the next outcome of its script."""
+
+    name = "i2c-1"
+
+    def __init__(self, *outcomes: bytes | HalError) -> None:
+        self.outcomes = list(outcomes)
+        self.attempts: list[tuple[int, tuple[Message, ...]]] = []
+        self.closed = False
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        self.attempts.append((address, tuple(messages)))
+        outcome = self.outcomes.pop(0)
+        if isinstance(outcome, HalError):
+            raise outcome
+        return outcome
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def numbers(counters: BusCounters) -> tuple[int, int, int, int, int]:
+    return (
+        counters.transactions,
+        counters.bytes,
+        counters.errors,
+        counters.retries,
+        counters.busy_ns,
+    )
+
+
+def test_a_transaction_passes_through_unchanged_and_is_counted() -> None:
+    inner = ScriptedBus(b"\x71")
+    bus = AccountedBus(inner, BUS_HZ)
+    assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
+    assert inner.attempts == [(0x68, (b"\x75", 1))]
+    assert numbers(bus) == (1, 4, 0, 0, 39 * BIT_NS)
+    assert bus.name == "i2c-1"
+
+
+def test_each_address_has_counters_of_its_own() -> None:
+    bus = AccountedBus(ScriptedBus(b"", b"", b"\x71"), BUS_HZ)
+    bus.write(0x40, b"\xfd\x10")
+    bus.write(0x40, b"\xfd\x10")
+    bus.write_read(0x68, b"\x75", 1)
+    assert numbers(bus.by_address[0x40]) == (2, 6, 0, 0, 58 * BIT_NS)
+    assert numbers(bus.by_address[0x68]) == (1, 4, 0, 0, 39 * BIT_NS)
+    assert numbers(bus) == (3, 10, 0, 0, 97 * BIT_NS)
+
+
+@pytest.mark.parametrize("error", [NoAcknowledge("n"), ArbitrationLost("a"), BusFault("f")])
+def test_a_passing_error_is_retried_and_counted(error: HalError) -> None:
+    inner = ScriptedBus(error, error, b"\x71")
+    bus = AccountedBus(inner, BUS_HZ)
+    assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
+    assert inner.attempts == [(0x68, (b"\x75", 1))] * 3
+    assert numbers(bus) == (1, 12, 2, 2, 117 * BIT_NS)
+    assert numbers(bus.by_address[0x68]) == numbers(bus)
+
+
+def test_the_last_attempts_error_is_raised() -> None:
+    last = NoAcknowledge("third")
+    bus = AccountedBus(ScriptedBus(NoAcknowledge("first"), BusFault("second"), last), BUS_HZ)
+    with pytest.raises(NoAcknowledge) as caught:
+        bus.read(0x68, 1)
+    assert caught.value is last
+    assert (bus.transactions, bus.errors, bus.retries) == (1, 3, 2)
+
+
+@pytest.mark.parametrize("error", [BusTimeout("stuck"), PortClosed("closed")])
+def test_a_lasting_error_is_raised_at_once(error: HalError) -> None:
+    inner = ScriptedBus(error)
+    bus = AccountedBus(inner, BUS_HZ)
+    with pytest.raises(type(error)):
+        bus.read(0x68, 1)
+    assert len(inner.attempts) == 1
+    assert (bus.errors, bus.retries) == (1, 0)
+
+
+def test_one_attempt_means_no_retry() -> None:
+    bus = AccountedBus(ScriptedBus(NoAcknowledge("n")), BUS_HZ, ONE_ATTEMPT)
+    with pytest.raises(NoAcknowledge):
+        bus.read(0x68, 1)
+    assert (bus.errors, bus.retries) == (1, 0)
+
+
+def test_a_bug_in_the_bus_underneath_is_not_retried_and_frees_the_lock() -> None:
+    bus = AccountedBus(ScriptedBus(), BUS_HZ)
+    for _ in range(2):
+        with pytest.raises(IndexError):
+            bus.read(0x68, 1)
+
+
+def test_closing_closes_the_bus_underneath_and_keeps_the_counters() -> None:
+    inner = ScriptedBus(b"\x71")
+    bus = AccountedBus(inner, BUS_HZ)
+    bus.read(0x68, 1)
+    bus.close()
+    assert inner.closed
+    assert bus.transactions == 1
+
+
+@pytest.mark.parametrize("on", [(BusTimeout,), (HalError,), (NoAcknowledge, BusTimeout)])
+def test_a_policy_that_retries_timeouts_is_refused(on: tuple[type[HalError], ...]) -> None:
+    with pytest.raises(ValueError, match="BusTimeout is never retried"):
+        RetryPolicy(3, on)
+
+
+def test_a_policy_without_an_attempt_is_refused() -> None:
+    with pytest.raises(ValueError, match="0 attempts, expected 1 or more"):
+        RetryPolicy(0)
+
+
+KINDS: list[Callable[[str], HalError]] = [NoAcknowledge, ArbitrationLost, BusFault, BusTimeout]
+OUTCOMES = st.lists(st.one_of(st.just(b""), st.sampled_from(KINDS).map(lambda kind: kind("x"))))
+
+
+@given(OUTCOMES, st.integers(1, 4))
+def test_attempts_and_failures_balance(outcomes: list[bytes | HalError], attempts: int) -> None:
+    inner = ScriptedBus(*outcomes, *[b""] * 5)
+    bus = AccountedBus(inner, BUS_HZ, RetryPolicy(attempts))
+    failed = 0
+    while len(inner.outcomes) >= 5:
+        try:
+            bus.write(0x40 + len(inner.outcomes) % 3, b"\x00")
+        except HalError:
+            failed += 1
+    assert len(inner.attempts) == bus.transactions + bus.retries
+    assert failed == bus.errors - bus.retries
+    sums = zip(*map(numbers, bus.by_address.values()), strict=True)
+    assert numbers(bus) == tuple(map(sum, sums))

@@ -1,0 +1,104 @@
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.hal.budget import (
+    BusLoad,
+    PeriodicTransaction,
+    bits,
+    transaction_ns,
+    wire_bytes,
+)
+from firmware_runtime.hal.i2c import Message
+
+MILLISECOND = 1_000_000
+DUTY_BURST: tuple[Message, ...] = (bytes(33),)
+SAMPLE_BURST: tuple[Message, ...] = (b"\x3a", 23)
+
+# Operation, messages, bytes with addresses, bits, microseconds at 400 kHz: counted by hand.
+COUNTED: list[tuple[str, tuple[Message, ...], int, int, float]] = [
+    ("eight duties", DUTY_BURST, 34, 308, 770),
+    ("sixteen duties", (bytes(65),), 66, 596, 1490),
+    ("stop all", (b"\xfd\x10",), 3, 29, 72.5),
+    ("nine axes through the auxiliary master", SAMPLE_BURST, 26, 237, 592.5),
+    ("compass bearing, pitch and roll", (b"\x02", 4), 7, 66, 165),
+]
+
+
+@pytest.mark.parametrize(("operation", "messages", "size", "bit_count", "us"), COUNTED)
+def test_cost_equals_the_count_by_hand(
+    operation: str, messages: Sequence[Message], size: int, bit_count: int, us: float
+) -> None:
+    assert wire_bytes(messages) == size, operation
+    assert bits(messages) == bit_count, operation
+    assert transaction_ns(messages, 400_000) == us * 1000, operation
+
+
+def test_bus_time_is_rounded_up_to_a_whole_nanosecond() -> None:
+    assert transaction_ns((b"",), 300_000) == 36_667
+
+
+@given(st.lists(st.one_of(st.binary(max_size=40), st.integers(1, 40)), min_size=1, max_size=4))
+def test_a_message_more_costs_its_bytes_its_address_and_one_start(messages: list[Message]) -> None:
+    longer = [*messages, b"abc"]
+    assert bits(longer) - bits(messages) == 9 * 4 + 1
+
+
+def tachobot(bus_hz: int) -> BusLoad:
+    period = 10 * MILLISECOND
+    return BusLoad(
+        "i2c-1",
+        bus_hz,
+        [
+            PeriodicTransaction("imu", SAMPLE_BURST, period),
+            PeriodicTransaction("thrust pairs", DUTY_BURST, period),
+        ],
+    )
+
+
+def test_a_sample_and_eight_duties_at_100_hz_fit_at_400_khz() -> None:
+    load = tachobot(400_000)
+    assert load.utilisation == pytest.approx(0.13625)
+    assert load.fault() is None
+    assert load.warning() is None
+
+
+def test_the_same_at_100_khz_is_warned_of_with_each_share() -> None:
+    load = tachobot(100_000)
+    assert load.fault() is None
+    assert load.warning() == (
+        "i2c-1: 54.5% of its time at 100000 Hz is asked for, above 50 % little is left for retries "
+        "(imu 23.7%, thrust pairs 30.8%)"
+    )
+
+
+def test_more_than_80_percent_is_refused_and_not_warned_of() -> None:
+    load = tachobot(60_000)
+    assert load.warning() is None
+    assert load.fault() == (
+        "i2c-1: 90.8% of its time at 60000 Hz is asked for, above 80 % is refused "
+        "(imu 39.5%, thrust pairs 51.3%)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("periods", "refused", "warned"),
+    [((2,), False, False), ((2, 1000), False, True), ((5,) * 4, False, True), ((1,), True, False)],
+)
+def test_limits_are_exact_and_only_what_exceeds_them_counts(
+    periods: tuple[int, ...], *, refused: bool, warned: bool
+) -> None:
+    one_ms = (bytes(10),)  # 101 bits at 101 kHz: exactly one millisecond
+    load = BusLoad(
+        "i2c-1",
+        101_000,
+        [PeriodicTransaction("it", one_ms, period * MILLISECOND) for period in periods],
+    )
+    assert (load.fault() is not None) == refused
+    assert (load.warning() is not None) == warned
+
+
+def test_an_idle_bus_has_no_load() -> None:
+    assert BusLoad("i2c-1", 400_000, []).utilisation == 0

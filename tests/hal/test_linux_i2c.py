@@ -1,0 +1,245 @@
+"""The real smbus2 with its real ctypes messages; only the kernel behind `ioctl` is replaced."""
+
+import ctypes
+import errno
+import os
+import re
+from pathlib import Path
+
+import pytest
+import smbus2.smbus2
+
+from firmware_runtime.hal import linux
+from firmware_runtime.hal.errors import (
+    AddressInUse,
+    ArbitrationLost,
+    BusAbsent,
+    BusFault,
+    BusTimeout,
+    HalError,
+    NoAcknowledge,
+    PortClosed,
+)
+
+I2C_M_RD = 0x0001
+I2C_FUNC_I2C = 0x00000001
+I2C_FUNC_SMBUS_BYTE = 0x00060000
+
+
+class Message(ctypes.Structure):
+    """`struct i2c_msg` as the kernel lays it out."""
+
+    _fields_ = (
+        ("addr", ctypes.c_uint16),
+        ("flags", ctypes.c_uint16),
+        ("len", ctypes.c_uint16),
+        ("buf", ctypes.c_void_p),
+    )
+    addr: int
+    flags: int
+    len: int
+    buf: int
+
+
+class Transfer(ctypes.Structure):
+    """`struct i2c_rdwr_ioctl_data` as the kernel lays it out."""
+
+    _fields_ = (("msgs", ctypes.POINTER(Message)), ("nmsgs", ctypes.c_uint32))
+    msgs: list[Message]
+    nmsgs: int
+
+
+class Kernel:
+    """What stands behind `/dev/i2c-N`: answers ioctls, remembers what went over the wire."""
+
+    def __init__(self) -> None:
+        self.functions = I2C_FUNC_I2C
+        self.timeout_10ms = 100
+        self.claims: list[int] = []
+        self.held_by_a_driver: set[int] = set()
+        self.wire: list[list[tuple[int, bytes | int]]] = []
+        self.answers: list[bytes] = []
+        self.failure: int | None = None
+
+    def ioctl(
+        self, descriptor: int, request: int, argument: ctypes.Structure | ctypes.c_ulong | int
+    ) -> int:
+        os.fstat(descriptor)  # a closed descriptor is EBADF, as in the kernel
+        if request == 0x0705 and isinstance(argument, ctypes.c_ulong):
+            argument.value = self.functions
+        elif request == 0x0702 and isinstance(argument, int):
+            self.timeout_10ms = argument
+        elif request == 0x0703 and isinstance(argument, int):
+            self.claim(argument)
+        elif request == 0x0707 and isinstance(argument, ctypes.Structure):
+            self.transfer(Transfer.from_address(ctypes.addressof(argument)))
+        else:
+            raise OSError(errno.ENOTTY, os.strerror(errno.ENOTTY))
+        return 0
+
+    def claim(self, address: int) -> None:
+        if address in self.held_by_a_driver:
+            raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+        self.claims.append(address)
+
+    def transfer(self, transfer: Transfer) -> None:
+        messages = [transfer.msgs[index] for index in range(transfer.nmsgs)]
+        if self.failure is not None:
+            raise OSError(self.failure, os.strerror(self.failure))
+        self.wire.append([(each.addr, self.carry(each)) for each in messages])
+
+    def carry(self, message: Message) -> bytes | int:
+        if not message.flags & I2C_M_RD:
+            return ctypes.string_at(message.buf, message.len)
+        answer = self.answers.pop(0)
+        assert len(answer) == message.len
+        ctypes.memmove(message.buf, answer, message.len)
+        return message.len
+
+
+@pytest.fixture
+def kernel(monkeypatch: pytest.MonkeyPatch) -> Kernel:
+    kernel = Kernel()
+    monkeypatch.setattr(smbus2.smbus2, "ioctl", kernel.ioctl)
+    monkeypatch.setattr(linux, "ioctl", kernel.ioctl)
+    return kernel
+
+
+@pytest.fixture
+def node(tmp_path: Path) -> str:
+    path = tmp_path / "i2c-1"
+    path.touch()
+    return str(path)
+
+
+def test_a_write_and_a_read_are_one_transfer_with_the_address_in_each(
+    kernel: Kernel, node: str
+) -> None:
+    kernel.answers = [b"\x71\x00"]
+    bus = linux.open_i2c("i2c-1", node)
+    assert bus.write_read(0x68, b"\x75", 2) == b"\x71\x00"
+    assert kernel.wire == [[(0x68, b"\x75"), (0x68, 2)]]
+    bus.close()
+
+
+def test_more_than_32_bytes_go_in_one_transfer(kernel: Kernel, node: str) -> None:
+    bus = linux.open_i2c("i2c-1", node)
+    burst = bytes(range(65))
+    bus.write(0x40, burst)
+    assert kernel.wire == [[(0x40, burst)]]
+    bus.close()
+
+
+def test_all_reads_of_a_transaction_come_back_joined_in_order(kernel: Kernel, node: str) -> None:
+    kernel.answers = [b"\x01\x02", b"\x00\xff\x00"]
+    bus = linux.open_i2c("i2c-1", node)
+    assert bus.transaction(0x40, (b"\x00", 2, b"\xfd", 3)) == b"\x01\x02\x00\xff\x00"
+    bus.close()
+
+
+def test_opening_bounds_the_adapters_timeout(kernel: Kernel, node: str) -> None:
+    linux.open_i2c("i2c-1", node).close()
+    assert kernel.timeout_10ms == 5
+    linux.open_i2c("i2c-1", node, timeout_ms=101).close()
+    assert kernel.timeout_10ms == 11
+
+
+@pytest.mark.parametrize(
+    ("failure", "kind"),
+    [
+        (errno.EREMOTEIO, NoAcknowledge),
+        (errno.ENXIO, NoAcknowledge),
+        (errno.EAGAIN, ArbitrationLost),
+        (errno.ETIMEDOUT, BusTimeout),
+        (errno.EIO, BusFault),
+        (errno.EOPNOTSUPP, BusFault),
+    ],
+)
+def test_errno_is_translated_with_bus_and_address(
+    kernel: Kernel, node: str, failure: int, kind: type[HalError]
+) -> None:
+    bus = linux.open_i2c("i2c-1", node)
+    kernel.failure = failure
+    with pytest.raises(kind, match=r"^i2c-1 address 0x68: .+\(" + errno.errorcode[failure]):
+        bus.write_read(0x68, b"\x75", 1)
+    kernel.failure = None
+    bus.write(0x68, b"\x75")
+    assert kernel.wire == [[(0x68, b"\x75")]]
+    bus.close()
+
+
+def test_a_timeout_is_a_built_in_timeout_error_too(kernel: Kernel, node: str) -> None:
+    bus = linux.open_i2c("i2c-1", node)
+    kernel.failure = errno.ETIMEDOUT
+    with pytest.raises(TimeoutError):
+        bus.read(0x68, 1)
+    bus.close()
+
+
+def test_an_address_is_claimed_once_before_its_first_transfer(kernel: Kernel, node: str) -> None:
+    bus = linux.open_i2c("i2c-1", node)
+    for address in (0x40, 0x68, 0x40, 0x00):
+        bus.write(address, b"\x00")
+    assert kernel.claims == [0x40, 0x68, 0x00]
+    bus.close()
+
+
+def test_an_address_held_by_a_kernel_driver_is_refused_untouched(kernel: Kernel, node: str) -> None:
+    kernel.held_by_a_driver = {0x68}
+    bus = linux.open_i2c("i2c-1", node)
+    with pytest.raises(AddressInUse, match="i2c-1 address 0x68: a kernel driver holds the address"):
+        bus.write(0x68, b"\x6b\x80")
+    assert kernel.wire == []
+    bus.close()
+
+
+def test_a_closed_bus_says_so_and_closing_twice_is_harmless(kernel: Kernel, node: str) -> None:
+    bus = linux.open_i2c("i2c-1", node)
+    bus.write(0x40, b"\x00")
+    bus.close()
+    bus.close()
+    with pytest.raises(PortClosed, match="i2c-1 address 0x40: the bus is closed"):
+        bus.write(0x40, b"\x00")
+    assert len(kernel.wire) == 1
+
+
+def test_a_bus_pulled_out_under_us_is_absent_not_a_fault(kernel: Kernel, node: str) -> None:
+    bus = linux.open_i2c("i2c-1", node)
+    kernel.failure = errno.ENODEV
+    with pytest.raises(BusAbsent):
+        bus.write(0x40, b"\x00")
+    bus.close()
+
+
+def test_an_absent_bus_names_its_node_and_what_mends_it() -> None:
+    expected = r"^front: /dev/i2c-9999 does not exist \(this machine has .+\); .+i2c-dev"
+    with pytest.raises(BusAbsent, match=expected):
+        linux.open_i2c("front", 9999)
+
+
+@pytest.mark.parametrize(
+    ("failure", "advice"),
+    [(errno.EACCES, "add the user to the group"), (errno.EBUSY, "cannot be opened")],
+)
+def test_a_node_that_may_not_be_opened_is_absent_and_says_why(
+    monkeypatch: pytest.MonkeyPatch, failure: int, advice: str
+) -> None:
+    def refuse(path: str, _flags: int) -> int:
+        raise OSError(failure, os.strerror(failure), path)
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(BusAbsent, match=re.escape(advice)):
+        linux.open_i2c("i2c-1", "/dev/i2c-1")
+
+
+def test_a_node_that_is_no_bus_is_refused_and_left_closed(node: str) -> None:
+    before = set(Path("/proc/self/fd").iterdir())
+    with pytest.raises(BusAbsent, match="is not an I2C bus"):
+        linux.open_i2c("i2c-1", node)
+    assert set(Path("/proc/self/fd").iterdir()) == before
+
+
+def test_an_adapter_that_only_speaks_smbus_is_refused(kernel: Kernel, node: str) -> None:
+    kernel.functions = I2C_FUNC_SMBUS_BYTE
+    with pytest.raises(BusAbsent, match="is not an I2C bus that can do plain transfers"):
+        linux.open_i2c("i2c-1", node)

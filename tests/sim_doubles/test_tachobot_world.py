@@ -1,0 +1,248 @@
+"""What TachoBot's plant does: signs and sizes of equation (1), the IMU's view, refusals."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sim_doubles.worlds.tachobot import (
+    Mounting,
+    TachobotParameters,
+    TachobotState,
+    TachobotWorld,
+)
+
+SECOND = 1_000_000_000
+NEUTRAL = (0.5,) * 8
+FREE = TachobotParameters(mounting="free", motor_lag_s=0.0, gyro_noise_rad_s=0.0)
+commands = st.floats(-1.0, 1.0)
+
+
+def differential(*pairs: float) -> list[float]:
+    """Duties of the four pairs about one half."""
+    return [duty for u in pairs for duty in (0.5 + u / 2, 0.5 - u / 2)]
+
+
+class Bench:
+    """A world and the duties it is driven with."""
+
+    def __init__(self, parameters: TachobotParameters) -> None:
+        self.duties: list[float] = list(NEUTRAL)
+        self.asked = 0
+        self.world = TachobotWorld(parameters, self._ask)
+
+    def _ask(self) -> list[float]:
+        self.asked += 1
+        return self.duties
+
+    def drive(self, at: int, *pairs: float) -> None:
+        self.world.advance(at)
+        self.duties = differential(*pairs)
+
+
+def after_one_second(parameters: TachobotParameters, *pairs: float) -> TachobotState:
+    bench = Bench(parameters)
+    bench.drive(0, *pairs)
+    return bench.world.state(SECOND)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "forward", "left", "turning"),
+    [
+        ((1, 0, 0, 0), 1, 0, 1),
+        ((0, 1, 0, 0), 0, -1, -1),
+        ((0, 0, 1, 0), -1, 0, 1),
+        ((0, 0, 0, 1), 0, 1, -1),
+    ],
+    ids=["f1", "f2", "f3", "f4"],
+)
+def test_each_force_pushes_and_turns_as_equation_1_says(
+    pairs: tuple[float, ...], forward: int, left: int, turning: int
+) -> None:
+    bench = Bench(FREE)
+    bench.drive(0, *pairs)
+    moved = bench.world.state(SECOND // 1000)
+    push = 0.40 / 3.0 * 1e-3
+    assert moved.vx_m_s == pytest.approx(forward * push, abs=1e-6)
+    assert moved.vy_m_s == pytest.approx(left * push, abs=1e-6)
+    assert moved.yaw_rate_rad_s == pytest.approx(turning * 0.20 / 0.075 * 0.40 * 1e-3)
+
+
+def test_forces_turn_with_the_body() -> None:
+    bench = Bench(FREE)
+    bench.drive(0, 1, 0, 1, 0)
+    quarter_s = math.sqrt(math.pi / (2 * 0.20 / 0.075 * 0.40))
+    half_way = round(quarter_s * SECOND)
+    bench.drive(half_way, -1, 0, -1, 0)
+    bench.drive(2 * half_way, 1, 0, -1, 0)  # it stands at half a turn, forward is now back
+    resting, moved = bench.world.state(2 * half_way), bench.world.state(2 * half_way + SECOND)
+    assert resting.yaw_rad == pytest.approx(math.pi)
+    assert resting.yaw_rate_rad_s == pytest.approx(0.0, abs=1e-9)
+    assert moved.vx_m_s - resting.vx_m_s == pytest.approx(-2 * 0.40 / 3.0)
+    assert moved.vy_m_s - resting.vy_m_s == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_third_command_accelerates_yaw_by_twice_its_lever_over_the_inertia() -> None:
+    command_n = 0.1
+    quarter = command_n / 2 / 0.40  # the pseudo-inverse of T gives each pair half of the command
+    turned = after_one_second(
+        replace(FREE, mounting="platform"), quarter, -quarter, quarter, -quarter
+    )
+    assert turned.yaw_rate_rad_s == pytest.approx(2 * 0.20 / 0.075 * command_n)
+
+
+@given(commands, commands, commands, commands)
+def test_differential_pairs_are_linear_in_their_commands(
+    u1: float, u2: float, u3: float, u4: float
+) -> None:
+    bench = Bench(FREE)
+    bench.drive(0, u1, u2, u3, u4)
+    forward, left, _ = bench.world.inertial(0).acceleration
+    assert forward * 3.0 == pytest.approx(0.40 * (u1 - u3), abs=1e-15)
+    assert left * 3.0 == pytest.approx(0.40 * (u4 - u2), abs=1e-15)
+
+
+@given(commands, st.floats(0.01, 0.1))
+def test_from_neutral_the_force_follows_its_command_with_the_motor_lag(
+    u: float, lag_s: float
+) -> None:
+    bench = Bench(replace(FREE, motor_lag_s=lag_s))
+    bench.drive(10 * SECOND, u, 0, 0, 0)
+    after_20_ms = bench.world.inertial(10 * SECOND + 20_000_000).acceleration
+    lagged = u * (1 - math.exp(-0.020 / lag_s))
+    assert after_20_ms[0] * 3.0 == pytest.approx(0.40 * lagged, abs=1e-12)
+
+
+@pytest.mark.parametrize("mounting", ["platform", "free"])
+@pytest.mark.parametrize("duty", [0.0, 0.5, 1.0], ids=["full-off", "neutral", "all full"])
+def test_equal_duties_move_nothing(mounting: Mounting, duty: float) -> None:
+    bench = Bench(TachobotParameters(mounting=mounting))
+    bench.duties = [duty] * 8
+    assert bench.world.state(SECOND) == TachobotState(0, 0, 0, 0, 0, 0)
+
+
+def test_full_off_leaves_a_turning_body_turning() -> None:
+    bench = Bench(TachobotParameters())
+    bench.drive(0, 1, -1, 1, -1)
+    bench.world.advance(SECOND)
+    bench.duties = [0.0] * 8
+    settled, later = (bench.world.state(n * SECOND).yaw_rate_rad_s for n in (3, 9))
+    assert settled > 4.0
+    assert later == pytest.approx(settled, rel=1e-12)
+
+
+def test_the_platform_pins_x_and_y() -> None:
+    turned = after_one_second(TachobotParameters(), 1, 1, 0, 0)
+    assert turned[:4] == (0, 0, 0, 0)
+    pushed = after_one_second(TachobotParameters(), 1, 0, 0, 0)
+    assert pushed[:4] == (0, 0, 0, 0)
+    assert pushed.yaw_rad > 0.4
+
+
+def test_at_rest_the_imu_feels_gravity_up_and_north_ahead() -> None:
+    truth = Bench(TachobotParameters(gyro_noise_rad_s=0.0)).world.inertial(SECOND)
+    assert truth.acceleration == (0.0, 0.0, 9.80665)
+    assert truth.rate == (0.0, 0.0, 0.01)
+    assert truth.field == (20e-6, 0.0, -40e-6)
+    assert truth.temperature_c == 25.0
+
+
+def test_turned_left_the_imu_has_north_on_its_right() -> None:
+    bench = Bench(replace(FREE, mounting="platform"))
+    bench.drive(0, 1, -1, 1, -1)
+    at = round(math.sqrt(math.pi / (4 * 0.20 / 0.075 * 0.40)) * SECOND)
+    truth = bench.world.inertial(at)
+    assert bench.world.state(at).yaw_rad == pytest.approx(math.pi / 2)
+    assert truth.field == pytest.approx((0.0, -20e-6, -40e-6), abs=1e-12)
+    assert truth.rate[2] == pytest.approx(bench.world.state(at).yaw_rate_rad_s + 0.01)
+
+
+def test_gyro_noise_has_its_mean_its_deviation_and_no_memory() -> None:
+    world = Bench(TachobotParameters(gyro_bias_rad_s=0.0, gyro_noise_rad_s=0.5)).world
+    samples = [world.inertial(at).rate for at in range(0, 4000 * 1_000_000, 1_000_000)]
+    for axis in zip(*samples, strict=True):
+        count = len(axis)
+        deviation = math.sqrt(sum(value * value for value in axis) / count)
+        memory = sum(a * b for a, b in pairwise(axis)) / count
+        assert abs(sum(axis) / count) < 5 * 0.5 / math.sqrt(count)
+        assert deviation == pytest.approx(0.5, rel=0.05)
+        assert abs(memory) < 5 * 0.25 / math.sqrt(count)
+    across = sum(x * y for x, y, _ in samples) / len(samples)
+    assert abs(across) < 5 * 0.25 / math.sqrt(len(samples))
+
+
+def test_noise_belongs_to_seed_and_instant_not_to_the_readings_before() -> None:
+    seldom, often = Bench(TachobotParameters()).world, Bench(TachobotParameters()).world
+    for at in range(0, SECOND, 7_000_001):
+        often.inertial(at)
+    assert seldom.inertial(SECOND) == often.inertial(SECOND) == often.inertial(SECOND)
+    other = Bench(TachobotParameters(seed=2)).world
+    assert other.inertial(SECOND).rate != often.inertial(SECOND).rate
+    assert seldom.inertial(SECOND + 1).rate != often.inertial(SECOND).rate
+
+
+def test_the_past_is_refused_and_the_present_is_free() -> None:
+    bench = Bench(TachobotParameters())
+    bench.world.advance(SECOND)
+    asked = bench.asked
+    bench.world.advance(SECOND)
+    assert bench.asked == asked
+    with pytest.raises(ValueError, match=r"asked for 0\.999999999 s when it is 1\.000000000 s"):
+        bench.world.advance(SECOND - 1)
+
+
+@pytest.mark.parametrize(
+    "duties",
+    [[0.5] * 7, [0.5] * 9, [0.5] * 7 + [1.1], [-0.1] + [0.5] * 7, [math.nan] + [0.5] * 7],
+    ids=["seven", "nine", "over one", "negative", "not a number"],
+)
+def test_duties_that_are_not_eight_from_0_to_1_are_refused(duties: list[float]) -> None:
+    bench = Bench(TachobotParameters())
+    bench.duties = duties
+    with pytest.raises(ValueError, match="expected eight from 0 to 1"):
+        bench.world.advance(1)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("name", ["mass_kg", "lever_arm_m", "yaw_inertia_kg_m2", "pair_thrust_n"])
+def test_parameters_that_must_be_positive_are_refused_otherwise(name: str, value: float) -> None:
+    overrides: dict[str, Any] = {name: value}
+    with pytest.raises(ValueError, match=f"{name} is {value}, expected a finite number above 0"):
+        TachobotParameters(**overrides)
+
+
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "motor_lag_s",
+        "yaw_damping_nms",
+        "static_friction_nm",
+        "coulomb_friction_nm",
+        "gyro_noise_rad_s",
+    ],
+)
+def test_parameters_that_may_be_zero_are_refused_below_it(name: str, value: float) -> None:
+    overrides: dict[str, Any] = {name: value}
+    with pytest.raises(ValueError, match=f"{name} is {value}, expected a finite number, 0 or more"):
+        TachobotParameters(**overrides)
+
+
+def test_every_fault_is_listed_at_once() -> None:
+    with pytest.raises(ValueError, match="TachoBot world: ") as refusal:
+        TachobotParameters(
+            mass_kg=0.0,
+            gyro_bias_rad_s=math.nan,
+            static_friction_nm=0.1,
+            coulomb_friction_nm=0.2,
+            mounting="ceiling",  # type: ignore[arg-type]
+        )
+    faults = str(refusal.value).split("; ")
+    assert len(faults) == 4
+    assert "gyro_bias_rad_s is nan" in faults[1]
+    assert "static_friction_nm is 0.1, expected at least coulomb_friction_nm" in faults[2]
+    assert "mounting is 'ceiling', expected one of ('platform', 'free')" in faults[3]
