@@ -16,6 +16,8 @@ class Robot:
     """In order: silences what could interfere, then asks each chip who it is. Raises HalError."""
     stop: Sequence[Callable[[], None]]
     """Each writes one chip's safe state, which is full-off, not neutral. Raises HalError."""
+    result: Callable[[], dict[str, object]]
+    """How the run ended, by what the robot itself knows; None where it knows nothing."""
     warnings: Sequence[str]
     """What works less well than it should, found while the chips were brought up."""
 

@@ -11,6 +11,9 @@ from firmware_runtime.hal.errors import HalError
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up anew: it may have lost its supply."""
 
+REPEATS_BEFORE_CHECK = 5
+"""Magnetometer readings in a row without any change after which it is asked whether it lives."""
+
 
 class Imu(Atomic):
     """Brings the chip up, measures the gyro's bias at rest, then sends one sample a period.
@@ -74,6 +77,8 @@ class Imu(Atomic):
             return self._continue_bring_up()
         sample = self.chip.read_sample()
         self.consecutive_faults = 0
+        if self._has_lost_field():
+            return self._new_warning()
         if self.stage == "calibrating":
             self._calibrate(sample)
             return None
@@ -89,6 +94,12 @@ class Imu(Atomic):
                 return self._new_warning()
             self._wait_left = wait
         return None
+
+    def _has_lost_field(self) -> bool:
+        """True once, when the magnetometer is found dead; the chip would show its last field on."""
+        repeats = self.chip.field_repeats
+        is_suspicious = repeats > 0 and repeats % REPEATS_BEFORE_CHECK == 0
+        return is_suspicious and not self.chip.check_magnetometer()
 
     def _new_warning(self) -> Fault | None:
         if not self.chip.warnings:

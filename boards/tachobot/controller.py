@@ -31,7 +31,7 @@ class Controller(Coupled):
         compass = seconds(settings.compass_time_constant_s)
         limit_n = 2 * pair_thrust_n
 
-        attitude = self.add(Attitude("attitude", compass, enabled=not is_free))
+        attitude = self.attitude = self.add(Attitude("attitude", compass, enabled=not is_free))
         yaw = self.add(Pid("yaw", _gains(settings.yaw, limit_n), settings.yaw.reference_rad))
         timeout = POSITION_PERIODS * seconds(settings.period_s)
         allocation = self.add(Allocation("allocation", pair_thrust_n, timeout))

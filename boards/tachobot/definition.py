@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from boards.faults import Device, address_clashes, setting_fault, unknown_buses
 from boards.robot import Robot
+from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from drivers.chips.mpu9250_burst import NINE_AXES
@@ -61,6 +62,7 @@ def build(settings: TachobotSettings, buses: Mapping[str, I2cBus]) -> Robot:
             model.imu_chip.identify,
         ),
         stop=(model.thrust_chip.stop_all, model.esc_chip.stop_all),
+        result=lambda: yaw_result(settings, model.controller.attitude.motion),
         warnings=model.imu_chip.warnings,
     )
 

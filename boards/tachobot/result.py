@@ -3,13 +3,19 @@
 from typing import Final
 
 from boards.tachobot.settings import TachobotSettings
+from firmware_runtime.models.motion import Motion
 
 SETTLED_RAD: Final = 0.02
 SETTLED_RAD_S: Final = 0.05
 
 
-def yaw_result(settings: TachobotSettings, yaw_rad: float, rate_rad_s: float) -> dict[str, object]:
-    """Yaw, its error (reference minus yaw), and whether both error and rate are small."""
-    error = settings.controller.yaw.reference_rad - yaw_rad
-    settled = abs(error) <= SETTLED_RAD and abs(rate_rad_s) <= SETTLED_RAD_S
-    return {"yaw_rad": yaw_rad, "yaw_error_rad": error, "settled": settled}
+def yaw_result(settings: TachobotSettings, yaw: Motion | None) -> dict[str, object]:
+    """Yaw, its error (reference minus yaw), and whether both error and rate are small.
+
+    Without any yaw, because control never began, the numbers are None.
+    """
+    if yaw is None:
+        return {"yaw_rad": None, "yaw_error_rad": None, "settled": False}
+    error = settings.controller.yaw.reference_rad - yaw.position
+    settled = abs(error) <= SETTLED_RAD and abs(yaw.rate) <= SETTLED_RAD_S
+    return {"yaw_rad": yaw.position, "yaw_error_rad": error, "settled": settled}

@@ -122,6 +122,7 @@ class WorldSettings(Settings, frozen=True):
     coulomb_friction_nm: NotNegative
     gyro_bias_rad_s: float
     gyro_noise_rad_s: NotNegative
+    field_noise_t: NotNegative
     seed: Annotated[int, Meta(ge=0)]
 
 

@@ -178,13 +178,15 @@ class Mpu9250:
         field = None if self._decoder is None else self._decoder.field
         return 0 if field is None else field.repeats
 
-    def check_magnetometer(self) -> None:
-        """Ask whether the AK8963 still acknowledges; 39 bits. Raises NotReady if it does not.
+    def check_magnetometer(self) -> bool:
+        """Ask whether the AK8963 still acknowledges, and go on with six axes if not; 39 bits.
 
         Worth asking when `field_repeats` grows: the chip itself goes on showing the last field.
         """
         if self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK:
-            raise NotReady(f"{self.place}: its AK8963 stopped answering, expected an acknowledge")
+            self._give_up_magnetometer("its AK8963 stopped answering, expected an acknowledge")
+            self._start_decoding()
+        return self.has_magnetometer
 
     # Parts of the bring-up ----------------------------------------------------------------------
 
@@ -198,8 +200,11 @@ class Mpu9250:
         try:
             action()
         except (NoAcknowledge, WrongDevice, NotReady) as error:
-            self.has_magnetometer = False
-            self.warnings.append(f"{self.place}: six axes only, without field: {error}")
+            self._give_up_magnetometer(str(error))
+
+    def _give_up_magnetometer(self, reason: str) -> None:
+        self.has_magnetometer = False
+        self.warnings.append(f"{self.place}: six axes only, without field: {reason}")
 
     def _open_bypass(self) -> None:
         self._write(INT_PIN_CFG, BYPASS_EN, RAW_RDY_EN)
@@ -216,6 +221,9 @@ class Mpu9250:
 
     def _verify_and_start(self) -> None:
         self.verify()
+        self._start_decoding()
+
+    def _start_decoding(self) -> None:
         field = None
         if self.has_magnetometer:
             field = FieldDecoder(self.place, self._mounting, self._magnetometer.sensitivity)

@@ -125,8 +125,8 @@ class Pca9685:
     def bring_up(self, frequency_hz: float) -> tuple[Step, ...]:
         """Give the steps from any state to running at that rate with all outputs off.
 
-        The first, `silence`, must come before any traffic to 0x70 on this bus. A chip left running
-        is stopped at the end of its PWM cycle, not within a pulse, and nothing of it comes back.
+        The first, `silence`, must come before any traffic to other chips of this bus: until then
+        0x70 is this one too. A chip left running stops at the end of its PWM cycle, not in a pulse.
         Raises SettingError at once; the steps raise NoAcknowledge, WrongDevice or NotReady.
         """
         prescale = prescale_for(frequency_hz, self._osc_hz)
@@ -156,15 +156,15 @@ class Pca9685:
         )
 
     def silence(self) -> None:
-        """Leave the ALLCALL address and turn all outputs off, in one transaction of 59 bits.
+        """Turn all outputs off and leave the ALLCALL address; 58 bits.
 
-        A sleeping chip wakes by it; its oscillator is not up before the outputs are off.
+        Off comes first: a sleeping chip wakes by the second write, and must have nothing to run.
         Raises NoAcknowledge if nothing answers.
         """
         self._running = False
-        messages = (bytes((MODE1, AI)), bytes((ALL_LED_OFF_H, FULL)))
         try:
-            self._bus.transaction(self.address, messages)
+            self.stop_all()
+            self._write(MODE1, AI)
         except NoAcknowledge as error:
             raise NoAcknowledge(f"{self.place}: no answer, expected a PCA9685") from error
 

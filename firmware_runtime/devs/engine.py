@@ -1,24 +1,29 @@
 """What the parallel and the classic simulator share: the flat model, its agenda, its entrances."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NoReturn, TypeAlias, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.checked import Checks
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.delivery import Inbox, sender
 from firmware_runtime.devs.errors import (
+    IllegitimateModel,
     ModelError,
     ModelFailure,
-    ModelTimeError,
     PortTypeError,
     TimeAdvanceError,
 )
 from firmware_runtime.devs.functions import Instrument, functions_of
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.devs.wiring import resolve
+from firmware_runtime.devs.wiring import Wiring, sources_of
+
+T = TypeVar("T")
+
+Sender: TypeAlias = Callable[[Sequence[InPort[Any]]], Callable[[Any], None]]
+"""Makes the function that delivers a value to given input ports."""
 
 ZERO_TIME_LIMIT = 100_000
 """Steps at one instant after which a model counts as illegitimate."""
@@ -30,7 +35,7 @@ class Engine(ABC):
     `instruments` may wrap each model's functions. With `checked`, an output function that changes
     its model's state, a send outside an output function, and a value of another type than its
     port's are errors too. `internal_transitions` and `external_transitions` count; a confluent
-    transition is one of each.
+    transition is one of each. After an error the run is over: only `exit` may follow.
     """
 
     def __init__(
@@ -46,45 +51,45 @@ class Engine(ABC):
         self.internal_transitions = 0
         self.external_transitions = 0
         self._zero_time_limit = zero_time_limit
-        self._wire(root)
-        checks = (Checks(self),) if checked else ()
-        functions = [functions_of(each, (*instruments, *checks)) for each in self.atomics]
-        self._outputs = [each.output for each in functions]
-        self._internals = [each.internal for each in functions]
-        self._externals = [each.external for each in functions]
-        self._confluents = [each.confluent for each in functions]
+        wiring = Wiring(root)
+        self.atomics = tuple(wiring.atomics)
+        self._numbers = {atomic: number for number, atomic in enumerate(self.atomics)}
+        self._connect(wiring)
+        self._bind((*instruments, Checks(self)) if checked else instruments)
         self._last = [0] * len(self.atomics)
         self._agenda = Agenda(len(self.atomics))
         self._initialize()
 
-    def _wire(self, root: Component) -> None:
-        wiring = resolve(root)
-        self.atomics = wiring.atomics
-        self._numbers = {atomic: number for number, atomic in enumerate(self.atomics)}
-        inbox_of: dict[Component, Inbox] = {
-            atomic: Inbox(number, atomic) for atomic, number in self._numbers.items()
-        }
-        self._marks = [inbox.mark for inbox in inbox_of.values()]
-        self._clears = [inbox.clear for inbox in inbox_of.values()]
-        self._reached: list[int] = []
-        self._entrances: dict[InPort[object], Callable[[object], None]] = {}
-        for port, ends in wiring.ends.items():
-            send = sender(ends, inbox_of, self._reached.append)
-            if isinstance(port, OutPort):
-                port.send = send
-            else:
-                self._entrances[port] = send
+    def _connect(self, wiring: Wiring) -> None:
+        """Replace the `send` of each atomic's output port, and make the root's entrances."""
+        sender = self._make_sender(self.atomics)
+        for atomic in self.atomics:
+            for port in atomic.out_ports.values():
+                port.send = sender(wiring.ends(port))
+        self._entrances = {port: sender(wiring.ends(port)) for port in self.root.in_ports.values()}
+
+    def _bind(self, instruments: Sequence[Instrument]) -> None:
+        functions = [functions_of(atomic, instruments) for atomic in self.atomics]
+        self._outputs = [each.output for each in functions]
+        self._internals = [each.internal for each in functions]
+        self._externals = [each.external for each in functions]
+        self._confluents = [each.confluent for each in functions]
 
     def _initialize(self) -> None:
-        for number, atomic in enumerate(self.atomics):
-            try:
+        number = 0
+        book = self._agenda.book
+        try:
+            for number, atomic in enumerate(self.atomics):
                 atomic.initialize()
-                atomic.sigma = atomic.time_advance()
-                if type(atomic.sigma) is not int or atomic.sigma < 0:
-                    raise self._bad_time_advance(number, 0)
-            except Exception as error:
-                raise self._failure(number, error) from error
-            self._agenda.book(number, atomic.sigma)
+                sigma = atomic.sigma = atomic.time_advance()
+                if type(sigma) is not int or sigma < 0:
+                    self._refuse_time_advance(number)
+                if sigma != NEVER:
+                    book(number, sigma)
+        except ModelError:
+            raise
+        except Exception as error:
+            raise self._failure(number, error) from error
 
     # What a loop around it needs ----------------------------------------------------------------
 
@@ -93,8 +98,8 @@ class Engine(ABC):
         """The instant of the next internal event, or NEVER."""
         return self._agenda.next_at()
 
-    def inject(self, port: InPort[object], value: object) -> None:
-        """Put one value into an input port of the root; the next `advance` delivers it."""
+    def inject(self, port: InPort[T], value: T) -> None:
+        """Put one value into an input port of the root; it arrives with the next `advance`."""
         if port not in self._entrances:
             raise ModelError(f"{port.path}: not an input port of {self.root.path}")
         if not isinstance(value, port.type):
@@ -102,8 +107,11 @@ class Engine(ABC):
         self._entrances[port](value)
 
     def advance(self, at: int) -> None:
-        """Work off instant `at`, not before `now` and not past `next_at`: inputs and what is due."""
-        if not self.now <= at <= self.next_at:
+        """Work off instant `at`: inputs, and what is due. Not before `now`, not past `next_at`.
+
+        An instant may be advanced to again, for inputs that arrive at the same nanosecond.
+        """
+        if not (self.now <= at <= self.next_at and at < NEVER):
             raise ModelError(
                 f"{self.root.path}: cannot advance to {format_time(at)}, expected an instant from "
                 f"{format_time(self.now)} (now) to {format_time(self.next_at)} (next event)"
@@ -112,29 +120,38 @@ class Engine(ABC):
         self._work_off(at, self._agenda.take(at))
 
     def run(self, until: int) -> None:
-        """Take every instant up to and including `until`, without waiting in between."""
-        take, work_off = self._agenda.take, self._work_off
-        while (at := self._agenda.next_at()) <= until and at != NEVER:
+        """Take every instant from now up to and including `until`, without waiting in between."""
+        next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
+        at = self.now
+        while at <= until and at != NEVER:
             self.now = at
             work_off(at, take(at))
+            at = next_at()
 
     def due_at(self, atomic: Atomic) -> int:
         """The instant of the model's next internal event, or NEVER."""
         return self._agenda.due_at[self._numbers[atomic]]
 
     def postpone(self, atomic: Atomic, at: int) -> None:
-        """Move the model's next internal event to a later instant; its state is untouched."""
+        """Let the model hold its phase until the later instant `at`; `sigma` grows accordingly."""
+        due_at = self.due_at(atomic)
+        if not due_at <= at < NEVER:
+            raise ModelError(
+                f"{atomic.path}: cannot postpone its event to {format_time(at)}, "
+                f"expected an instant from {format_time(due_at)} (its due) on"
+            )
+        atomic.sigma += at - due_at
         self._agenda.book(self._numbers[atomic], at)
 
-    def listen(self, port: OutPort[object], hear: Callable[[int, object], None]) -> None:
-        """Call `hear(now, value)` for whatever this port of an atomic, or of the root, sends."""
-        send = port.send
+    def listen(self, port: OutPort[T], hear: Callable[[int, T], None]) -> None:
+        """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
 
-        def send_and_tell(value: object) -> None:
-            hear(self.now, value)
-            send(value)
-
-        port.send = send_and_tell
+        Listeners are called after the value was delivered, in the order they came.
+        """
+        for source in sources_of(port):
+            if source.owner not in self._numbers:
+                raise ModelError(f"{port.path}: not an output port in {self.root.path}")
+            source.send = self._overheard(source.send, hear)
 
     def exit(self) -> list[Exception]:
         """Call every model's `exit`, last declared first; return what they raised."""
@@ -146,31 +163,43 @@ class Engine(ABC):
                 failures.append(error)
         return failures
 
-    # What the two kinds of simulator fill in or use -----------------------------------------------
+    # What the two kinds of simulator fill in or use ---------------------------------------------
+
+    @abstractmethod
+    def _make_sender(self, atomics: Iterable[Atomic]) -> Sender:
+        """Prepare how values travel."""
 
     @abstractmethod
     def _work_off(self, at: int, imminent: list[int]) -> None:
         """Do everything that happens at instant `at`; `imminent` in order of declaration."""
 
-    def _bad_time_advance(self, number: int, at: int) -> TimeAdvanceError:
-        atomic = self.atomics[number]
-        return TimeAdvanceError(
-            atomic.path,
-            at,
-            f"time advance of phase {atomic.phase!r} is {atomic.sigma!r}; "
-            "expected a whole number of nanoseconds, zero or more, or NEVER",
-        )
+    def _overheard(
+        self, send: Callable[[T], None], hear: Callable[[int, T], None]
+    ) -> Callable[[T], None]:
+        def send_and_tell(value: T) -> None:
+            send(value)
+            hear(self.now, value)
 
-    def _failure(self, number: int, error: Exception) -> ModelTimeError:
-        if isinstance(error, ModelTimeError):
-            return error
+        return send_and_tell
+
+    def _refuse_time_advance(self, number: int) -> NoReturn:
+        atomic = self.atomics[number]
+        fault = (
+            f"time advance of phase {atomic.phase!r} is {atomic.sigma!r}; "
+            "expected a whole number of nanoseconds, zero or more, or NEVER"
+        )
+        raise TimeAdvanceError(atomic.path, self.now, fault)
+
+    def _refuse_endless_loop(self, imminent: Sequence[int]) -> NoReturn:
+        first, *others = (self.atomics[number].path for number in imminent[:3])
+        company = f" together with {', '.join(others)}" if others else ""
+        fault = (
+            f"still imminent{company} after {self._zero_time_limit} steps at this instant; "
+            "expected some time advance in the loop to be positive"
+        )
+        raise IllegitimateModel(first, self.now, fault)
+
+    def _failure(self, number: int, error: Exception) -> ModelFailure:
         atomic = self.atomics[number]
         fault = f"raised {type(error).__name__} in phase {atomic.phase!r}: {error}"
         return ModelFailure(atomic.path, self.now, fault)
-
-    def _endless_loop(self, imminent: Sequence[int]) -> str:
-        paths = ", ".join(self.atomics[number].path for number in imminent[:3])
-        return (
-            f"more than {self._zero_time_limit} zero-time steps in a row, the last by {paths}; "
-            "expected some time advance in the loop to be positive"
-        )

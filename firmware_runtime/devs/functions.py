@@ -4,14 +4,14 @@ An `Instrument` may wrap them: the executive to measure time, the checked mode t
 What is not wrapped costs nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Functions:
     """Output, internal, external and confluent; `confluent` None means internal, then external."""
 
@@ -25,15 +25,12 @@ Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
 """Given a model and its functions, the functions to call instead."""
 
 
-def functions_of(atomic: Atomic, instruments: tuple[Instrument, ...]) -> Functions:
+def functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Functions:
     """Bind the model's functions and let each instrument wrap them, the first one innermost."""
-    functions = Functions(
-        atomic.output,
-        atomic.internal,
-        atomic.external,
-        None if type(atomic).confluent is Atomic.confluent else atomic.confluent,
-    )
-    if type(atomic).time_advance is not Atomic.time_advance:
+    kind = type(atomic)
+    confluent = None if kind.confluent is Atomic.confluent else atomic.confluent
+    functions = Functions(atomic.output, atomic.internal, atomic.external, confluent)
+    if kind.time_advance is not Atomic.time_advance:
         functions = _with_own_time_advance(atomic, functions)
     for instrument in instruments:
         functions = instrument(atomic, functions)

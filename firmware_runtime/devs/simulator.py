@@ -16,21 +16,34 @@ virtual time, the executive in real time) is not this module's business. Instant
 simultaneity is equality.
 """
 
-from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.errors import IllegitimateModel
+from collections.abc import Iterable
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.delivery import Delivery
+from firmware_runtime.devs.engine import Engine, Sender
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER
 
 
 class Simulator(Engine):
     """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
 
+    def _make_sender(self, atomics: Iterable[Atomic]) -> Sender:
+        delivery = Delivery(atomics)
+        self._reached, self._marks, self._clears = (
+            delivery.reached,
+            delivery.marks,
+            delivery.clears,
+        )
+        return delivery.sender
+
     def _work_off(self, at: int, imminent: list[int]) -> None:
-        rounds = 0
-        while imminent or self._reached:
-            if rounds == self._zero_time_limit:
-                raise IllegitimateModel(self.root.path, at, self._endless_loop(imminent))
-            rounds += 1
+        for _ in range(self._zero_time_limit):
+            if not imminent and not self._reached:
+                return
             imminent = self._round(at, imminent)
+        if imminent:
+            self._refuse_endless_loop(imminent)
 
     def _round(self, at: int, imminent: list[int]) -> list[int]:
         """One round; returns the imminent models of the next, in order of declaration."""
@@ -39,29 +52,31 @@ class Simulator(Engine):
         try:
             for number in imminent:
                 outputs[number]()
+        except ModelError:
+            raise
         except Exception as error:
             raise self._failure(number, error) from error
         self.internal_transitions += len(imminent)
         self.external_transitions += len(reached)
         following: list[int] = []
-        self._transit_imminent(at, imminent, following)
-        if reached:
+        confluent = self._transit_imminent(at, imminent, following)
+        if len(reached) != confluent:
             reached.sort()
             self._transit_reached(at, reached, following)
-            reached.clear()
             following.sort()
+        reached.clear()
         return following
 
-    def _transit_imminent(self, at: int, imminent: list[int], following: list[int]) -> None:
+    def _transit_imminent(self, at: int, imminent: list[int], following: list[int]) -> int:
+        """Internal and confluent transitions; returns the number of the latter."""
         atomics, last, marks, clears = self.atomics, self._last, self._marks, self._clears
         internals, externals, confluents = self._internals, self._externals, self._confluents
         book = self._agenda.book
-        number = 0
+        number = met = 0
         try:
             for number in imminent:
-                if not marks[number]:
-                    internals[number]()
-                else:
+                if marks[number]:
+                    met += 1
                     confluent = confluents[number]
                     if confluent is None:
                         internals[number]()
@@ -69,39 +84,43 @@ class Simulator(Engine):
                     else:
                         confluent()
                     clears[number]()
+                else:
+                    internals[number]()
                 last[number] = at
                 sigma = atomics[number].sigma
-                if sigma.__class__ is not int:
-                    raise self._bad_time_advance(number, at)
+                if sigma.__class__ is not int or sigma < 0:
+                    self._refuse_time_advance(number)
                 if sigma == 0:
                     following.append(number)
-                elif sigma < 0:
-                    raise self._bad_time_advance(number, at)
                 elif sigma != NEVER:
                     book(number, at + sigma)
+        except ModelError:
+            raise
         except Exception as error:
             raise self._failure(number, error) from error
+        return met
 
     def _transit_reached(self, at: int, reached: list[int], following: list[int]) -> None:
+        """External transitions of those that have not had a confluent one."""
         atomics, last, marks, clears = self.atomics, self._last, self._marks, self._clears
         externals, due_at, book = self._externals, self._agenda.due_at, self._agenda.book
         number = 0
         try:
             for number in reached:
                 if not marks[number]:
-                    continue  # it was imminent and has had its confluent transition
+                    continue
                 externals[number](at - last[number])
                 clears[number]()
                 last[number] = at
                 sigma = atomics[number].sigma
-                if sigma.__class__ is not int:
-                    raise self._bad_time_advance(number, at)
+                if sigma.__class__ is not int or sigma < 0:
+                    self._refuse_time_advance(number)
                 if sigma == 0:
                     due_at[number] = NEVER
                     following.append(number)
-                elif sigma < 0:
-                    raise self._bad_time_advance(number, at)
                 else:
-                    book(number, NEVER if sigma == NEVER else at + sigma)
+                    book(number, at + sigma)
+        except ModelError:
+            raise
         except Exception as error:
             raise self._failure(number, error) from error

@@ -9,15 +9,21 @@ What has arrived is handled in the order of arrival, each value at its own insta
 """
 
 import os
+import weakref
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeVar
+from contextlib import suppress
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from firmware_runtime.devs.ports import InPort
 
 T = TypeVar("T")
 
+Arrival: TypeAlias = tuple[int, InPort[Any], object]
+"""When something arrived, for which input port of the root model, and what."""
+
 CAPACITY = 1024
+"""How many posted values may wait before further ones are dropped."""
 
 
 class Source(Protocol):
@@ -36,8 +42,9 @@ class Inbox:
     def __init__(self, now: Callable[[], int]) -> None:
         self.dropped = 0
         self._now = now
-        self._posted: deque[tuple[int, InPort[Any], object]] = deque()
+        self._posted: deque[Arrival] = deque()
         self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        weakref.finalize(self, os.close, self._wake_up)
 
     def post(self, port: InPort[T], value: T) -> bool:
         """Hand a value to an input port of the root model; never blocks.
@@ -59,10 +66,9 @@ class Inbox:
         """The descriptor that is readable after a post or a wake."""
         return self._wake_up
 
-    def take(self) -> list[tuple[int, InPort[Any], object]]:
-        """Everything posted so far, in order, with its instants."""
-        try:
+    def take(self) -> list[Arrival]:
+        """Everything posted so far, in order."""
+        with suppress(BlockingIOError):  # nobody woke us
             os.eventfd_read(self._wake_up)
-        except BlockingIOError:
-            pass
-        ...
+        posted = self._posted
+        return [posted.popleft() for _ in range(len(posted))]

@@ -30,7 +30,7 @@ class AddressInUse(HalError, OSError):
 
 
 class BusAbsent(HalError, OSError):
-    """The bus, line or port does not exist or may not be opened."""
+    """The bus or port does not exist or may not be opened."""
 
 
 class PortClosed(HalError, OSError):
@@ -45,17 +45,18 @@ class NotReady(HalError):
     """The device answered, but has no valid value yet. Never replaced by zeros."""
 
 
-_BY_ERRNO: dict[int, type[HalError]] = {
-    errno.EREMOTEIO: NoAcknowledge,  # bcm2835, designware: address or data not acknowledged
-    errno.ENXIO: NoAcknowledge,  # i2c-gpio, i2c-tiny-usb: address not acknowledged
-    errno.EAGAIN: ArbitrationLost,  # designware
-    errno.ETIMEDOUT: BusTimeout,
-    errno.EBUSY: AddressInUse,
-    errno.ENOENT: BusAbsent,
-    errno.EACCES: BusAbsent,
-    errno.EPERM: BusAbsent,
-    errno.ENODEV: BusAbsent,
-    errno.EBADF: PortClosed,
+_BY_ERRNO: dict[int, tuple[type[HalError], str]] = {
+    # bcm2835 and designware report 121, i2c-gpio and i2c-tiny-usb 6
+    errno.EREMOTEIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),
+    errno.ENXIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),
+    errno.EAGAIN: (ArbitrationLost, "arbitration lost to another controller on the bus"),
+    errno.ETIMEDOUT: (BusTimeout, "timed out, a device or a fault holds the bus"),
+    errno.EBUSY: (AddressInUse, "a kernel driver holds this address, expected it to be free"),
+    errno.ENOENT: (BusAbsent, "no such device node"),
+    errno.EACCES: (BusAbsent, "permission denied"),
+    errno.EPERM: (BusAbsent, "permission denied"),
+    errno.ENODEV: (BusAbsent, "no such device"),
+    errno.EBADF: (PortClosed, "used after it was closed"),
 }
 
 
@@ -64,6 +65,6 @@ def from_os_error(error: OSError, where: str) -> HalError:
 
     `where` names bus and address for the sentence. Source: Linux 6.1 I2C adapter drivers.
     """
-    kind = _BY_ERRNO.get(error.errno or 0, BusFault)
-    name = errno.errorcode.get(error.errno or 0, "unknown errno")
-    return kind(f"{where}: {kind.__doc__.splitlines()[0].rstrip('.')} ({name})")  # type: ignore[union-attr]
+    kind, what = _BY_ERRNO.get(error.errno or 0, (BusFault, "the adapter reported a fault"))
+    name = errno.errorcode.get(error.errno or 0, "no errno")
+    return kind(f"{where}: {what} ({name})")

@@ -27,9 +27,9 @@ from typing import Any
 
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, SEQUENCE, STATE, Layout
+from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, SEQUENCE, Layout
 from firmware_runtime.telemetry.process_identity import this_process
-from firmware_runtime.telemetry.statistics import SCHEMA, RunState, Statistics
+from firmware_runtime.telemetry.statistics import SCHEMA, Statistics
 
 MAGIC = b"FWRTSTAT"
 PREFIX = struct.Struct("=8s3q")
@@ -69,12 +69,6 @@ class StatisticsFile:
         """A copy of what has been counted so far."""
         copy = memoryview(bytes(self.cells)).cast("q")
         return Statistics(self.header, self.layout, copy)
-
-    def finish(self, state: RunState, now: int) -> None:
-        """Note how the run ended."""
-        self.open_section()
-        self.cells[STATE] = state
-        self.close_section(now)
 
 
 def _encode(header: Mapping[str, Any]) -> bytes:

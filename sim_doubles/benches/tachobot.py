@@ -6,6 +6,7 @@ from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -35,7 +36,7 @@ class TachobotBench:
         wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         wired[thrust.bus].append(self.thrust)
         wired[esc.bus].append(self.esc)
-        wired[imu.bus] += (self.imu, self.magnetometer)
+        wired[imu.bus] += self.imu.targets
         self.buses = {
             name: I2cBusDouble(name, now, targets, bus_hz=round(settings.buses[name].speed_hz))
             for name, targets in wired.items()
@@ -53,7 +54,7 @@ class TachobotBench:
     def result(self, at: int) -> dict[str, object]:
         """The true yaw at the end of the run."""
         state = self.world.state(at)
-        return yaw_result(self._settings, state.yaw_rad, state.yaw_rate_rad_s)
+        return yaw_result(self._settings, Motion(state.yaw_rad, state.yaw_rate_rad_s))
 
     @property
     def outputs(self) -> dict[str, int]:
@@ -68,6 +69,8 @@ class TachobotBench:
         return self.thrust.duties[first : first + 8]
 
     def _before_change(self) -> None:
+        """Let the sensor take what it still has to take, then the plant go on, up to now."""
+        self.imu.catch_up()
         self.world.advance(self._now())
 
     def _truth(self, at: int) -> InertialTruth:

@@ -1,6 +1,6 @@
 """White noise that belongs to an instant, not to the order of reading.
 
-Each triple is a keyed hash of seed and instant, turned into three independent normal numbers. So
+Each triple is a keyed hash of source, seed and instant, turned into three independent normal numbers. So
 the same instant has the same noise however often, and after whatever else, it is asked for.
 """
 
@@ -17,8 +17,8 @@ _words = struct.Struct("<3Q").unpack
 class InstantNoise:
     """Triples of independent normal numbers of mean zero, one triple an instant."""
 
-    def __init__(self, seed: int, standard_deviation: float) -> None:
-        self._seed = b"%d:" % seed
+    def __init__(self, source: str, seed: int, standard_deviation: float) -> None:
+        self._seed = b"%s:%d:" % (source.encode(), seed)
         self._scale = standard_deviation
 
     def at(self, instant: int) -> tuple[float, float, float]:

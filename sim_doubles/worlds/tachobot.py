@@ -11,7 +11,7 @@ calls the duties are constant. Over such a stretch yaw is a formula, and x and y
 so how often anybody asks does not matter.
 
 Not modelled: tilt and lift, the reaction torque of the propellers, ripple of the PWM, a battery
-that sags, an IMU mounted off centre, accelerometer and magnetometer noise.
+that sags, an IMU mounted off centre, noise of the accelerometer.
 """
 
 import math
@@ -48,7 +48,8 @@ class TachobotWorld:
         body = Hovering if parameters.mounting == "free" else Turntable
         self._body: Hovering | Turntable = body(parameters)
         self._gyro_bias = parameters.gyro_bias_rad_s
-        self._gyro_noise = InstantNoise(parameters.seed, parameters.gyro_noise_rad_s)
+        self._gyro_noise = InstantNoise("gyro", parameters.seed, parameters.gyro_noise_rad_s)
+        self._field_noise = InstantNoise("field", parameters.seed, parameters.field_noise_t)
         self._at = 0
 
     def advance(self, at: int) -> None:
@@ -78,16 +79,21 @@ class TachobotWorld:
 
         Body axes: x forward, y left, z up. Acceleration in m/s2 is the specific force, +9.80665 up
         at rest; rate in rad/s has the gyro's bias and noise on it; field in T is 20 uT north and
-        40 uT down, north being forward at yaw 0; 25 degC. The noise depends on seed and instant
-        only.
+        40 uT down with noise, north being forward at yaw 0; 25 degC. Noise depends on seed and
+        instant only.
         """
         yaw, rate = self.state(at)[4:]
         forward, left = self._body.acceleration(self._propellers.forces(self._checked_duties()))
         noise_x, noise_y, noise_z = self._gyro_noise.at(at)
+        field_x, field_y, field_z = self._field_noise.at(at)
         return InertialTruth(
             acceleration=(forward, left, _GRAVITY_M_S2),
             rate=(noise_x, noise_y, rate + self._gyro_bias + noise_z),
-            field=(_FIELD_NORTH_T * math.cos(yaw), -_FIELD_NORTH_T * math.sin(yaw), _FIELD_UP_T),
+            field=(
+                _FIELD_NORTH_T * math.cos(yaw) + field_x,
+                -_FIELD_NORTH_T * math.sin(yaw) + field_y,
+                _FIELD_UP_T + field_z,
+            ),
             temperature_c=_TEMPERATURE_C,
         )
 

@@ -17,6 +17,7 @@ _NOT_NEGATIVE = (
     "static_friction_nm",
     "coulomb_friction_nm",
     "gyro_noise_rad_s",
+    "field_noise_t",
 )
 
 
@@ -58,6 +59,8 @@ class TachobotParameters:
     """What the gyro's z axis reads at rest; x and y have no bias."""
     gyro_noise_rad_s: float = 0.002
     """Standard deviation per sample of the white noise on each gyro axis."""
+    field_noise_t: float = 3e-7
+    """Standard deviation per measurement of the white noise on each magnetometer axis."""
     seed: int = 1
     """Chooses the noise."""
     mounting: Mounting = "platform"

@@ -150,7 +150,7 @@ class Mpu9250Row(Row):
         for share in (-0.99, -0.5, -0.001, 0.0, 0.001, 0.3, 0.99):
             acceleration = (share * 4 * 9.80665, 1.0, -share * 4 * 9.80665)
             rate = (-2.0, share * math.radians(500), -share * math.radians(500))
-            field = (share * 2000e-6, -share * 1000e-6, 1500e-6 - share * 1000e-6)
+            field = (share * 2000e-6, -share * 1000e-6, 500e-6 - share * 1000e-6)
             self.truth = InertialTruth(acceleration, rate, field, 25 + 40 * share)
             self.clock.advance(1000 * MILLISECOND)
             sample = self.driver.read_sample()

@@ -102,12 +102,12 @@ def test_rates_that_come_to_one_prescale_share_a_chip() -> None:
 # Bring-up -----------------------------------------------------------------------------------------
 
 
-def test_bring_up_leaves_allcall_and_stops_the_outputs_before_anything_else(
+def test_bring_up_stops_the_outputs_and_leaves_allcall_before_anything_else(
     register_bus: I2cBus, wire: Wire
 ) -> None:
     first = Pca9685(register_bus).bring_up(1000)[0]
     first.action()
-    assert wire == [(0x40, (b"\x00\x20", b"\xfd\x10"))]
+    assert wire == [(0x40, (b"\xfd\x10",)), (0x40, (b"\x00\x20",))]
     assert first.wait_ns > 1e9 / 23.84
 
 
@@ -118,7 +118,7 @@ def test_bring_up_sets_the_rate_asleep_and_wakes_by_half_a_millisecond(
     steps = chip.bring_up(50)
     for step in steps:
         step.action()
-    writes = [sent[0] for _, sent in wire[1:] if len(sent) == 1]
+    writes = [sent[0] for _, sent in wire[2:] if len(sent) == 1]
     assert writes == [b"\x00\x30", b"\xfe\x79", b"\x01\x04", b"\x00\x20"]
     assert {step.name: step.wait_ns for step in steps}["wake"] == 500_000
     assert duration_ns(steps) < 50_000_000

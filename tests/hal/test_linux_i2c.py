@@ -57,6 +57,7 @@ class Kernel:
         self.timeout_10ms = 100
         self.claims: list[int] = []
         self.held_by_a_driver: set[int] = set()
+        self.unplugged = False
         self.wire: list[list[tuple[int, bytes | int]]] = []
         self.answers: list[bytes] = []
         self.failure: int | None = None
@@ -78,6 +79,8 @@ class Kernel:
         return 0
 
     def claim(self, address: int) -> None:
+        if self.unplugged:
+            raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
         if address in self.held_by_a_driver:
             raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
         self.claims.append(address)
@@ -205,9 +208,12 @@ def test_a_closed_bus_says_so_and_closing_twice_is_harmless(kernel: Kernel, node
 
 def test_a_bus_pulled_out_under_us_is_absent_not_a_fault(kernel: Kernel, node: str) -> None:
     bus = linux.open_i2c("i2c-1", node)
+    bus.write(0x40, b"\x00")
+    kernel.unplugged = True
     kernel.failure = errno.ENODEV
-    with pytest.raises(BusAbsent):
-        bus.write(0x40, b"\x00")
+    for address in (0x40, 0x41):
+        with pytest.raises(BusAbsent, match=f"i2c-1 address 0x{address:02x}"):
+            bus.write(address, b"\x00")
     bus.close()
 
 

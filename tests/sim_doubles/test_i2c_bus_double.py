@@ -1,24 +1,219 @@
-"""The bus double on the wire: order, acknowledges, collisions, counters, and each adapter's errno."""
+"""The bus double on the wire: order, acknowledges, collisions, counters, each adapter's errno."""
 
 import errno
-from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import pytest
 
-from firmware_runtime.hal.errors import BusFault, BusTimeout, HalError, NoAcknowledge, PortClosed
-from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.errors import BusFault, HalError, NoAcknowledge, PortClosed
 from sim_doubles.clock import ManualClock
+from sim_doubles.faults import FaultScript, StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble, Target
 
 
-class SeesWire(Protocol):
-    """What the tests look at in a recorder."""
+class Recorder(Target):
+    """Answers one address, refuses the bytes in `refuses`, gives `answers` in a circle."""
 
-    seen: list[str]
+    def __init__(self, address: int, answers: bytes = b"\xff", refuses: bytes = b"") -> None:
+        self.address = address
+        self.answers = answers
+        self.refuses = refuses
+        self.seen: list[str] = []
 
-    def start(self, address: int, *, read: bool) -> bool: ...
-    def write(self, byte: int) -> bool: ...
-    def read(self) -> int: ...
-    def stop(self) -> None: ...
-    def power_cycle(self) -> None: ...
+    def start(self, address: int, *, read: bool) -> bool:
+        if address != self.address:
+            return False
+        self.seen.append("R" if read else "W")
+        return True
+
+    def write(self, byte: int) -> bool:
+        self.seen.append(f"{byte:02x}")
+        return byte not in self.refuses
+
+    def read(self) -> int:
+        self.seen.append("r")
+        byte, self.answers = self.answers[0], self.answers[1:] + self.answers[:1]
+        return byte
+
+    def stop(self) -> None:
+        self.seen.append("P")
+
+    def power_cycle(self) -> None:
+        self.seen.append("power")
+
+
+def bus_of(*targets: Target, adapter: str = "bcm2835") -> I2cBusDouble:
+    return I2cBusDouble("i2c-1", ManualClock(), targets, adapter=adapter)
+
+
+def errno_of(bus: I2cBusDouble, address: int, *messages: bytes | int) -> int | None:
+    with pytest.raises(OSError, match=r"\[Errno \d+\]") as raised:
+        bus.transfer(address, messages)
+    return raised.value.errno
+
+
+def test_write_read_is_start_bytes_repeated_start_bytes_stop() -> None:
+    chip = Recorder(0x40, answers=b"\x11\x22")
+    assert bus_of(chip).write_read(0x40, b"\x06\x07", 3) == b"\x11\x22\x11"
+    assert chip.seen == ["W", "06", "07", "R", "r", "r", "r", "P"]
+
+
+def test_several_reads_in_one_transaction_are_joined_in_order() -> None:
+    chip = Recorder(0x40, answers=b"\x01\x02\x03")
+    bus = bus_of(chip, adapter="designware")
+    assert bus.transaction(0x40, [1, b"\xaa", 2]) == b"\x01\x02\x03"
+    assert chip.seen == ["R", "r", "W", "aa", "R", "r", "r", "P"]
+
+
+def test_every_target_sees_every_stop() -> None:
+    addressed, bystander = Recorder(0x40), Recorder(0x41)
+    bus_of(addressed, bystander).write(0x40, b"\x01")
+    assert bystander.seen == ["P"]
+
+
+def test_absent_address_is_no_acknowledge_and_names_bus_and_address() -> None:
+    with pytest.raises(NoAcknowledge, match="i2c-1 0x68"):
+        bus_of(Recorder(0x40)).write(0x68, b"\x00")
+
+
+def test_one_target_acknowledges_for_all() -> None:
+    willing, unwilling = Recorder(0x40), Recorder(0x40, refuses=b"\x01")
+    bus_of(unwilling, willing).write(0x40, b"\x01\x02")
+    assert willing.seen == ["W", "01", "02", "P"]
+
+
+def test_target_that_refused_a_byte_sees_no_more_of_the_message() -> None:
+    willing, unwilling = Recorder(0x40), Recorder(0x40, refuses=b"\x01")
+    bus_of(unwilling, willing).write(0x40, b"\x01\x02")
+    assert unwilling.seen == ["W", "01", "P"]
+
+
+def test_byte_that_all_refuse_ends_the_transaction_with_stop() -> None:
+    first, second = Recorder(0x40, refuses=b"\x02"), Recorder(0x40, refuses=b"\x02")
+    bus = bus_of(first, second)
+    with pytest.raises(NoAcknowledge):
+        bus.transaction(0x40, [b"\x01\x02\x03", 1])
+    assert first.seen == second.seen == ["W", "01", "02", "P"]
+
+
+def test_colliding_reads_are_the_bitwise_and() -> None:
+    bus = bus_of(Recorder(0x70, answers=b"\xf3\x0f"), Recorder(0x70, answers=b"\x3c\xff"))
+    assert bus.read(0x70, 2) == b"\x30\x0f"
+
+
+def test_bits_of_an_eight_channel_burst_are_those_of_the_data_sheet() -> None:
+    bus = bus_of(Recorder(0x40))
+    bus.write(0x40, bytes(33))
+    assert (bus.transactions, bus.bytes, bus.bits) == (1, 34, 308)
+    assert bus.busy_s == pytest.approx(770e-6)
+
+
+def test_bits_of_a_nine_axis_burst_are_those_of_the_data_sheet() -> None:
+    bus = bus_of(Recorder(0x68))
+    bus.write_read(0x68, b"\x3a", 23)
+    assert (bus.transactions, bus.bytes, bus.bits) == (1, 26, 237)
+
+
+def test_refused_transaction_counts_what_was_on_the_wire() -> None:
+    bus = bus_of(Recorder(0x40, refuses=b"\x02"))
+    assert errno_of(bus, 0x40, b"\x01\x02\x03") == errno.EREMOTEIO
+    assert errno_of(bus, 0x41, b"\x01\x02\x03") == errno.EREMOTEIO
+    # START, three bytes, STOP; then START, one byte, STOP
+    assert (bus.transactions, bus.errors, bus.bytes, bus.bits) == (2, 2, 4, 29 + 11)
+
+
+@pytest.mark.parametrize(
+    ("adapter", "address_refused", "byte_refused", "stuck"),
+    [
+        ("bcm2835", 121, 121, 110),
+        ("designware", 121, 121, 110),
+        ("i2c-gpio", 6, 5, 110),
+        ("i2c-tiny-usb", 6, 6, 5),
+    ],
+)
+def test_each_adapter_reports_its_own_errno(
+    adapter: str, address_refused: int, byte_refused: int, stuck: int
+) -> None:
+    bus = bus_of(Recorder(0x40, refuses=b"\x02"), adapter=adapter)
+    assert errno_of(bus, 0x41, b"\x01") == address_refused
+    assert errno_of(bus, 0x40, b"\x02") == byte_refused
+    bus.faults = FaultScript([StuckSda()])
+    assert errno_of(bus, 0x40, b"\x01") == stuck
+
+
+def test_bcm2835_refuses_a_read_that_is_not_last_before_any_start() -> None:
+    chip = Recorder(0x40)
+    assert errno_of(bus_of(chip), 0x40, 1, b"\x00") == errno.EOPNOTSUPP
+    assert chip.seen == []
+
+
+@pytest.mark.parametrize("adapter", ["bcm2835", "i2c-gpio", "i2c-tiny-usb"])
+def test_empty_write_probes_an_address(adapter: str) -> None:
+    chip = Recorder(0x40)
+    bus = bus_of(chip, adapter=adapter)
+    bus.write(0x40, b"")
+    assert chip.seen == ["W", "P"]
+    assert errno_of(bus, 0x41, b"") in {errno.EREMOTEIO, errno.ENXIO}
+
+
+@pytest.mark.parametrize(
+    ("adapter", "message"), [("designware", b""), ("designware", 0), ("i2c-tiny-usb", 0)]
+)
+def test_adapter_without_empty_messages_refuses_them(adapter: str, message: bytes | int) -> None:
+    assert errno_of(bus_of(Recorder(0x40), adapter=adapter), 0x40, message) == errno.EOPNOTSUPP
+
+
+def test_linux_limits_of_messages_and_bytes_hold() -> None:
+    bus = bus_of(Recorder(0x40))
+    bus.transaction(0x40, [b"\x00"] * 42)
+    assert errno_of(bus, 0x40, *[b"\x00"] * 43) == errno.EINVAL
+    assert errno_of(bus, 0x40) == errno.EINVAL
+    assert errno_of(bus, 0x40, bytes(8193)) == errno.EINVAL
+
+
+def test_refusal_of_the_adapter_reaches_a_driver_as_a_bus_fault() -> None:
+    with pytest.raises(BusFault, match=r"ENOTSUP|EOPNOTSUPP"):
+        bus_of(Recorder(0x40), adapter="designware").write(0x40, b"")
+
+
+def test_transaction_raises_only_hal_errors_and_keeps_the_cause() -> None:
+    with pytest.raises(HalError) as raised:
+        bus_of().read(0x40, 1)
+    assert isinstance(raised.value.__cause__, OSError)
+
+
+def test_closed_bus_refuses_and_leaves_its_targets_alone() -> None:
+    chip = Recorder(0x40)
+    bus = bus_of(chip)
+    bus.close()
+    with pytest.raises(PortClosed):
+        bus.write(0x40, b"\x00")
+    assert chip.seen == []
+
+
+def test_power_cycle_of_the_bus_reaches_every_target() -> None:
+    chips = [Recorder(0x40), Recorder(0x41)]
+    bus_of(*chips).power_cycle()
+    assert [chip.seen for chip in chips] == [["power"], ["power"]]
+
+
+def test_log_tells_instant_direction_bytes_and_error(clock: ManualClock) -> None:
+    bus = I2cBusDouble("i2c-1", clock, [Recorder(0x40, answers=b"\x12\x34")])
+    clock.advance(7)
+    bus.write_read(0x40, b"\x3a", 2)
+    errno_of(bus, 0x41, b"\x00\x01")
+    done, failed = bus.log
+    assert (done.at, done.written, done.to_read, done.answer) == (7, b"\x3a", 2, b"\x12\x34")
+    assert [str(done), str(failed)] == ["0x40 W 3a, R 12 34", "0x41 W 00 01 -> errno 121"]
+
+
+def test_log_is_bounded_and_counters_are_not() -> None:
+    bus = I2cBusDouble("i2c-1", ManualClock(), [Recorder(0x40)], log_length=3)
+    for number in range(10):
+        bus.write(0x40, bytes([number]))
+    assert [transaction.written for transaction in bus.log] == [b"\x07", b"\x08", b"\x09"]
+    assert bus.transactions == 10
+
+
+def test_unknown_adapter_is_refused_with_those_known() -> None:
+    with pytest.raises(ValueError, match=r"'bcm2711', expected one of \['bcm2835', 'designware'"):
+        bus_of(adapter="bcm2711")

@@ -18,7 +18,7 @@ from sim_doubles.worlds.tachobot import (
 
 SECOND = 1_000_000_000
 NEUTRAL = (0.5,) * 8
-FREE = TachobotParameters(mounting="free", motor_lag_s=0.0, gyro_noise_rad_s=0.0)
+FREE = TachobotParameters(mounting="free", motor_lag_s=0.0, gyro_noise_rad_s=0.0, field_noise_t=0.0)
 commands = st.floats(-1.0, 1.0)
 
 
@@ -144,7 +144,9 @@ def test_the_platform_pins_x_and_y() -> None:
 
 
 def test_at_rest_the_imu_feels_gravity_up_and_north_ahead() -> None:
-    truth = Bench(TachobotParameters(gyro_noise_rad_s=0.0)).world.inertial(SECOND)
+    truth = Bench(TachobotParameters(gyro_noise_rad_s=0.0, field_noise_t=0.0)).world.inertial(
+        SECOND
+    )
     assert truth.acceleration == (0.0, 0.0, 9.80665)
     assert truth.rate == (0.0, 0.0, 0.01)
     assert truth.field == (20e-6, 0.0, -40e-6)
@@ -224,6 +226,7 @@ def test_parameters_that_must_be_positive_are_refused_otherwise(name: str, value
         "static_friction_nm",
         "coulomb_friction_nm",
         "gyro_noise_rad_s",
+        "field_noise_t",
     ],
 )
 def test_parameters_that_may_be_zero_are_refused_below_it(name: str, value: float) -> None:

@@ -1,0 +1,47 @@
+"""A chart in plain text: one series over time, as columns of eighth blocks."""
+
+from collections.abc import Sequence
+
+_EIGHTHS = " ▁▂▃▄▅▆▇█"
+_COLUMNS = 72
+_ROWS = 8
+
+
+def chart(series: Sequence[tuple[int, float]], label: str, until: int) -> list[str]:
+    """Lines of a chart of (instant in ns, value) from 0 to `until`; the mean of each column.
+
+    The vertical scale goes from the least value, or zero if that is less, to the greatest.
+    """
+    columns = _means(series, until)
+    known = [value for value in columns if value is not None]
+    if not known:
+        return [f"{label}: nothing to show"]
+    low, high = min(0.0, *known), max(known)
+    span = high - low or 1.0
+    eighths = [
+        None if value is None else max(1, round((value - low) / span * 8 * _ROWS))
+        for value in columns
+    ]
+    lines = [f"{label}"]
+    for row in reversed(range(_ROWS)):
+        mark = {_ROWS - 1: f"{high:7.3f}", 0: f"{low:7.3f}"}.get(row, "")
+        lines.append(f"{mark:>7} ┤{''.join(_cell(height, row) for height in eighths).rstrip()}")
+    lines.append(f"{'':7} └{'─' * _COLUMNS}")
+    end = f"{until / 1e9:g} s"
+    lines.append(f"{'':9}0{end:>{_COLUMNS - 1}}")
+    return lines
+
+
+def _means(series: Sequence[tuple[int, float]], until: int) -> list[float | None]:
+    sums, counts = [0.0] * _COLUMNS, [0] * _COLUMNS
+    for at, value in series:
+        column = min(_COLUMNS - 1, at * _COLUMNS // max(until, 1))
+        sums[column] += value
+        counts[column] += 1
+    return [total / count if count else None for total, count in zip(sums, counts, strict=True)]
+
+
+def _cell(height: int | None, row: int) -> str:
+    if height is None:
+        return " "
+    return _EIGHTHS[max(0, min(8, height - 8 * row))]

@@ -1,0 +1,23 @@
+"""`firmware-runtime tree BOARD`: the model's hierarchy, for people."""
+
+import argparse
+
+import boards.registry
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.status import Status
+from firmware_runtime.devs.tree import tree
+from firmware_runtime.hal.absent import AbsentBus
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    verb = add_verb(verbs, "tree", "Show a board's model: components, ports, couplings.", execute)
+    add_board(verb)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the tree; no bus is opened."""
+    board = boards.registry.load(arguments.board, arguments.assignments)
+    robot = board.build({name: AbsentBus(name) for name in board.loads})
+    print(tree(robot.model))
+    return Status.OK

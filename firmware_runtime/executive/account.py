@@ -1,0 +1,166 @@
+"""The account of one periodic model: what became of each of its activations.
+
+An activation is an instant the model has booked ahead of time, by a positive time advance: its
+deadline. (A zero time advance continues the activation it follows.) Exactly one thing becomes of it
+
+- run: the internal or confluent transition of that instant was completed, on time or late;
+- skipped: it was due, and dropped, by the policy or by the end of the run;
+- coalesced: it was due by the clock, but an event that had arrived before it made the model plan
+  anew, and that instant was no longer booked when its turn came;
+
+or nothing yet, or the model planned anew before it was due: then it is not counted at all. Each of
+the three adds to `scheduled` too, in the same section of the statistics file. Hence the identity
+
+    scheduled = run + skipped + coalesced
+
+An overrun is an activation that ran later than the tolerance. An episode is a row of overruns and
+skips that no activation on time interrupts: one stall is one episode, whatever the policy.
+"""
+
+from collections.abc import Callable
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.step import Step
+from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
+from firmware_runtime.telemetry.layout import MODEL, Layout
+
+SCHEDULED, RUN, SKIPPED, COALESCED, OVERRUNS, EPISODES, LAST_LATE = range(len(MODEL))
+
+
+class ModelAccount:
+    """Watches one model during a step (as an instrument), and counts after it.
+
+    `number` is the model's place among the step's own times, `index` among the file's periodic
+    models; `deadline` is the instant it is booked at, NEVER if it waits for input. During a step
+    `ran` and `replanned` note what happened; `count` moves them into the cells.
+    """
+
+    def __init__(
+        self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy
+    ) -> None:
+        self.atomic = atomic
+        self.path = path
+        self.number = number
+        self.policy = policy
+        self.skips = policy.policy == "skip"
+        self.period = atomic.period
+        self.tolerance = policy.tolerance(atomic.period)
+        self.stop_after = policy.stop_after()
+        self.deadline = NEVER
+        self.lateness = 0
+        self.ran = False
+        self.replanned = 0
+        self._in_episode = False
+        self.index = 0
+        self._cells = empty_cells(len(MODEL))
+        self._lateness = self._own_time = Histogram(empty_cells())
+
+    def count_in(self, cells: Cells, layout: Layout, index: int) -> None:
+        """From now on, count in this model's block of the statistics file."""
+        self.index = index
+        first = layout.model(index)
+        self._cells = cells[first : first + len(MODEL)]
+        self._lateness = Histogram(cells[layout.lateness(index)])
+        self._own_time = Histogram(cells[layout.step(index)])
+
+    # During a step ------------------------------------------------------------------------------
+
+    def watch(
+        self,
+        functions: Functions,
+        step: Step,
+        now: Callable[[], int],
+        touched: list["ModelAccount"],
+    ) -> Functions:
+        """Wrap the model's functions; an account with something to count joins `touched`."""
+
+        def output() -> None:
+            if self.deadline == step.at:
+                self.lateness = now() - step.at
+            functions.output()
+
+        def due(transition: Callable[[], None]) -> Callable[[], None]:
+            def call() -> None:
+                transition()
+                if self.deadline == step.at:
+                    self.ran = True
+                    touched.append(self)
+                self.deadline = self._booked_from(step.at)
+
+            return call
+
+        def external(elapsed: int) -> None:
+            arrived = now()
+            functions.external(elapsed)
+            booked, self.deadline = self.deadline, self._booked_from(step.at)
+            if booked <= arrived and booked != self.deadline:
+                self.replanned += 1
+                touched.append(self)
+
+        def confluent() -> None:
+            functions.internal()
+            functions.external(0)
+
+        return Functions(
+            output, due(functions.internal), external, due(functions.confluent or confluent)
+        )
+
+    def _booked_from(self, at: int) -> int:
+        """The instant the model books with its present time advance; NEVER for a zero one."""
+        sigma = self.atomic.sigma
+        # a time advance that is no such thing is refused by the simulator, next
+        return at + sigma if sigma.__class__ is int and 0 < sigma < NEVER else NEVER
+
+    # After it -----------------------------------------------------------------------------------
+
+    def count(self, at: int, own_time: int) -> None:
+        """Move what the step at instant `at` has left in `ran` and `replanned` into the cells."""
+        cells = self._cells
+        if self.replanned > 0:
+            cells[SCHEDULED] += self.replanned
+            cells[COALESCED] += self.replanned
+            self.replanned = 0
+        if self.ran:
+            self.ran = False
+            cells[SCHEDULED] += 1
+            cells[RUN] += 1
+            self._lateness.record(self.lateness)
+            self._own_time.record(own_time)
+            if self.lateness <= self.tolerance:
+                self._in_episode = False
+            else:
+                cells[OVERRUNS] += 1
+                cells[LAST_LATE] = at
+                self._miss()
+
+    def skip(self, activations: int) -> None:
+        """Count activations that were due and are dropped."""
+        cells = self._cells
+        cells[SCHEDULED] += activations
+        cells[SKIPPED] += activations
+        self._miss()
+
+    def skip_to(self, now: int) -> None:
+        """Drop every whole period before `now`; the next deadline keeps the phase.
+
+        The model's time advance grows with its booking, as if it had been longer from the start:
+        the rest of it, after an input, is then still what is left up to the new deadline.
+        """
+        missed = -(-(now - self.deadline) // self.period)
+        self.skip(missed)
+        self.deadline += missed * self.period
+        self.atomic.sigma += missed * self.period
+
+    def skip_due(self, now: int) -> None:
+        """Count what is due at `now` as skipped: the run is over."""
+        if self.deadline <= now:
+            self.skip((now - self.deadline) // self.period + 1)
+
+    def _miss(self) -> None:
+        """Start an episode, unless one is under way."""
+        if not self._in_episode:
+            self._in_episode = True
+            self._cells[EPISODES] += 1

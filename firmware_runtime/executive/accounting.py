@@ -1,0 +1,98 @@
+"""The accounts of all periodic models, and what the policies make of a late loop.
+
+Before a step, a model with policy `stop` that is overdue beyond its limit ends the run. After a
+step, what ran and what was coalesced is counted; then a model with policy `skip` that ran, and is
+booked again before the present instant, is moved on by whole periods. A model that still waits for
+its turn is left alone: its late activation runs once, and only then are further ones dropped.
+"""
+
+from collections.abc import Callable, Mapping
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.policy import SKIP, ActivationPolicy
+from firmware_runtime.executive.step import Step
+from firmware_runtime.telemetry.histogram import Cells
+from firmware_runtime.telemetry.layout import Layout
+
+
+class Accounting:
+    """An instrument that opens an account for every periodic model, and keeps the accounts.
+
+    Comes after `step` in the simulator's list of instruments.
+    """
+
+    def __init__(
+        self, step: Step, now: Callable[[], int], policies: Mapping[str, ActivationPolicy]
+    ) -> None:
+        self.accounts: list[ModelAccount] = []
+        self._step = step
+        self._now = now
+        self._policies = policies
+        self._touched: list[ModelAccount] = []
+        self._stopping: list[ModelAccount] = []
+        self._postpone: Callable[[Atomic, int], None]
+
+    def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
+        """Watch the model if it is periodic."""
+        if atomic.period == NEVER:
+            return functions
+        path = self._step.paths[-1]
+        policy = self._policies.get(path, SKIP)
+        account = ModelAccount(atomic, path, len(self._step.paths) - 1, policy)
+        self.accounts.append(account)
+        return account.watch(functions, self._step, self._now, self._touched)
+
+    def attach(self, simulator: Engine) -> list[str]:
+        """Take the first deadlines over; return the policies that nothing falls under, as faults."""
+        self._postpone = simulator.postpone
+        for account in self.accounts:
+            account.deadline = simulator.due_at(account.atomic)
+        self._stopping = [each for each in self.accounts if each.stop_after != NEVER]
+        unknown = self._policies.keys() - {account.path for account in self.accounts}
+        return [f"policy of {path}: no periodic model has this path" for path in sorted(unknown)]
+
+    def count_in(self, cells: Cells, layout: Layout) -> None:
+        """From now on, count in the statistics file."""
+        for index, account in enumerate(self.accounts):
+            account.count_in(cells, layout, index)
+
+    @property
+    def tolerance(self) -> int:
+        """The least lateness that is an overrun of some model; 1 ms if there is no such model."""
+        return min((account.tolerance for account in self.accounts), default=MILLISECOND)
+
+    def too_late(self, now: int) -> str | None:
+        """Why the run must stop: a model with policy `stop` ran, or is, later than its limit."""
+        for account in self._stopping:
+            late = max(account.lateness, now - account.deadline)
+            if late > account.stop_after:
+                return (
+                    f"{account.path}: an activation was {late / MICROSECOND:.0f} us late, "
+                    f"over the {account.stop_after / MICROSECOND:.0f} us after which it stops the run"
+                )
+        return None
+
+    def settle(self, ended: int) -> ModelAccount | None:
+        """Count a step's activations, apply `skip`; return the account that ran latest, if any."""
+        step = self._step
+        latest = None
+        for account in self._touched:
+            ran = account.ran  # one that was replanned as well is in the list twice
+            account.count(step.at, step.own_times[account.number])
+            if ran:
+                if account.skips and account.deadline < ended:
+                    account.skip_to(ended)
+                    self._postpone(account.atomic, account.deadline)
+                if latest is None or account.lateness > latest.lateness:
+                    latest = account
+        self._touched.clear()
+        return latest
+
+    def skip_due(self, now: int) -> None:
+        """Count what is due at `now` as skipped: the run is over."""
+        for account in self.accounts:
+            account.skip_due(now)

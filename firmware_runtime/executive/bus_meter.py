@@ -1,0 +1,59 @@
+"""A bus's counters, copied into the statistics file, and what each device took of a step."""
+
+from collections.abc import Mapping
+from itertools import islice
+from typing import Protocol
+
+from firmware_runtime.telemetry.histogram import Cells
+from firmware_runtime.telemetry.layout import BUS, DEVICES, Layout
+
+
+class Device(Protocol):
+    """The time one device has had a bus for, in ns."""
+
+    @property
+    def busy_ns(self) -> int:
+        """Grows only."""
+
+
+class Bus(Device, Protocol):
+    """What is read of a bus; `hal.accounted_bus.AccountedBus` has it."""
+
+    name: str
+    transactions: int
+    bytes: int
+    errors: int
+    retries: int
+
+    @property
+    def by_address(self) -> Mapping[int, Device]:
+        """The same by device; a device joins when it is first spoken to."""
+
+
+class BusMeter:
+    """Reads one bus after every step."""
+
+    def __init__(self, bus: Bus, cells: Cells, layout: Layout, index: int) -> None:
+        first = layout.bus(index)
+        self._bus = bus
+        self._cells = cells[first : first + len(BUS)]
+        self._spent = [0] * DEVICES
+        self._before = [0] * DEVICES
+
+    def read(self) -> None:
+        """Copy the counters, and note what each device took since the last reading."""
+        bus, cells, spent, before = self._bus, self._cells, self._spent, self._before
+        cells[0] = bus.transactions
+        cells[1] = bus.bytes
+        cells[2] = bus.errors
+        cells[3] = bus.retries
+        cells[4] = bus.busy_ns
+        for index, device in enumerate(islice(bus.by_address.values(), DEVICES)):
+            busy = device.busy_ns
+            spent[index] = busy - before[index]
+            before[index] = busy
+
+    def devices(self) -> list[int]:
+        """Addresses of the devices with a place, then the time each took, as laid out."""
+        addresses = list(islice(self._bus.by_address, DEVICES))
+        return addresses + [0] * (DEVICES - len(addresses)) + self._spent

@@ -1,0 +1,29 @@
+"""What a run is given besides its model and its clock."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from firmware_runtime.executive.bus_meter import Bus
+from firmware_runtime.executive.deadlines import PathDeadline
+from firmware_runtime.executive.inbox import Source
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.process import ProcessSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """All of it may be left out: then nothing is asked for, and statistics stay in memory."""
+
+    policies: Mapping[str, ActivationPolicy] = field(default_factory=dict)
+    """By path of a periodic model, without the root's name; others have policy `skip`."""
+    deadlines: Sequence[PathDeadline] = ()
+    buses: Sequence[Bus] = ()
+    sources: Sequence[Source] = ()
+    process: ProcessSettings = field(default_factory=ProcessSettings)
+    statistics_path: Path | None = None
+    worst: int = 16
+    """How many of the worst activations are kept."""
+    conditions: Mapping[str, Any] = field(default_factory=dict)
+    """What else a reader of the statistics should know: board, hash of its file, arguments."""

@@ -1,0 +1,97 @@
+"""Deadlines on a path from a sensor to an actuator.
+
+The time of a path starts when a message leaves the sensor's port, at the logical instant of that
+step, which is the deadline of the sensor's activation: the sample was due then, and being late
+counts. It ends, on the run's clock, when a transition of the actuator's model that read input has
+returned, and with it the write to the chip.
+
+Whether an answer was caused by a certain sample cannot be seen from outside. So a transition of the
+actuator answers all samples that left before it, and the oldest of them is measured. A sample that
+is still not answered when the next one leaves, and is over the limit by then, is a miss, and so is
+one at the end of the run. With a command a sample, as in a control loop, that is exact.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import NEVER
+
+
+@dataclass(frozen=True, slots=True)
+class PathDeadline:
+    """A sample that leaves `from_port` is to be in effect at `to_model` within `within_ns`."""
+
+    name: str
+    from_port: OutPort[Any]
+    to_model: Atomic
+    within_ns: int
+
+
+class DeadlineWatch:
+    """Counts the misses of one deadline; an instrument of the actuator's model."""
+
+    def __init__(self, deadline: PathDeadline, now: Callable[[], int]) -> None:
+        self.deadline = deadline
+        self.misses = 0
+        self._now = now
+        self._left_at = NEVER
+
+    def attach(self, simulator: Engine) -> list[str]:
+        """Listen to the sensor's port; return what is not part of the model, as faults."""
+        source, actuator = self.deadline.from_port, self.deadline.to_model
+        missing = [
+            f"deadline {self.deadline.name}: {path} is not of an atomic model of this robot"
+            for path, atomic in ((source.path, source.owner), (actuator.path, actuator))
+            if atomic not in simulator.atomics
+        ]
+        if not missing:
+            simulator.listen(source, self.leave)
+        return missing
+
+    def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
+        """Note when the actuator's model has read its input."""
+        if atomic is not self.deadline.to_model:
+            return functions
+
+        def external(elapsed: int) -> None:
+            functions.external(elapsed)
+            self.answer()
+
+        def read_input(transition: Callable[[], None]) -> Callable[[], None]:
+            def call() -> None:
+                transition()
+                self.answer()
+
+            return call
+
+        confluent = functions.confluent  # None: the simulator calls external, as above
+        return replace(
+            functions,
+            external=external,
+            confluent=None if confluent is None else read_input(confluent),
+        )
+
+    def leave(self, at: int, _value: object) -> None:
+        """A sample leaves the sensor's port at instant `at`."""
+        if self._left_at == NEVER or self._is_missed():
+            self._left_at = at
+
+    def answer(self) -> None:
+        """The actuator's model has read input and written its outputs."""
+        self._is_missed()
+        self._left_at = NEVER
+
+    def end(self) -> None:
+        """The run is over: what is not answered will not be."""
+        self.answer()
+
+    def _is_missed(self) -> bool:
+        """Whether the oldest sample on its way is over the limit; if so, count it."""
+        missed = self._now() - self._left_at > self.deadline.within_ns
+        self.misses += missed
+        return missed

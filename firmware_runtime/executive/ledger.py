@@ -1,0 +1,85 @@
+"""The ledger: after a step, all that is to be counted goes into the statistics file in one section.
+
+During a step nothing is written, so a process killed in the middle of one leaves whole numbers.
+"""
+
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.bus_meter import BusMeter
+from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.instruments import Instruments
+from firmware_runtime.telemetry.histogram import Histogram
+from firmware_runtime.telemetry.layout import INPUTS_DROPPED, STATE, STEP_HISTOGRAM, STEPS
+from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.worst_list import WorstList
+
+
+class Ledger:
+    """Writes steps, idle moments and the end of a run into the file."""
+
+    def __init__(self, file: StatisticsFile, instruments: Instruments, inbox: Inbox) -> None:
+        cells, layout = file.cells, file.layout
+        self.file = file
+        self._step = instruments.step
+        self._accounting = instruments.accounting
+        self._inbox = inbox
+        self._watches = instruments.watches
+        self._garbage = instruments.garbage
+        self._step_times = Histogram(cells[STEP_HISTOGRAM])
+        self._worst = WorstList(cells, layout)
+        self._meters = [
+            BusMeter(bus, cells, layout, index) for index, bus in enumerate(instruments.buses)
+        ]
+        self._first_deadline = layout.deadline(0)
+        self._previous_end = 0
+        instruments.accounting.count_in(cells, layout)
+
+    def commit(self, ended: int) -> None:
+        """Write the step that has just ended."""
+        file, step_time = self.file, ended - self._step.started
+        file.open_section()
+        latest = self._accounting.settle(ended)
+        self._step_times.record(step_time)
+        file.cells[STEPS] += 1
+        self._read_counters()
+        garbage = self._garbage.take()
+        if latest is not None and latest.lateness + step_time > self._worst.smallest:
+            self._keep(latest, step_time, garbage)
+        file.close_section(ended)
+        self._previous_end = ended
+
+    def idle(self, now: int) -> None:
+        """Show that the loop is alive while nothing is due."""
+        self.file.open_section()
+        self.file.close_section(now)
+
+    def finish(self, state: RunState, now: int, until: int) -> None:
+        """Write how the run ended; what was due by then, and has not run, is skipped."""
+        file = self.file
+        file.open_section()
+        self._accounting.skip_due(min(now, until))
+        for watch in self._watches:
+            watch.end()
+        self._read_counters()
+        file.cells[STATE] = state
+        file.close_section(now)
+
+    def _read_counters(self) -> None:
+        cells = self.file.cells
+        cells[INPUTS_DROPPED] = self._inbox.dropped
+        for meter in self._meters:
+            meter.read()
+        for index, watch in enumerate(self._watches, self._first_deadline):
+            cells[index] = watch.misses
+
+    def _keep(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
+        """Put an activation on the list of the worst, with what the step spent its time on."""
+        step = self._step
+        behind = max(self._previous_end - step.at, 0)
+        wake = max(step.started - step.at - behind, 0)
+        causes = [
+            step.at, latest.index, latest.lateness, step_time, wake, behind, garbage, *step.own_times
+        ]
+        for meter in self._meters:
+            causes.extend(meter.devices())
+        self._worst.keep(causes)

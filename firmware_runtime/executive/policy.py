@@ -1,0 +1,47 @@
+"""What happens when an activation of a periodic model comes late."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from firmware_runtime.devs.time import MICROSECOND, NEVER
+
+Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
+
+
+@dataclass(frozen=True, slots=True)
+class ActivationPolicy:
+    """The policy of one periodic model.
+
+    - `skip`: the late activation runs once, the periods missed meanwhile are dropped, the phase is
+      kept. What controllers want: the newest sample at the right rhythm.
+    - `catch-up`: every missed activation runs, one after the other. What counts events or
+      integrates step by step wants.
+    - `stop`: every missed activation runs, but once one is later than `stop_after_us` the run ends
+      and outputs are made safe.
+
+    Lateness up to `tolerance_us` (default a tenth of the period) is no overrun. Raises ValueError
+    when `stop` has no limit, another policy has one, or a number is not positive.
+    """
+
+    policy: Policy = "skip"
+    tolerance_us: float | None = None
+    stop_after_us: float | None = None
+
+    def __post_init__(self) -> None:
+        if (self.policy == "stop") != (self.stop_after_us is not None):
+            raise ValueError(f"policy {self.policy}: stop_after_us belongs to policy stop, always")
+        for name in ("tolerance_us", "stop_after_us"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ValueError(f"{name} = {value}: expected a positive number of microseconds")
+
+    def tolerance(self, period: int) -> int:
+        """Nanoseconds of lateness that are no overrun, for a model of this period."""
+        return period // 10 if self.tolerance_us is None else round(self.tolerance_us * MICROSECOND)
+
+    def stop_after(self) -> int:
+        """Nanoseconds of lateness beyond which the run ends; NEVER unless the policy is `stop`."""
+        return NEVER if self.stop_after_us is None else round(self.stop_after_us * MICROSECOND)
+
+
+SKIP = ActivationPolicy()

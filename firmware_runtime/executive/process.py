@@ -1,0 +1,160 @@
+"""What a run asks of the operating system, and what it got: never silently missing.
+
+Each setting is asked for, read back where the system allows it, and reported as
+`{"asked": ..., "granted": ..., "reason": ...}`. After the run everything is as it was before.
+
+Sources: sched(7), mlockall(2), prctl(2), Linux Documentation/power/pm_qos_interface.rst.
+"""
+
+import ctypes
+import gc
+import os
+import struct
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
+
+Report: TypeAlias = dict[str, dict[str, Any]]
+
+CPU_DMA_LATENCY = Path("/dev/cpu_dma_latency")
+_MCL_CURRENT, _MCL_FUTURE = 1, 2
+_PR_SET_TIMERSLACK, _PR_GET_TIMERSLACK = 29, 30
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessSettings:
+    """What to ask for; the defaults ask for nothing."""
+
+    fifo_priority: int = 0
+    """SCHED_FIFO at this priority, 1 to 99: whatever has a lower one waits while the loop runs."""
+    lock_memory: bool = False
+    """Keep all memory, present and future, in RAM: no step waits for a page."""
+    cpus: tuple[int, ...] = ()
+    """Run on these processors only."""
+    timer_slack_ns: int = 0
+    """How much later than asked the kernel may wake us; 50 us unless set, and none under FIFO."""
+    freeze_garbage: bool = False
+    """Exempt what exists at the start from garbage collection; collect between steps only."""
+    spin_us: float = 0.0
+    """Look at the clock for so long before a deadline, instead of sleeping up to it."""
+    keep_cpu_awake: bool = False
+    """Hold /dev/cpu_dma_latency at 0: no processor sleeps so deeply that waking takes long."""
+
+
+class _Refusal(Exception):  # noqa: N818 -- never leaves this module
+    """The system accepted the request, but did something else."""
+
+
+@contextmanager
+def in_force(settings: ProcessSettings, clock: Clock) -> Iterator[Report]:
+    """Within the block, the settings hold as far as they were granted; yields what was."""
+    with ExitStack() as undo:
+        asked = {field.name: getattr(settings, field.name) for field in fields(settings)}
+        yield {name: _ask(name, asked[name], clock, undo) for name in _REQUESTS}
+
+
+def _ask(name: str, asked: Any, clock: Clock, undo: ExitStack) -> dict[str, Any]:  # noqa: ANN401
+    def answer(reason: str | None) -> dict[str, Any]:
+        return {"asked": asked, "granted": reason is None, "reason": reason}
+
+    if asked == getattr(_NOTHING, name):
+        return answer("not asked for")
+    if not isinstance(clock, MonotonicClock):
+        return answer("virtual time waits for nothing")
+    request, needs = _REQUESTS[name]
+    try:
+        request(asked, clock, undo)
+    except PermissionError as error:
+        return answer(f"{error.strerror}; needs {needs}")
+    except (OSError, ValueError, _Refusal) as error:
+        return answer(str(error))
+    return answer(None)
+
+
+def _afterwards(undo: ExitStack, function: Callable[..., object], *arguments: object) -> None:
+    """Put something back when the run is over; what the system then refuses stays as it is."""
+
+    def put_back() -> None:
+        with suppress(OSError):
+            function(*arguments)
+
+    undo.callback(put_back)
+
+
+def _timer_slack(slack_ns: int, _clock: MonotonicClock, undo: ExitStack) -> None:
+    before = _libc("prctl", _PR_GET_TIMERSLACK, 0, 0, 0, 0)
+    _libc("prctl", _PR_SET_TIMERSLACK, slack_ns, 0, 0, 0)
+    _afterwards(undo, _libc, "prctl", _PR_SET_TIMERSLACK, before, 0, 0, 0)
+    held = _libc("prctl", _PR_GET_TIMERSLACK, 0, 0, 0, 0)
+    if held > slack_ns:
+        raise _Refusal(f"the kernel keeps {held} ns")
+
+
+def _fifo(priority: int, _clock: MonotonicClock, undo: ExitStack) -> None:
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    _afterwards(undo, os.sched_setscheduler, 0, *before)
+    if os.sched_getscheduler(0) != os.SCHED_FIFO:
+        raise _Refusal("the kernel kept another scheduling class")
+
+
+def _cpus(cpus: tuple[int, ...], _clock: MonotonicClock, undo: ExitStack) -> None:
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, cpus)
+    _afterwards(undo, os.sched_setaffinity, 0, before)
+    held = os.sched_getaffinity(0)
+    if held != set(cpus):
+        raise _Refusal(f"the kernel allows {sorted(held)} of them")
+
+
+def _memory(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # noqa: FBT001
+    _libc("mlockall", _MCL_CURRENT | _MCL_FUTURE)
+    _afterwards(undo, _libc, "munlockall")
+
+
+def _cpu_awake(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # noqa: FBT001
+    descriptor = os.open(CPU_DMA_LATENCY, os.O_WRONLY | os.O_CLOEXEC)
+    undo.callback(os.close, descriptor)  # closing ends the request
+    os.write(descriptor, struct.pack("=i", 0))
+
+
+def _spin(spin_us: float, clock: MonotonicClock, undo: ExitStack) -> None:
+    before, clock.spin = clock.spin, round(spin_us * MICROSECOND)
+    undo.callback(setattr, clock, "spin", before)
+
+
+def _garbage(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # noqa: FBT001
+    if gc.isenabled():
+        undo.callback(gc.enable)
+    undo.callback(gc.unfreeze)
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+
+
+def _libc(function: str, *arguments: int) -> int:
+    """Call a function of the C library. Raises OSError with its errno."""
+    library = ctypes.CDLL(None, use_errno=True)
+    result: int = getattr(library, function)(*(ctypes.c_ulong(each) for each in arguments))
+    if result < 0:
+        code = ctypes.get_errno()
+        raise OSError(code, os.strerror(code))
+    return result
+
+
+_NOTHING = ProcessSettings()
+_REQUESTS: dict[str, tuple[Callable[[Any, MonotonicClock, ExitStack], None], str]] = {
+    # slack before FIFO: leaving FIFO resets the slack, so it is put back after that
+    "timer_slack_ns": (_timer_slack, "nothing special"),
+    "fifo_priority": (_fifo, "CAP_SYS_NICE, or LimitRTPRIO= of the unit"),
+    "lock_memory": (_memory, "CAP_IPC_LOCK, or LimitMEMLOCK= of the unit"),
+    "cpus": (_cpus, "processors the unit may use"),
+    "keep_cpu_awake": (_cpu_awake, f"write access to {CPU_DMA_LATENCY}"),
+    "spin_us": (_spin, "nothing special"),
+    "freeze_garbage": (_garbage, "nothing special"),
+}

@@ -1,0 +1,31 @@
+"""Signals that ask a run to stop: SIGTERM (systemd), SIGINT (Ctrl-C), SIGHUP (the terminal is gone).
+
+Any of them would by default end the process between two instructions and leave the outputs as they
+are. Here they only ask: the loop ends after the step under way, and outputs are made safe.
+"""
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+STOPS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+
+
+@contextmanager
+def stop_on_signals(request_stop: Callable[[str], None]) -> Iterator[None]:
+    """Within the block, call `request_stop` with a signal's name; afterwards all is as it was.
+
+    Main thread only, as Python allows no other to handle signals.
+    """
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        request_stop(signal.Signals(number).name)
+
+    before = {number: signal.signal(number, handle) for number in STOPS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            # None: set by something that is not Python, and out of reach
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)

@@ -1,0 +1,151 @@
+import pytest
+
+from drivers.chips.pca9685 import Pca9685
+from drivers.esc import Esc, EscSettings
+from drivers.fault import Fault
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.i2c_bus import I2cBusDouble
+
+LOW, HALF, FULL = 0.05, 0.075, 0.1
+"""Duties of 1000, 1500 and 2000 us at 50 Hz."""
+
+
+class Bench:
+    """An ESC on a PCA9685 double; orders come in by hand."""
+
+    def __init__(self) -> None:
+        self.simulator: Simulator | None = None
+        self.chip = Pca9685Double(self.now)
+        self.bus = I2cBusDouble("i2c1", self.now, [self.chip])
+        top = Coupled("top")
+        esc = EscSettings(
+            channel=3,
+            frequency_hz=50.0,
+            low_pulse_us=1000.0,
+            high_pulse_us=2000.0,
+            arming=3 * SECOND,
+        )
+        self.model = top.add(Esc("esc", Pca9685(self.bus), esc))
+        self.arm, self.throttle = top.in_port("arm", bool), top.in_port("throttle", float)
+        top.couple(self.arm, self.model.arm)
+        top.couple(self.throttle, self.model.throttle)
+        self.simulator = Simulator(top, checked=True)
+        self.armed: list[tuple[int, bool]] = []
+        self.faults: list[Fault] = []
+        self.simulator.listen(
+            self.model.armed_out, lambda at, value: self.armed.append((at // MILLISECOND, value))
+        )
+        self.simulator.listen(self.model.fault_out, lambda _at, value: self.faults.append(value))
+
+    def now(self) -> int:
+        return 0 if self.simulator is None else self.simulator.now
+
+    def run(self, until_ms: int) -> None:
+        assert self.simulator is not None
+        self.simulator.run(until_ms * MILLISECOND)
+
+    def order(self, at_ms: int, *, arm: bool | None = None, throttle: float | None = None) -> None:
+        assert self.simulator is not None
+        self.run(at_ms)
+        if arm is not None:
+            self.simulator.inject(self.arm, arm)
+        if throttle is not None:
+            self.simulator.inject(self.throttle, throttle)
+        self.simulator.advance(at_ms * MILLISECOND)
+
+    @property
+    def duty(self) -> float:
+        return self.chip.duty(3)
+
+
+def close(duty: float) -> object:
+    return pytest.approx(duty, abs=1e-4)
+
+
+def test_it_is_off_until_it_is_told_to_arm() -> None:
+    bench = Bench()
+    bench.order(1000, throttle=1.0)
+    bench.run(5000)
+    assert bench.chip.all_off
+    assert bench.armed == []
+
+
+def test_arming_holds_the_low_pulse_for_its_time_and_then_says_so() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    assert bench.duty == close(LOW)
+    bench.order(2000, throttle=1.0)
+    assert bench.duty == close(LOW)
+    bench.run(3999)
+    assert bench.armed == []
+    bench.run(4000)
+    assert bench.armed == [(4000, True)]
+
+
+def test_an_order_to_arm_during_bring_up_is_kept() -> None:
+    bench = Bench()
+    bench.order(0, arm=True)
+    bench.run(200)
+    assert bench.duty == close(LOW)
+
+
+def test_throttle_is_obeyed_once_armed_and_clipped_to_its_range() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    for at_ms, throttle, duty in ((5000, 0.5, HALF), (6000, 7.0, FULL), (7000, -1.0, LOW)):
+        bench.order(at_ms, throttle=throttle)
+        assert bench.duty == close(duty)
+
+
+def test_disarming_ends_in_no_signal_at_all() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(5000, throttle=0.5)
+    bench.order(6000, arm=False)
+    assert bench.chip.all_off
+    assert bench.armed == [(4000, True), (6000, False)]
+
+
+def test_the_low_pulse_comes_before_no_signal() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(5000, throttle=0.5)
+    bench.order(6000, arm=False)
+    low, off = (each.messages[0] for each in list(bench.bus.log)[-2:])
+    assert low[:1] == bytes([0x06 + 4 * 3])
+    assert off == bytes([0xFD, 0x10])
+
+
+def test_a_throttle_that_is_no_number_disarms() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(5000, throttle=float("nan"))
+    assert bench.chip.all_off
+    assert bench.armed[-1] == (5000, False)
+    assert "throttle nan" in bench.faults[0].reason
+
+
+def test_a_silent_chip_is_stopped_again_and_again_until_it_answers() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(5000, throttle=0.5)
+    bench.bus.faults = FaultScript([NackAddress(times=4)])
+    bench.order(6000, throttle=0.6)
+    assert bench.armed[-1] == (6000, False)
+    assert not bench.chip.all_off
+    bench.run(6100)
+    assert bench.chip.all_off
+    assert {fault.kind for fault in bench.faults} == {"NoAcknowledge"}
+
+
+def test_it_can_be_armed_again_after_a_fault() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(5000, throttle=float("inf"))
+    bench.order(6000, arm=True)
+    bench.run(9000)
+    assert bench.armed == [(4000, True), (5000, False), (9000, True)]

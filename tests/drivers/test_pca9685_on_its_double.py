@@ -1,0 +1,133 @@
+import pytest
+
+from drivers.chips.pca9685 import Pca9685, software_reset
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.clock import ManualClock
+from sim_doubles.i2c_bus import I2cBusDouble
+
+ALL_CALL = 0x70
+
+
+class Bench:
+    """One chip on a bus; remembers whether any output was ever on."""
+
+    def __init__(self, true_osc_hz: float = 25e6) -> None:
+        self.clock = ManualClock()
+        self.double = Pca9685Double(self.clock, true_osc_hz=true_osc_hz)
+        self.bus = I2cBusDouble("i2c-1", self.clock, [self.double])
+
+    def bring_up(self, frequency_hz: float = 1000, osc_hz: float = 25e6) -> Pca9685:
+        chip = Pca9685(self.bus, osc_hz=osc_hz)
+        for step in chip.bring_up(frequency_hz):
+            step.action()
+            self.clock.advance(step.wait_ns)
+        return chip
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+@pytest.mark.parametrize(
+    ("frequency_hz", "osc_hz"),
+    [(24, 25e6), (1526, 25e6), (24, 24e6), (1400, 24e6), (50, 26.2e6), (1000, 26.2e6)],
+)
+def test_the_rate_the_driver_states_is_the_rate_of_a_chip_so_calibrated(
+    frequency_hz: float, osc_hz: float
+) -> None:
+    bench = Bench(osc_hz)
+    chip = bench.bring_up(frequency_hz, osc_hz)
+    assert bench.double.frequency_hz == pytest.approx(chip.frequency_hz)
+    assert bench.double.running
+
+
+def test_after_bring_up_the_chip_runs_with_all_outputs_off(bench: Bench) -> None:
+    bench.bring_up()
+    assert bench.double.running
+    assert bench.double.all_off
+
+
+def test_all_call_is_answered_at_power_up_and_never_again(bench: Bench) -> None:
+    bench.bus.write(ALL_CALL, b"\x00\x11")
+    bench.bring_up()
+    with pytest.raises(NoAcknowledge):
+        bench.bus.write(ALL_CALL, b"\x00\x51")
+
+
+@pytest.mark.parametrize("left_as", ["running", "asleep with a RESTART due", "asleep, duties set"])
+def test_whatever_a_dead_program_left_no_output_goes_on_in_bring_up(
+    bench: Bench, left_as: str
+) -> None:
+    bench.bring_up().set_duties(0, (0.9,) * 16)
+    if left_as == "asleep with a RESTART due":
+        bench.bus.write(0x40, b"\x00\x30")
+    elif left_as == "asleep, duties set":
+        bench.bus.write(0x40, b"\x00\x30")
+        bench.bus.write(0x40, b"\x06\x00\x00\x00\x08")
+    chip = Pca9685(bench.bus)
+    steps = iter(chip.bring_up(50))
+    next(steps).action()
+    assert bench.double.all_off
+    for step in steps:
+        bench.clock.advance(step.wait_ns)
+        step.action()
+        assert bench.double.all_off, step.name
+    chip.set_duties(0, (0.9,))
+    assert bench.double.duties == (3686 / 4096, *(0.0,) * 15)
+
+
+def test_a_new_rate_keeps_the_duties(bench: Bench) -> None:
+    chip = bench.bring_up(1000)
+    written = chip.set_duties(3, (0.25, 1.0, 0.0))
+    for step in chip.change_frequency(50):
+        step.action()
+        bench.clock.advance(step.wait_ns)
+    assert bench.double.frequency_hz == pytest.approx(50.03, abs=0.01)
+    assert bench.double.duties[3:6] == written
+    assert bench.double.running
+    assert list(bench.double.warnings) == []
+
+
+def test_a_latched_external_clock_needs_a_software_reset(bench: Bench) -> None:
+    bench.bus.write(0x40, b"\x00\x10")
+    bench.bus.write(0x40, b"\x00\x50")
+    with pytest.raises(NotReady, match="EXTCLK is latched"):
+        bench.bring_up()
+    software_reset(bench.bus)
+    bench.bring_up()
+    assert bench.double.running
+
+
+def test_stop_all_stops_all_sixteen_and_duties_can_be_set_again(bench: Bench) -> None:
+    chip = bench.bring_up()
+    chip.set_duties(0, (0.7,) * 16)
+    chip.stop_all()
+    assert bench.double.all_off
+    assert bench.double.running
+    chip.set_duties(0, (0.7,))
+    assert bench.double.duties == (2867 / 4096, *(0.0,) * 15)
+
+
+def test_staggered_outputs_have_the_same_duties(bench: Bench) -> None:
+    bench.bring_up()
+    chip = Pca9685(bench.bus, staggered=True)
+    for step in chip.bring_up(1000):
+        step.action()
+        bench.clock.advance(step.wait_ns)
+    wanted = [channel / 15 for channel in range(16)]
+    assert chip.set_duties(0, wanted) == bench.double.duties
+    assert bench.double.duties == pytest.approx(wanted, abs=1 / 8192)
+
+
+def test_a_brown_out_is_told_by_verify_and_cured_by_bring_up(bench: Bench) -> None:
+    chip = bench.bring_up()
+    chip.set_duties(0, (0.5,))
+    bench.double.power_cycle()
+    with pytest.raises(NotReady, match="read 11 11 1e, expected 20 04 05"):
+        chip.verify()
+    with pytest.raises(NotReady):
+        chip.set_duties(0, (0.5,))
+    bench.bring_up().set_duties(0, (0.5,))
+    assert bench.double.duty(0) == 0.5

@@ -1,0 +1,63 @@
+"""TachoBot, whole, on its doubles in virtual time, for tests."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import boards.registry
+from boards.robot import Robot
+from boards.tachobot.wiring import Tachobot
+from drivers.fault import Fault
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from sim_doubles.benches.tachobot import TachobotBench
+
+
+@dataclass
+class VirtualTachobot:
+    """TachoBot on its doubles in virtual time, with what it said on its ports."""
+
+    bench: TachobotBench
+    robot: Robot
+    simulator: Simulator
+    heard: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Tachobot:
+        assert isinstance(self.robot.model, Tachobot)
+        return self.robot.model
+
+    def run(self, until_s: float) -> None:
+        self.simulator.run(round(until_s * SECOND))
+
+    def values(self, port: str) -> list[Any]:
+        return [value for _at, value in self.heard.get(port, [])]
+
+    def faults(self) -> list[Fault]:
+        return [
+            value for port in self.heard if port.endswith("fault") for value in self.values(port)
+        ]
+
+
+def _listen(tachobot: VirtualTachobot) -> None:
+    for atomic in tachobot.simulator.atomics:
+        for port in atomic.out_ports.values():
+            said = tachobot.heard.setdefault(port.path.removeprefix("tachobot."), [])
+            tachobot.simulator.listen(
+                port,
+                lambda at, value, said=said: said.append((at, value)),  # type: ignore[misc]
+            )
+
+
+def virtual_tachobot(*assignments: str) -> VirtualTachobot:
+    """Build one with `KEY=VALUE` overrides, in checked mode."""
+    board = boards.registry.load("tachobot", assignments)
+    clock: list[Simulator] = []
+    bench = TachobotBench(board.settings, lambda: clock[0].now if clock else 0)
+    robot = board.build({name: AccountedBus(bus, 400_000) for name, bus in bench.buses.items()})
+    robot.find_chips()
+    bench.attach(robot.model)
+    clock.append(Simulator(robot.model, checked=True))
+    built = VirtualTachobot(bench, robot, clock[0])
+    _listen(built)
+    return built
