@@ -58,6 +58,8 @@ class ExecutiveSettings(Settings, frozen=True):
     freeze_garbage: bool = True
     """Freeze what exists at start and collect garbage between ticks only."""
     timer_slack_ns: Annotated[int, Meta(ge=1)] = 1
+    keep_cpu_awake: bool = False
+    """Hold /dev/cpu_dma_latency at 0, so that no processor sleeps deeply."""
     spin_us: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     """Busy-wait this long before each deadline, 0 for none."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16

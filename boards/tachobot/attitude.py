@@ -7,6 +7,9 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.motion import Motion
 
+FIELDS_AVERAGED = 100
+"""Readings of the compass from which its angle at yaw zero is taken; one alone is too noisy."""
+
 
 class Attitude(Atomic):
     """Turns every inertial sample into yaw (rad) and yaw rate (rad/s), at the same instant.
@@ -15,8 +18,9 @@ class Attitude(Atomic):
     waiting --enable? false--> disabled
 
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
-    Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
-    the angle turned since its first valid field; its share in one step is elapsed / time constant.
+    Rates are integrated by the trapezoid rule over the time that really passed. The compass tells
+    how far the estimate has strayed from it since the start, on average of its first fields; of
+    that, elapsed / time constant is taken off in one step.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -28,7 +32,8 @@ class Attitude(Atomic):
         self.enabled = enabled
         self.motion: Motion | None = None
         self._since_sample = 0
-        self._first_heading: float | None = None
+        self._headings = 0
+        self._heading_at_zero = 0.0
 
     def initialize(self) -> None:
         """Wait for a sample, or to be enabled."""
@@ -63,14 +68,16 @@ class Attitude(Atomic):
             return Motion(0.0, rate)
         yaw = self.motion.position + (self.motion.rate + rate) / 2 * elapsed / SECOND
         if sample.field is not None and self.compass_time_constant:
-            yaw += self._compass_error(sample.field, yaw) * min(
-                1.0, elapsed / self.compass_time_constant
-            )
+            share = min(1.0, elapsed / self.compass_time_constant)
+            yaw += share * self._compass_error(sample.field, yaw)
         return Motion(yaw, rate)
 
     def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:
-        """How far the compass stands from the estimate, within plus and minus pi."""
+        """How far the compass stands from the estimate, within plus and minus pi; 0 at first."""
         heading = math.atan2(-field[1], field[0])
-        if self._first_heading is None:
-            self._first_heading = heading - yaw
-        return math.remainder(heading - self._first_heading - yaw, math.tau)
+        error = math.remainder(heading - self._heading_at_zero - yaw, math.tau)
+        if self._headings == FIELDS_AVERAGED:
+            return error
+        self._headings += 1
+        self._heading_at_zero += error / self._headings
+        return 0.0

@@ -113,9 +113,13 @@ class Mpu9250:
             Step(
                 "wake",
                 partial(self._write, PWR_MGMT_1, CLKSEL_BEST, ALL_AXES_ON),
+                0,
+            ),
+            Step(
+                "configure",
+                partial(self._write, SMPLRT_DIV, *self.settings.registers()),
                 GYROSCOPE_START_NS,
             ),
-            Step("configure", partial(self._write, SMPLRT_DIV, *self.settings.registers()), 0),
             Step("open bypass", self._open_bypass, 0),
             *map(self._magnetometer_step, self._magnetometer.bring_up()),
             Step("close bypass", partial(self._write, INT_PIN_CFG, 0), 0),

@@ -30,7 +30,7 @@ class Checks:
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
         """Watch one model."""
         for port in atomic.out_ports.values():
-            port.send = self._checked_send(atomic, port)
+            port.wrap(lambda send, port=port: self._checked_send(atomic, port, send))
         output = functions.output
 
         def checked_output() -> None:
@@ -46,9 +46,7 @@ class Checks:
 
         return replace(functions, output=checked_output)
 
-    def _checked_send(self, atomic: Atomic, port: OutPort[object]) -> Callable[[object], None]:
-        send = port.send
-
+    def _checked_send(self, atomic: Atomic, port: OutPort[object], send) -> Callable[[object], None]:
         def checked_send(value: object) -> None:
             if self._sending is not atomic:
                 fault = f"sent on port {port.name!r} outside its output function"

@@ -1,85 +1,108 @@
-"""Delivery in Parallel DEVS: an output port's `send` becomes a closure that fills bags.
+"""Delivery in Parallel DEVS: how a value gets into bags, and how the simulator hears of it.
 
-A value goes straight into the bags at the ends of its wires. A model is noted as reached when it
-gets its first value, which shows on its `mark`, a list that is empty until then. A model with one
-input port uses that port's bag as its mark, so noting costs no more than a look at the bag; a model
-with several keeps a list of those of its bags that hold something.
+An output port that feeds one input port appends straight to that port's bag. One that feeds several
+has a `FanOut` in its place, shared by all ports that feed the same ones. A model is noted as
+reached before a bag of it gets its first value. A model with one input port is marked by that
+port's bag itself; a model with several has `FilledBags` beside them. What a model does not use
+costs it nothing.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.ports import InPort, discard
+from firmware_runtime.devs.ports import NOWHERE, InPort, OutPort, Register, StandIn
 
-Bag: TypeAlias = list[Any]
-Send: TypeAlias = Callable[[Any], None]
-Stop: TypeAlias = tuple[Bag, Callable[[Any], None], object]
-"""A bag, and what to call, with what, before it gets its first value."""
+Stop: TypeAlias = tuple[InPort[Any], Register, object]
+"""A bag, and which entry goes into which register before it gets its first value."""
+
+
+class FilledBags(list[InPort[Any]]):
+    """Those bags of a model with several that hold something: its mark, and its register."""
+
+    def __init__(self, number: int, reached: list[int]) -> None:
+        super().__init__()
+        self._number = number
+        self._reached = reached
+
+    def append(self, bag: InPort[Any], /) -> None:
+        """Note that `bag` is about to get its first value, the model's first or not."""
+        if not self:
+            self._reached.append(self._number)
+        super().append(bag)
+
+    def clear(self) -> None:
+        """Empty the bags."""
+        for bag in self:
+            bag.clear()
+        super().clear()
+
+
+class FanOut(StandIn[Any]):
+    """Several bags in the place of one; `is_used` while all of them are known to be filled."""
+
+    __slots__ = ("_bags", "_stops", "_used", "is_used")
+
+    def __init__(self, bags: Sequence[InPort[Any]], stops: Sequence[Stop], used: list["FanOut"]) -> None:
+        self._bags = bags
+        self._stops = stops
+        self._used = used
+        self.is_used = False
+
+    def append(self, value: object, /) -> None:
+        """Put one value into every bag, in order of declaration."""
+        if not self.is_used:
+            self._note()
+        for bag in self._bags:
+            bag.append(value)
+
+    def _note(self) -> None:
+        for bag, register, entry in self._stops:
+            if not bag:
+                register.append(entry)
+        self.is_used = True
+        self._used.append(self)
 
 
 class Delivery:
-    """The bags of a flat model: who was `reached` in this round; `marks` and `clears` by number."""
+    """The bags of a flat model: `marks` by number, and who was `reached` in this round.
 
-    def __init__(self, atomics: Iterable[Atomic]) -> None:
+    A mark is true while its model has input; clearing it empties the model's bags.
+    """
+
+    def __init__(self, numbers: Mapping[Atomic, int]) -> None:
         self.reached: list[int] = []
-        self.marks: list[Bag] = []
-        self.clears: list[Callable[[], None]] = []
-        self._stops: dict[InPort[Any], Stop] = {}
-        for number, atomic in enumerate(atomics):
+        self.marks: list[InPort[Any] | FilledBags] = []
+        self._numbers = numbers
+        self._used: list[FanOut] = []
+        self._fan_outs: dict[tuple[InPort[Any], ...], FanOut] = {}
+        for atomic, number in numbers.items():
             bags = list(atomic.in_ports.values())
             for bag in bags:
                 bag.clear()
-            if len(bags) == 1:
-                self._open_one(number, bags[0])
-            else:
-                self._open_several(number, bags)
+            self.marks.append(bags[0] if len(bags) == 1 else FilledBags(number, self.reached))
 
-    def sender(self, ends: Sequence[InPort[Any]]) -> Send:
-        """The function that delivers a value to every end of a wire, in order."""
-        stops = [self._stops[end] for end in ends]
-        if not stops:
-            return discard
-        return _to_one(*stops[0]) if len(stops) == 1 else _to_several(stops)
+    def connect(self, port: OutPort[Any], ends: Sequence[InPort[Any]]) -> None:
+        """Let `port` feed the input ports `ends`, in this order."""
+        if len(ends) == 1:
+            port.bag, port.register, port.entry = self._stop(ends[0])
+        else:
+            port.bag = self._fan_out(tuple(ends)) if ends else NOWHERE
 
-    def _open_one(self, number: int, bag: InPort[Any]) -> None:
-        self.marks.append(bag)
-        self.clears.append(bag.clear)
-        self._stops[bag] = (bag, self.reached.append, number)
+    def end_round(self) -> None:
+        """Forget who was reached, whose bags have been emptied by now."""
+        self.reached.clear()
+        for fan_out in self._used:
+            fan_out.is_used = False
+        self._used.clear()
 
-    def _open_several(self, number: int, bags: list[InPort[Any]]) -> None:
-        filled: list[Bag] = []
-        reach = self.reached.append
+    def _stop(self, bag: InPort[Any]) -> Stop:
+        number = self._numbers[bag.owner]
+        mark = self.marks[number]
+        return (bag, self.reached, number) if mark is bag else (bag, mark, bag)
 
-        def note(bag: Bag) -> None:
-            if not filled:
-                reach(number)
-            filled.append(bag)
-
-        def clear() -> None:
-            for bag in filled:
-                bag.clear()
-            filled.clear()
-
-        self.marks.append(filled)
-        self.clears.append(clear)
-        self._stops.update((bag, (bag, note, bag)) for bag in bags)
-
-
-def _to_one(bag: Bag, note: Callable[[Any], None], what: object) -> Send:
-    def send(value: object) -> None:
-        if not bag:
-            note(what)
-        bag.append(value)
-
-    return send
-
-
-def _to_several(stops: Sequence[Stop]) -> Send:
-    def send(value: object) -> None:
-        for bag, note, what in stops:
-            if not bag:
-                note(what)
-            bag.append(value)
-
-    return send
+    def _fan_out(self, ends: tuple[InPort[Any], ...]) -> FanOut:
+        if ends not in self._fan_outs:
+            stops = [self._stop(end) for end in dict.fromkeys(ends)]
+            self._fan_outs[ends] = FanOut(ends, stops, self._used)
+        return self._fan_outs[ends]

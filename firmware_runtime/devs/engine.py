@@ -1,7 +1,7 @@
 """What the parallel and the classic simulator share: the flat model, its agenda, its entrances."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NoReturn, TypeAlias, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
@@ -15,15 +15,15 @@ from firmware_runtime.devs.errors import (
     PortTypeError,
     TimeAdvanceError,
 )
-from firmware_runtime.devs.functions import Instrument, functions_of
+from firmware_runtime.devs.functions import Instrument, bind
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.devs.wiring import Wiring, sources_of
 
 T = TypeVar("T")
 
-Sender: TypeAlias = Callable[[Sequence[InPort[Any]]], Callable[[Any], None]]
-"""Makes the function that delivers a value to given input ports."""
+Connect: TypeAlias = Callable[[OutPort[Any], Sequence[InPort[Any]]], None]
+"""Lets an output port feed input ports of atomics, in this order."""
 
 ZERO_TIME_LIMIT = 100_000
 """Steps at one instant after which a model counts as illegitimate."""
@@ -54,35 +54,31 @@ class Engine(ABC):
         wiring = Wiring(root)
         self.atomics = tuple(wiring.atomics)
         self._numbers = {atomic: number for number, atomic in enumerate(self.atomics)}
-        self._connect(wiring)
-        self._bind((*instruments, Checks(self)) if checked else instruments)
+        self._connect_ports(wiring)
+        if checked:
+            instruments = (*instruments, Checks(self))
+        self._models, self._confluents = bind(self.atomics, instruments)
         self._last = [0] * len(self.atomics)
         self._agenda = Agenda(len(self.atomics))
         self._initialize()
 
-    def _connect(self, wiring: Wiring) -> None:
-        """Replace the `send` of each atomic's output port, and make the root's entrances."""
-        sender = self._make_sender(self.atomics)
+    def _connect_ports(self, wiring: Wiring) -> None:
+        connect = self._open_bags(self._numbers)
         for atomic in self.atomics:
             for port in atomic.out_ports.values():
-                port.send = sender(wiring.ends(port))
-        self._entrances = {port: sender(wiring.ends(port)) for port in self.root.in_ports.values()}
-
-    def _bind(self, instruments: Sequence[Instrument]) -> None:
-        functions = [functions_of(atomic, instruments) for atomic in self.atomics]
-        self._outputs = [each.output for each in functions]
-        self._internals = [each.internal for each in functions]
-        self._externals = [each.external for each in functions]
-        self._confluents = [each.confluent for each in functions]
+                connect(port, wiring.ends(port))
+        self._entrances: dict[InPort[Any], OutPort[Any]] = {}
+        for port in self.root.in_ports.values():
+            entrance = self._entrances[port] = OutPort(self.root, port.name, port.type)
+            connect(entrance, wiring.ends(port))
 
     def _initialize(self) -> None:
-        number = 0
-        book = self._agenda.book
+        number, book = 0, self._agenda.book
         try:
             for number, atomic in enumerate(self.atomics):
                 atomic.initialize()
                 sigma = atomic.sigma = atomic.time_advance()
-                if type(sigma) is not int or sigma < 0:
+                if sigma.__class__ is not int or sigma < 0:
                     self._refuse_time_advance(number)
                 if sigma != NEVER:
                     book(number, sigma)
@@ -104,12 +100,12 @@ class Engine(ABC):
             raise ModelError(f"{port.path}: not an input port of {self.root.path}")
         if not isinstance(value, port.type):
             raise PortTypeError(f"{port.path}: {value!r} is not of type {port.type.__name__}")
-        self._entrances[port](value)
+        self._entrances[port].send(value)
 
     def advance(self, at: int) -> None:
         """Work off instant `at`: inputs, and what is due. Not before `now`, not past `next_at`.
 
-        An instant may be advanced to again, for inputs that arrive at the same nanosecond.
+        An instant may be advanced to again, for inputs that arrive in the same nanosecond.
         """
         if not (self.now <= at <= self.next_at and at < NEVER):
             raise ModelError(
@@ -120,10 +116,10 @@ class Engine(ABC):
         self._work_off(at, self._agenda.take(at))
 
     def run(self, until: int) -> None:
-        """Take every instant from now up to and including `until`, without waiting in between."""
+        """Take every instant from `now` up to and including `until`, without waiting in between."""
         next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
         at = self.now
-        while at <= until and at != NEVER:
+        while at <= until and at < NEVER:
             self.now = at
             work_off(at, take(at))
             at = next_at()
@@ -138,7 +134,7 @@ class Engine(ABC):
         if not due_at <= at < NEVER:
             raise ModelError(
                 f"{atomic.path}: cannot postpone its event to {format_time(at)}, "
-                f"expected an instant from {format_time(due_at)} (its due) on"
+                f"expected an instant from {format_time(due_at)} (its due time) on"
             )
         atomic.sigma += at - due_at
         self._agenda.book(self._numbers[atomic], at)
@@ -146,12 +142,12 @@ class Engine(ABC):
     def listen(self, port: OutPort[T], hear: Callable[[int, T], None]) -> None:
         """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
 
-        Listeners are called after the value was delivered, in the order they came.
+        A value is heard after it was delivered; listeners hear in the order in which they came.
         """
         for source in sources_of(port):
             if source.owner not in self._numbers:
                 raise ModelError(f"{port.path}: not an output port in {self.root.path}")
-            source.send = self._overheard(source.send, hear)
+            source.wrap(lambda send: self._overheard(send, hear))
 
     def exit(self) -> list[Exception]:
         """Call every model's `exit`, last declared first; return what they raised."""
@@ -166,8 +162,8 @@ class Engine(ABC):
     # What the two kinds of simulator fill in or use ---------------------------------------------
 
     @abstractmethod
-    def _make_sender(self, atomics: Iterable[Atomic]) -> Sender:
-        """Prepare how values travel."""
+    def _open_bags(self, numbers: Mapping[Atomic, int]) -> Connect:
+        """Empty all bags; return how output ports are connected to them."""
 
     @abstractmethod
     def _work_off(self, at: int, imminent: list[int]) -> None:

@@ -1,7 +1,7 @@
 """A model's functions as the simulator calls them, bound once, before the run.
 
 An `Instrument` may wrap them: the executive to measure time, the checked mode to watch the laws.
-What is not wrapped costs nothing.
+A model that nobody wraps is called as it is.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from typing import TypeAlias
 from firmware_runtime.devs.atomic import Atomic
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Functions:
     """Output, internal, external and confluent; `confluent` None means internal, then external."""
 
@@ -25,19 +25,58 @@ Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
 """Given a model and its functions, the functions to call instead."""
 
 
-def functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Functions:
-    """Bind the model's functions and let each instrument wrap them, the first one innermost."""
-    kind = type(atomic)
-    confluent = None if kind.confluent is Atomic.confluent else atomic.confluent
-    functions = Functions(atomic.output, atomic.internal, atomic.external, confluent)
-    if kind.time_advance is not Atomic.time_advance:
-        functions = _with_own_time_advance(atomic, functions)
+class Wrapped:
+    """Stands before a model whose functions are wrapped; to the simulator it is the model."""
+
+    __slots__ = ("atomic", "external", "internal", "output")
+
+    def __init__(self, atomic: Atomic, functions: Functions) -> None:
+        self.atomic = atomic
+        self.output = functions.output
+        self.internal = functions.internal
+        self.external = functions.external
+
+    @property
+    def sigma(self) -> int:
+        """The model's time advance."""
+        return self.atomic.sigma
+
+
+def bind(
+    atomics: Sequence[Atomic], instruments: Sequence[Instrument]
+) -> tuple[list[Atomic | Wrapped], list[Callable[[], None] | None]]:
+    """What to call for each model, and its confluent function where that is not the default."""
+    models: list[Atomic | Wrapped] = list(atomics)
+    confluents = [_own_confluent(atomic) for atomic in atomics]
+    for number, atomic in enumerate(atomics):
+        if instruments or _computes_time_advance(atomic):
+            functions = _functions_of(atomic, instruments)
+            models[number] = Wrapped(atomic, functions)
+            confluents[number] = functions.confluent
+    return models, confluents
+
+
+def _own_confluent(atomic: Atomic) -> Callable[[], None] | None:
+    return None if type(atomic).confluent is Atomic.confluent else atomic.confluent
+
+
+def _computes_time_advance(atomic: Atomic) -> bool:
+    return type(atomic).time_advance is not Atomic.time_advance
+
+
+def _functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Functions:
+    """The model's functions with each instrument around them, the first one innermost."""
+    functions = Functions(
+        atomic.output, atomic.internal, atomic.external, _own_confluent(atomic)
+    )
+    if _computes_time_advance(atomic):
+        functions = _asking_time_advance(atomic, functions)
     for instrument in instruments:
         functions = instrument(atomic, functions)
     return functions
 
 
-def _with_own_time_advance(atomic: Atomic, functions: Functions) -> Functions:
+def _asking_time_advance(atomic: Atomic, functions: Functions) -> Functions:
     """For a model that computes its time advance: ask after each transition, keep it in sigma."""
 
     def internal() -> None:

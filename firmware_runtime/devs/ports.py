@@ -1,13 +1,15 @@
 """Ports: typed ends of couplings.
 
-An input port *is* its bag: a list of the values that arrived at this instant, in the order of the
-couplings' declaration, emptied by the simulator after the transition that read it. Values are
-handed on by reference: treat them as immutable.
+An input port *is* its bag: a list of the values that arrived at this instant, in the order they
+were sent, emptied by the simulator after the transition that read it. An output port holds the bag
+its values go into: the input port it feeds, or something that stands in for it. Values are handed
+on by reference: treat them as immutable.
 """
 
 import builtins
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
     from firmware_runtime.devs.component import Component
@@ -16,21 +18,13 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
-class Source(Protocol[T_co]):
-    """A port as the beginning of a wire: it may carry a narrower type than the wire's end."""
-
-    @property
-    def type(self) -> builtins.type[T_co]:
-        """The class of the values carried."""
-
-
 class InPort(list[T], Generic[T]):
     """The bag of values that arrived at this instant; empty between transitions."""
 
     __slots__ = ("name", "owner", "type")
 
     def __init__(self, owner: "Component", name: str, type_: type[T]) -> None:
-        # No call of list's own: a list is empty from the start, and ports are made by the thousand.
+        # list's own __init__ is left out: it would empty what is empty, for every port made.
         self.owner = owner
         self.name = name
         self.type = type_
@@ -53,20 +47,71 @@ class InPort(list[T], Generic[T]):
         return self is not other
 
 
-def discard(_value: object) -> None:
-    """Where an output goes that nobody is coupled to."""
+class StandIn(ABC, Generic[T]):
+    """What an output port may have in place of the bag of a single input port."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def append(self, value: T, /) -> None:
+        """Take one value."""
+
+
+class Relay(StandIn[T]):
+    """Hands each value to a function."""
+
+    __slots__ = ("_take",)
+
+    def __init__(self, take: Callable[[T], None]) -> None:
+        self._take = take
+
+    def append(self, value: T, /) -> None:
+        """Call the function."""
+        self._take(value)
+
+
+class Register(Protocol):
+    """Where it is noted that a bag has got its first value."""
+
+    def append(self, entry: Any, /) -> None:  # noqa: ANN401 -- each register has entries of its own
+        """Note it."""
+
+
+def _discard(_value: object) -> None:
+    """Take a value that goes nowhere."""
 
 
 class OutPort(Generic[T]):
-    """Where an output function sends; the simulator replaces `send` when it resolves couplings."""
+    """Where an output function sends.
 
-    __slots__ = ("name", "owner", "send", "type")
+    The simulator sets `bag` when it resolves the couplings, and, if that is the bag of one input
+    port, `entry`, which goes into `register` before the first value goes into the empty bag.
+    """
+
+    __slots__ = ("bag", "entry", "name", "owner", "register", "type")
 
     def __init__(self, owner: "Component", name: str, type_: type[T]) -> None:
         self.owner = owner
         self.name = name
         self.type = type_
-        self.send: Callable[[T], None] = discard
+        self.bag: InPort[T] | StandIn[T] = NOWHERE
+        self.register: Register
+        self.entry: object
+
+    def send(self, value: T) -> None:
+        """Hand one value to everybody coupled to this port."""
+        bag = self.bag
+        if not bag:
+            self.register.append(self.entry)
+        bag.append(value)
+
+    def wrap(self, around: Callable[[Callable[[T], None]], Callable[[T], None]]) -> None:
+        """Put a function around `send`: `around` makes it, given the `send` there was."""
+        inner = OutPort(self.owner, self.name, self.type)
+        inner.bag = self.bag
+        if isinstance(self.bag, InPort):
+            inner.register, inner.entry = self.register, self.entry
+        self.bag = Relay(around(inner.send))
 
     @property
     def path(self) -> str:
@@ -77,5 +122,16 @@ class OutPort(Generic[T]):
         return f"<OutPort {self.path}>"
 
 
+NOWHERE: Final[StandIn[Any]] = Relay(_discard)
+"""The bag of an output port that feeds nobody."""
+
 AnyPort: TypeAlias = InPort[Any] | OutPort[Any]
 """A port whose type is known at run time only."""
+
+
+class Source(Protocol[T_co]):
+    """A port as the beginning of a wire: it may carry a narrower type than the wire's end."""
+
+    @property
+    def type(self) -> builtins.type[T_co]:
+        """The class of the values carried."""

@@ -1,1 +1,1 @@
-"""Runs a model against a clock: the one loop, overrun accounting, and what it asks of the system."""
+"""Runs a model against a clock: the loop, overrun accounting, what it asks of the system."""

@@ -38,9 +38,7 @@ class ModelAccount:
     `ran` and `replanned` note what happened; `count` moves them into the cells.
     """
 
-    def __init__(
-        self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy
-    ) -> None:
+    def __init__(self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy) -> None:
         self.atomic = atomic
         self.path = path
         self.number = number
@@ -72,14 +70,13 @@ class ModelAccount:
         self,
         functions: Functions,
         step: Step,
-        now: Callable[[], int],
         touched: list["ModelAccount"],
     ) -> Functions:
         """Wrap the model's functions; an account with something to count joins `touched`."""
 
         def output() -> None:
             if self.deadline == step.at:
-                self.lateness = now() - step.at
+                self.lateness = step.lap - step.at
             functions.output()
 
         def due(transition: Callable[[], None]) -> Callable[[], None]:
@@ -93,10 +90,10 @@ class ModelAccount:
             return call
 
         def external(elapsed: int) -> None:
-            arrived = now()
+            begun = step.lap
             functions.external(elapsed)
             booked, self.deadline = self.deadline, self._booked_from(step.at)
-            if booked <= arrived and booked != self.deadline:
+            if booked <= begun and booked != self.deadline:
                 self.replanned += 1
                 touched.append(self)
 

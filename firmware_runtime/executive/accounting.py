@@ -25,12 +25,9 @@ class Accounting:
     Comes after `step` in the simulator's list of instruments.
     """
 
-    def __init__(
-        self, step: Step, now: Callable[[], int], policies: Mapping[str, ActivationPolicy]
-    ) -> None:
+    def __init__(self, step: Step, policies: Mapping[str, ActivationPolicy]) -> None:
         self.accounts: list[ModelAccount] = []
         self._step = step
-        self._now = now
         self._policies = policies
         self._touched: list[ModelAccount] = []
         self._stopping: list[ModelAccount] = []
@@ -44,10 +41,10 @@ class Accounting:
         policy = self._policies.get(path, SKIP)
         account = ModelAccount(atomic, path, len(self._step.paths) - 1, policy)
         self.accounts.append(account)
-        return account.watch(functions, self._step, self._now, self._touched)
+        return account.watch(functions, self._step, self._touched)
 
     def attach(self, simulator: Engine) -> list[str]:
-        """Take the first deadlines over; return the policies that nothing falls under, as faults."""
+        """Take over the first deadlines; return policies that nothing falls under, as faults."""
         self._postpone = simulator.postpone
         for account in self.accounts:
             account.deadline = simulator.due_at(account.atomic)
@@ -72,7 +69,7 @@ class Accounting:
             if late > account.stop_after:
                 return (
                     f"{account.path}: an activation was {late / MICROSECOND:.0f} us late, "
-                    f"over the {account.stop_after / MICROSECOND:.0f} us after which it stops the run"
+                    f"its policy stops the run over {account.stop_after / MICROSECOND:.0f} us"
                 )
         return None
 

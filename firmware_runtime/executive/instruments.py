@@ -21,7 +21,7 @@ class Instruments:
         self, root: Component, now: Callable[[], int], configuration: Configuration
     ) -> None:
         self.step = Step(root, now)
-        self.accounting = Accounting(self.step, now, configuration.policies)
+        self.accounting = Accounting(self.step, configuration.policies)
         self.watches = [DeadlineWatch(each, now) for each in configuration.deadlines]
         self.garbage = GarbageTime(now)
         self.buses = configuration.buses
@@ -35,7 +35,7 @@ class Instruments:
     def attach(self, simulator: Engine) -> None:
         """Take up what only the finished simulator knows.
 
-        Raises BoardError, with all of them, for policies and deadlines that fit nothing in the model.
+        Raises BoardError, listing all policies and deadlines that name nothing in the model.
         """
         faults = [*self.accounting.attach(simulator)]
         for watch in self.watches:

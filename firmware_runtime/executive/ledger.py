@@ -78,7 +78,14 @@ class Ledger:
         behind = max(self._previous_end - step.at, 0)
         wake = max(step.started - step.at - behind, 0)
         causes = [
-            step.at, latest.index, latest.lateness, step_time, wake, behind, garbage, *step.own_times
+            step.at,
+            latest.index,
+            latest.lateness,
+            step_time,
+            wake,
+            behind,
+            garbage,
+            *step.own_times,
         ]
         for meter in self._meters:
             causes.extend(meter.devices())

@@ -17,7 +17,8 @@ say how it ended; what the system granted is given back.
 """
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from pathlib import Path
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
@@ -64,15 +65,16 @@ class Executive:
         self._make_safe = make_safe
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
-        self._collector: SlackCollector | None = None
+        self._collector = (
+            SlackCollector(clock.now) if configuration.process.freeze_garbage else None
+        )
+        self._ledger = self._open_ledger({}, None)
+        self._started = False
         self._stop_reason: str | None = None
-        self._ledger: Ledger | None = None
 
     @property
     def statistics(self) -> Statistics:
-        """What has been counted so far. Raises RuntimeError before the run."""
-        if self._ledger is None:
-            raise RuntimeError("executive: no statistics before the run")
+        """What has been counted so far."""
         return self._ledger.file.statistics()
 
     def request_stop(self, reason: str) -> None:
@@ -82,20 +84,96 @@ class Executive:
         self.inbox.wake()
 
     def run(self, until: int = NEVER) -> Outcome:
-        """Run up to and including instant `until`; outputs have been made safe when it returns.
+        """Run up to and including instant `until`; when it returns, outputs have been made safe.
 
-        An exception is in the outcome, not raised, but for SystemExit and its like.
+        An error is in the outcome, not raised; only SystemExit and its like go on to the caller.
         """
-        if self._ledger is not None:
-            raise RuntimeError("executive: a run cannot be repeated, expected a new executive")
-        state, error, faults = RunState.FAILED, None, []
+        if self._started:
+            raise RuntimeError("executive: a run cannot be repeated; expected a new executive")
+        self._started = True
         with in_force(self._configuration.process, self.clock) as granted:
             try:
-                self._open_ledger(granted)
+                self._ledger = self._open_ledger(granted, self._configuration.statistics_path)
                 with self._instruments.garbage.measured():
-                    state, reason = self._loop(until)
-            except KeyboardInterrupt as interrupt:
-                state, reason = RunState.STOPPED, "SIGINT"
-            except BaseException as raised:
-                error, reason = raised, str(raised)
-            ...
+                    outcome = self._loop(until)
+            except KeyboardInterrupt:
+                outcome = Outcome(RunState.STOPPED, "SIGINT")
+            except BaseException as error:  # noqa: BLE001 -- whatever it is, outputs come first
+                outcome = Outcome(RunState.FAILED, str(error) or type(error).__name__, error)
+            outcome = self._end(outcome, until)
+        if outcome.error is not None and not isinstance(outcome.error, Exception):
+            raise outcome.error
+        return outcome
+
+    # The loop -----------------------------------------------------------------------------------
+
+    def _loop(self, until: int) -> Outcome:
+        too_late = self._instruments.accounting.too_late
+        self.clock.start(0)
+        while True:
+            now = self._wait(min(self._next_at(), until))
+            if self._stop_reason is not None:
+                return Outcome(RunState.STOPPED, self._stop_reason)
+            if (reason := too_late(min(now, until))) is not None:
+                return Outcome(RunState.OVERRUN, reason)
+            at = self._next_at()
+            if at <= now and at <= until and at != NEVER:
+                self._work_off(at)
+            elif now >= until:
+                return Outcome(RunState.ENDED, f"the run reached {format_time(until)}")
+            else:
+                self._ledger.idle(now)
+
+    def _next_at(self) -> int:
+        """The instant of the next internal event or input, whichever comes first."""
+        return min(self.simulator.next_at, self._arrivals.next_at(self.simulator.now))
+
+    def _wait(self, until: int) -> int:
+        """Wait, at most up to `until`; take what arrives; return the present instant."""
+        if self._collector is not None:
+            self._collector.offer(until - self.clock.now())
+        ready = self.clock.wait(until, self._arrivals.sources)
+        now = self.clock.now()
+        self._arrivals.receive(ready, now)
+        return now
+
+    def _work_off(self, at: int) -> None:
+        """One step: everything that happens at instant `at`, then its entries in the ledger."""
+        step = self._instruments.step
+        step.begin(at)
+        self.world_now.begin(at, step.started)
+        try:
+            for port, value in self._arrivals.take(at):
+                self.simulator.inject(port, value)
+            self.simulator.advance(at)
+        finally:
+            self._ledger.commit(self.clock.now())
+
+    # Before it and after it ---------------------------------------------------------------------
+
+    def _open_ledger(self, granted: Report, path: Path | None) -> Ledger:
+        """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
+        instruments = self._instruments
+        conditions = {
+            **self._configuration.conditions,
+            "clock": type(self.clock).__name__,
+            **system_conditions(),
+            "settings": granted,
+        }
+        header = {"models": instruments.models(), "conditions": conditions}
+        return Ledger(StatisticsFile(instruments.layout(), header, path), instruments, self.inbox)
+
+    def _end(self, outcome: Outcome, until: int) -> Outcome:
+        """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""
+        now = self.clock.now()
+        faults = self._safe_outputs()
+        faults += [f"exit: {error}" for error in self.simulator.exit()]
+        # virtual time that waits for nothing has reached never
+        self._ledger.finish(outcome.state, self.simulator.now if now == NEVER else now, until)
+        return replace(outcome, faults=tuple(faults))
+
+    def _safe_outputs(self) -> list[str]:
+        try:
+            return list(self._make_safe())
+        except BaseException as error:  # noqa: BLE001 -- reported, and the run still has to end
+            return [f"make_safe raised {type(error).__name__}: {error}"]

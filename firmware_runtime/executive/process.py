@@ -46,7 +46,7 @@ class ProcessSettings:
     """Hold /dev/cpu_dma_latency at 0: no processor sleeps so deeply that waking takes long."""
 
 
-class _Refusal(Exception):  # noqa: N818 -- never leaves this module
+class _Refusal(Exception):
     """The system accepted the request, but did something else."""
 
 

@@ -1,4 +1,4 @@
-"""Signals that ask a run to stop: SIGTERM (systemd), SIGINT (Ctrl-C), SIGHUP (the terminal is gone).
+"""Signals that ask a run to stop: SIGTERM (systemd), SIGINT (Ctrl-C), SIGHUP (terminal gone).
 
 Any of them would by default end the process between two instructions and leave the outputs as they
 are. Here they only ask: the loop ends after the step under way, and outputs are made safe.

@@ -13,15 +13,18 @@ def relative_path(component: Component, root: Component) -> str:
 
 
 class Step:
-    """The instant under way, and an instrument that adds up each model's own time in it.
+    """The instant under way, and an instrument that divides its time among the models.
 
-    `at` is the instant of the run it stands for, `started` what the clock read when it began.
-    `own_times` has one entry a model, in order of declaration: what its functions took together.
+    `at` is the instant of the run it stands for, `started` what the clock read when it began, and
+    `lap` what it read when the last model's function returned. The time from one lap to the next is
+    the own time of the model whose function returned: the clock is read once a function, and own
+    times, one for each model in order of declaration, add up to the time of the step.
     """
 
     def __init__(self, root: Component, now: Callable[[], int]) -> None:
         self.at = 0
         self.started = 0
+        self.lap = 0
         self.paths: list[str] = []
         self.own_times: list[int] = []
         self._root = root
@@ -31,7 +34,7 @@ class Step:
         """Enter an instant, with all own times at zero."""
         self.at = at
         self.own_times[:] = [0] * len(self.own_times)
-        self.started = self._now()
+        self.lap = self.started = self._now()
 
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
         """Time one model's functions."""
@@ -41,16 +44,18 @@ class Step:
 
         def timed(function: Callable[[], None]) -> Callable[[], None]:
             def call() -> None:
-                start = now()
                 function()
-                own_times[number] += now() - start
+                lap = now()
+                own_times[number] += lap - self.lap
+                self.lap = lap
 
             return call
 
         def external(elapsed: int) -> None:
-            start = now()
             functions.external(elapsed)
-            own_times[number] += now() - start
+            lap = now()
+            own_times[number] += lap - self.lap
+            self.lap = lap
 
         confluent = functions.confluent
         return Functions(

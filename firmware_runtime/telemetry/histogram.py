@@ -10,7 +10,7 @@ the buckets follow each other without a gap or an overlap. Values over 2**37 - 1
 into the last one. The largest value is kept exactly, beside the buckets.
 
 A percentile is the upper edge of the bucket the sample of that rank fell into, but never more than
-the largest sample: it is never too low and at most 3.1 % too high.
+the largest sample: it is never too low (up to 137 s) and at most 3.1 % too high.
 """
 
 from array import array
@@ -58,7 +58,7 @@ class Histogram:
     def record(self, value: int) -> None:
         """Count one sample."""
         cells = self._cells
-        if value > cells[BUCKETS]:
+        if value > cells[BUCKETS]:  # noqa: PLR1730 -- max() takes three times as long
             cells[BUCKETS] = value
         if value > LARGEST:
             value = LARGEST
@@ -70,14 +70,19 @@ class Histogram:
     def merge(self, other: "Histogram") -> None:
         """Add the samples of another histogram to this one."""
         cells = self._cells
-        for bucket, samples in enumerate(other._cells[:BUCKETS]):
+        for bucket, samples in enumerate(other.buckets):
             cells[bucket] += samples
         cells[BUCKETS] = max(cells[BUCKETS], other.largest)
 
     @property
+    def buckets(self) -> Cells:
+        """How many samples fell into each bucket."""
+        return self._cells[:BUCKETS]
+
+    @property
     def samples(self) -> int:
         """How many samples were counted."""
-        return sum(self._cells[:BUCKETS])
+        return sum(self.buckets)
 
     @property
     def largest(self) -> int:
@@ -88,7 +93,7 @@ class Histogram:
         """The least edge that at least so many thousandths of the samples do not pass."""
         rank = max(-(-self.samples * thousandths // 1000), 1)
         counted = 0
-        for bucket, samples in enumerate(self._cells[:BUCKETS]):
+        for bucket, samples in enumerate(self.buckets):
             counted += samples
             if counted >= rank:
                 return min(upper_edge(bucket), self.largest)

@@ -95,5 +95,7 @@ def _publish(path: Path, size: int, start: bytes) -> mmap.mmap:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
         fault = f"{path}: the statistics file cannot be made ({error.strerror})"
-        raise StatisticsFileError(f"{fault}; expected a directory that this user may write") from error
+        raise StatisticsFileError(
+            f"{fault}; expected a directory that this user may write"
+        ) from error
     return memory

@@ -10,8 +10,8 @@ file that is cut short while it is read cannot kill the reader.
 import json
 import os
 import struct
-import time
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 from firmware_runtime.telemetry.errors import StatisticsFileError
@@ -22,7 +22,7 @@ from firmware_runtime.telemetry.statistics_file import MAGIC, PREFIX
 
 SETTLE_S = 50e-6
 ATTEMPTS = 2_000
-"""Together 0.2 s: a section is a few microseconds, so only a stopped writer keeps one open longer."""
+"""Together 0.2 s; a section takes microseconds, only a stopped writer keeps one open for long."""
 _SEQUENCE = struct.Struct("=q")
 
 
@@ -87,9 +87,9 @@ def _read_header(path: Path, descriptor: int) -> tuple[dict[str, Any], int, int]
 def _copy(path: Path, descriptor: int, first: int, size: int) -> tuple[bytes, bool]:
     """The cells, and whether no section was open while they were copied."""
     before = os.pread(descriptor, _SEQUENCE.size, first)
-    time.sleep(SETTLE_S)
+    sleep(SETTLE_S)
     cells = os.pread(descriptor, size - first, first)
-    time.sleep(SETTLE_S)
+    sleep(SETTLE_S)
     after = os.pread(descriptor, _SEQUENCE.size, first)
     if len(cells) != size - first:
         raise _damaged(path, f"cut to {first + len(cells)} bytes while read, expected {size}")

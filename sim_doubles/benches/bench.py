@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
 from sim_doubles.i2c_bus import I2cBusDouble
 
 
@@ -13,6 +14,10 @@ class Bench(Protocol):
     @property
     def buses(self) -> Mapping[str, I2cBusDouble]:
         """The buses by their names in board.toml."""
+
+    @property
+    def shown(self) -> OutPort[float]:
+        """The port whose values a person wants to see over time."""
 
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe beside the robot's own models."""

@@ -6,6 +6,7 @@ from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
@@ -33,6 +34,7 @@ class TachobotBench:
         self.thrust.before_change = self._before_change
         self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
         self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
+        self._probe = TachobotProbe(self.world, now)
         wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         wired[thrust.bus].append(self.thrust)
         wired[esc.bus].append(self.esc)
@@ -42,10 +44,15 @@ class TachobotBench:
             for name, targets in wired.items()
         }
 
+    @property
+    def shown(self) -> OutPort[float]:
+        """The yaw."""
+        return self._probe.yaw_rad
+
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe; in mode `free` it also stands for the room's tracking system."""
         assert isinstance(robot, Tachobot)  # noqa: S101 -- a bench belongs to its board
-        probe = robot.add(TachobotProbe(self.world, self._now))
+        probe = robot.add(self._probe)
         robot.couple(robot.imu.sample, probe.tick)
         if self._settings.controller.mode == "free":
             robot.couple(probe.x, robot.controller.x_position)

@@ -118,7 +118,10 @@ class Mpu9250Double(Target):
 
     def catch_up(self) -> None:
         """Take every sample due up to now, the magnetometer's among them, in order of time."""
-        self._at = now = self._now()
+        now = self._now()
+        if now >= self._reset_ends_at:
+            self._end_reset()
+        self._at = now
         if now >= self._clock.next_at:
             for at in self._clock.take(now):
                 self._sample(at)
@@ -145,7 +148,6 @@ class Mpu9250Double(Target):
             self.catch_up()
             if self._at < self._answers_from or self._registers[USER_CTRL] & I2C_IF_DIS:
                 return False
-            self._end_reset()
             self._in_transaction = True
         self._expects_pointer = not read
         return True
@@ -206,9 +208,10 @@ class Mpu9250Double(Target):
         self._configure()
 
     def _end_reset(self) -> None:
-        if self._at >= self._reset_ends_at:
-            self._reset_ends_at = NEVER
-            self._registers[PWR_MGMT_1] &= ~H_RESET
+        """Wake up from a reset at the instant it was over."""
+        self._at, self._reset_ends_at = self._reset_ends_at, NEVER
+        self._registers[PWR_MGMT_1] &= ~H_RESET
+        self._configure()
 
     def _write_register(self, register: int, byte: int) -> None:
         if self._reset_ends_at != NEVER:
@@ -259,7 +262,7 @@ class Mpu9250Double(Target):
     def _configure(self) -> None:
         """Work out anew whatever follows from the registers."""
         power = self._registers[PWR_MGMT_1]
-        running = not power & SLEEP and power & CLKSEL != CLOCK_STOPPED
+        running = not power & (SLEEP | H_RESET) and power & CLKSEL != CLOCK_STOPPED
         period = sample_period(self._registers)
         if running:
             self._clock.run(period, self._at)

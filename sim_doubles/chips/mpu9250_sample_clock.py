@@ -48,9 +48,7 @@ class SampleClock:
         return (at - self._started_at) // self._period
 
     def take(self, now: int) -> Iterable[int]:
-        """Return the instants up to `now` that matter, in order; each is returned once."""
-        if now < self.next_at:
-            return ()
+        """Return the ticks up to `now`, which is one at least, that matter: in order, each once."""
         period, first = self._period, self.next_at
         self.next_at += ((now - first) // period + 1) * period
         last_ones = max(first, self.next_at - (EDGE + MEMORY // period) * period)

@@ -187,7 +187,6 @@ class Pca9685Double(Target):
     def _reset(self) -> None:
         self._registers[:] = POWER_UP
         self._latch.clear()
-        self._mode1.clear()
         self._pointer = 0
         self._next_is = REFUSED
         self._reset_asked = self._led_written = False

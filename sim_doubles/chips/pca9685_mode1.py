@@ -19,10 +19,6 @@ class Mode1Rules:
         self._warnings = warnings
         self._stable_at = 0
 
-    def clear(self) -> None:
-        """Forget the oscillator's start: the chip is asleep."""
-        self._stable_at = 0
-
     @property
     def starting(self) -> bool:
         """Whether the oscillator was started less than 500 us ago."""

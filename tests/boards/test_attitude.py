@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from boards.tachobot.attitude import Attitude
+from boards.tachobot.attitude import FIELDS_AVERAGED, Attitude
 from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
@@ -57,17 +57,23 @@ def test_rates_are_integrated_by_the_trapezoid_rule_over_the_true_time() -> None
 
 def test_the_compass_pulls_the_estimate_to_the_angle_turned_since_its_first_field() -> None:
     bench = Bench(compass_s=1.0)
-    bench.feel(0, 0.0, heading=2.0)
-    for n in range(1, 1001):
-        bench.feel(10 * n, 0.0, heading=2.0 if n == 1 else 2.5)
+    for n in range(1101):
+        bench.feel(10 * n, 0.0, heading=2.0 if n <= FIELDS_AVERAGED else 2.5)
     assert bench.yaw == pytest.approx(0.5, abs=1e-3)
+
+
+def test_the_compass_angle_at_the_start_is_the_mean_of_its_first_fields() -> None:
+    bench = Bench(compass_s=1.0)
+    for n in range(1101):
+        bench.feel(10 * n, 0.0, heading=1.0 + (-1) ** n * 0.1 if n <= FIELDS_AVERAGED else 1.0)
+    assert bench.yaw == pytest.approx(0.0, abs=1e-3)
 
 
 def test_the_compass_takes_the_short_way_round() -> None:
     bench = Bench(compass_s=1.0)
-    bench.feel(0, 0.0)
-    bench.feel(10, 0.0, heading=math.pi - 0.1)
-    bench.feel(20, 0.0, heading=-math.pi + 0.1)
+    for n in range(FIELDS_AVERAGED + 1):
+        bench.feel(10 * n, 0.0, heading=math.pi - 0.1)
+    bench.feel(10 * FIELDS_AVERAGED + 10, 0.0, heading=-math.pi + 0.1)
     assert bench.yaw == pytest.approx(0.2 * 0.01)
 
 

@@ -90,7 +90,7 @@ def test_bring_up_gives_reset_and_gyroscope_their_time(chip: Mpu9250) -> None:
     steps = chip.bring_up()
     waits = {step.name: step.wait_ns for step in steps}
     assert waits["reset"] == 100_000_000
-    assert 35_000_000 <= waits["wake"] <= 70_000_000
+    assert 35_000_000 <= waits["configure"] <= 70_000_000
     assert waits["magnetometer: measure"] >= 9_000_000
     assert duration_ns(steps) < 250_000_000
 

@@ -1,4 +1,4 @@
-"""AK8963 double, reached directly: modes and their times, DRDY, DOR, ST2 lock, scale, fuse ROM."""
+"""AK8963 double, reached directly: registers, modes and their times, values."""
 
 import pytest
 
@@ -84,6 +84,11 @@ def test_read_only_register_keeps_its_value(die: Bench) -> None:
     die.write(0x00, 0x55)
     assert die.read(0x00) == b"\x48"
     assert "register 0x00 written" in die.chip.warnings[0]
+
+
+def test_die_answers_its_own_address_only(die: Bench) -> None:
+    with pytest.raises(NoAcknowledge):
+        die.bus.read(0x0D, 1)
 
 
 def test_soft_reset_powers_down_and_clears_itself(die: Bench) -> None:
@@ -238,71 +243,3 @@ def test_self_test_shows_the_coil_and_not_the_world(die: Bench) -> None:
     assert -200 <= y <= 200
     assert -3200 <= z <= -800
     assert die.asked == []
-
-
-# DRDY, DOR and the lock
-
-
-@pytest.mark.parametrize("register", range(0x03, 0x0A))
-def test_any_data_register_clears_data_ready(die: Bench, register: int) -> None:
-    die.write(0x0A, SINGLE)
-    die.clock.advance(CONVERSION)
-    die.read(register)
-    assert die.read(0x02) == b"\x00"
-
-
-def test_reading_st1_leaves_data_ready(die: Bench) -> None:
-    die.write(0x0A, SINGLE)
-    die.clock.advance(CONVERSION)
-    assert die.read(0x02) == die.read(0x02) == b"\x01"
-
-
-def test_sample_that_nobody_read_sets_overrun_until_data_is_read(die: Bench) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    die.clock.advance(CONVERSION)
-    assert die.read(0x02) == b"\x01"
-    die.clock.advance(10 * MILLISECOND)
-    assert die.read(0x02, 8)[0] == 0x03
-    assert die.read(0x02) == b"\x00"
-
-
-def test_data_is_frozen_until_st2_is_read(die: Bench) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    die.clock.advance(CONVERSION)
-    first = die.read(0x03, 6)
-    die.field_t = (0.0, 0.0, 0.0)
-    die.clock.advance(20 * MILLISECOND)
-    assert die.read(0x02) == b"\x02"  # samples were lost, none is new
-    assert die.read(0x03, 6) == first
-    die.read(0x09)
-    assert die.read(0x03, 6) == first
-    die.read(0x09)
-    die.clock.advance(10 * MILLISECOND)
-    assert die.read(0x03, 6) == bytes(6)
-
-
-def test_data_never_followed_by_st2_is_stale_forever(die: Bench) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    die.clock.advance(CONVERSION)
-    first = die.read(0x03, 6)
-    die.field_t = (0.0, 0.0, 0.0)
-    for _ in range(20):
-        die.clock.advance(10 * MILLISECOND)
-        assert die.read(0x03, 6) == first
-    assert len(die.asked) == 1
-
-
-def test_sample_is_frozen_within_one_transaction(die: Bench) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    assert die.chip.start(0x0C, read=False)
-    die.chip.write(0x02)
-    die.clock.advance(CONVERSION)
-    assert die.chip.start(0x0C, read=True)
-    assert die.chip.read() == 0x00
-    die.chip.stop()
-    assert die.read(0x02) == b"\x01"
-
-
-def test_die_answers_its_own_address_only(die: Bench) -> None:
-    with pytest.raises(NoAcknowledge):
-        die.bus.read(0x0D, 1)

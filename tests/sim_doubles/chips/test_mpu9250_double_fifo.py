@@ -1,4 +1,4 @@
-"""MPU-9250 double: what enters the FIFO, how it is counted and read, what happens when it is full."""
+"""MPU-9250 double: what enters the FIFO, how it is counted and read, what a full one does."""
 
 import pytest
 

@@ -132,6 +132,21 @@ def test_chip_is_deaf_for_11_ms_after_power_up(
     assert register(bus, 0x19) == 0
 
 
+def test_sample_due_before_a_power_cycle_is_never_taken(clock: ManualClock) -> None:
+    asked: list[int] = []
+
+    def inertia(at: int) -> InertialTruth:
+        asked.append(at)
+        return TRUTH
+
+    mpu = Mpu9250Double(clock, inertia)
+    clock.advance(10 * MILLISECOND)
+    mpu.power_cycle()
+    clock.advance(MILLISECOND)
+    mpu.catch_up()
+    assert asked == [10 * MILLISECOND + n * 125_000 for n in range(1, 9)]
+
+
 def test_i2c_if_dis_makes_the_chip_deaf_until_a_power_cycle(
     clock: ManualClock, bus: I2cBusDouble, mpu: Mpu9250Double
 ) -> None:
@@ -177,11 +192,11 @@ def test_gyro_starts_anew_after_a_reset_and_after_standby(
 ) -> None:
     for byte_off, byte_on in ((0x80, None), (0x11, 0x01)):
         bus.write(0x68, bytes([0x6B, byte_off]))
+        clock.advance(100 * MILLISECOND)  # what a reset takes
+        assert bus.write_read(0x68, b"\x43", 6) == bytes(6)
         if byte_on is not None:
-            clock.advance(50 * MILLISECOND)
-            assert bus.write_read(0x68, b"\x43", 6) == bytes(6)
             bus.write(0x68, bytes([0x6B, byte_on]))
-            register(bus, 0x3A)
+        register(bus, 0x3A)
         clock.advance(34 * MILLISECOND)
         assert register(bus, 0x3A) == 0x00
         clock.advance(MILLISECOND)

@@ -171,6 +171,13 @@ def test_invrt_does_not_apply_while_oe_is_high(awake: I2cBusDouble, pca: Pca9685
     assert pca.duties == (1.0,) * 16
 
 
+def test_oe_high_holds_asleep_too(bus: I2cBusDouble, pca: Pca9685Double) -> None:
+    bus.write(0x40, b"\x01\x05")
+    pca.output_enabled = False
+    assert not pca.running
+    assert pca.duties == (1.0,) * 16
+
+
 def test_oe_tells_the_world_before_outputs_change(awake: I2cBusDouble, pca: Pca9685Double) -> None:
     awake.write(0x40, b"\xfa\x00\x00\x00\x08")
     seen: list[float] = []

@@ -1,0 +1,86 @@
+"""Devantech CMPS12 and CMPS14 tilt-compensated compasses on I2C (Devantech, CMPS12 documentation).
+
+The driver reads bearing, inclination and raw magnetometer in one burst, and the chip's judgement of
+its own calibration. It calibrates by itself while it is moved; a fresh one must be turned about
+before its bearing means anything, and the calibration state is all that tells.
+
+The registers read have the same places in a CMPS11, but for the calibration state; CMPS09 and
+CMPS10 have neither that nor the magnetometer there. None has an identity register: a chip is known
+by its bearing, which it gives twice, in 8 and in 16 bits. It is left as found: nothing is written,
+stored profiles and address included. It may stretch the clock, which a Pi's I2C handles badly.
+"""
+
+import struct
+from typing import Final
+
+from drivers.chips.bearing import Bearing
+from drivers.chips.setting import SettingError
+from drivers.chips.step import Step
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.i2c import I2cBus
+
+ADDRESSES: Final = range(0x60, 0x68)
+
+VERSION: Final = 0x00
+BEARING: Final = 0x02
+CALIBRATION: Final = 0x1E
+
+IDENTITY: Final = struct.Struct(">BBH")
+"""Software version, bearing in 256ths of a circle, bearing in tenths of a degree."""
+READING: Final = struct.Struct(">H8x")
+"""Bearing; then pitch, roll and three axes of raw magnetometer, which only serve as `raw`."""
+CIRCLE: Final = 3600
+MOST_APART: Final = 42
+"""Tenths of a degree between the two bearings: rounding, and one refresh while turning fast."""
+MAGNETOMETER_STATE: Final = 0x03
+
+
+class Cmps12:
+    """One CMPS12 or CMPS14. `measurement` is empty: a bearing can be read at any time."""
+
+    measurement: tuple[Step, ...] = ()
+
+    def __init__(self, bus: I2cBus, address: int = 0x61) -> None:
+        self.address = address
+        self.place = f"CMPS12 at 0x{address:02x} on {bus.name}"
+        if address not in ADDRESSES:
+            raise SettingError(f"{self.place}: expected an address from 0x60 to 0x67")
+        self._bus = bus
+
+    def bring_up(self) -> tuple[Step, ...]:
+        """Give the one step there is; it raises NoAcknowledge or WrongDevice."""
+        return (Step("identify", self.identify, 0),)
+
+    def identify(self) -> None:
+        """Check that both bearings are one and the same direction, and that there is a version.
+
+        Raises NoAcknowledge if nothing answers, WrongDevice if another chip does: a PCA9685 on a
+        motor board has 0x60 too, and reads e2 e4 where the bearing should be.
+        """
+        try:
+            found = self._read(VERSION, IDENTITY.size)
+        except NoAcknowledge as error:
+            raise NoAcknowledge(f"{self.place}: no answer, expected a software version") from error
+        version, coarse, fine = IDENTITY.unpack(found)
+        apart = (coarse * CIRCLE // 256 - fine + CIRCLE // 2) % CIRCLE - CIRCLE // 2
+        if version in (0x00, 0xFF) or fine >= CIRCLE or abs(apart) > MOST_APART:
+            raise WrongDevice(
+                f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a version and the "
+                "same bearing twice; another device answers here"
+            )
+
+    def read_bearing(self) -> Bearing:
+        """Read the bearing, in degrees to 0.1, with the calibration state.
+
+        Two transactions, 17 bytes, 0.4 ms at 400 kHz.
+        Raises NotReady if the bytes cannot be a bearing, NoAcknowledge if the chip is gone.
+        """
+        raw = self._read(BEARING, READING.size)
+        state = self._read(CALIBRATION, 1)[0]
+        (tenths,) = READING.unpack(raw)
+        if tenths >= CIRCLE:
+            raise NotReady(f"{self.place}: bearing reads {tenths}, expected 0 to {CIRCLE - 1}")
+        return Bearing(tenths / 10, state & MAGNETOMETER_STATE, raw)
+
+    def _read(self, register: int, length: int) -> bytes:
+        return self._bus.write_read(self.address, bytes((register,)), length)

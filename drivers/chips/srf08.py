@@ -1,0 +1,162 @@
+"""Devantech SRF08 ultrasonic ranger on I2C (Devantech, SRF08 technical specification page).
+
+The driver starts one ranging at a time, in centimetres, and reads its first echo once the chip
+answers again: while it ranges it acknowledges nothing. How long that takes follows from the range
+register; the driver knows it (`ranging_ns`) and never waits.
+
+Range and gain are forgotten with the supply and cannot be read back, so they are sent with every
+ranging: a sonar that lost power is as set again with the next one. A short range wants a low gain,
+or a late echo of the ping before is taken for a target.
+
+Not used: further echoes, light sensor, ANN mode, broadcast ranging, change of address. The chip has
+no identity; a ranging that another program started cannot be told from one of ours.
+"""
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+from drivers.chips.setting import SettingError
+from drivers.chips.step import Step
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.i2c import I2cBus
+
+ADDRESSES: Final = range(0x70, 0x80)
+
+COMMAND: Final = 0x00
+REVISION: Final = 0x00
+GAIN: Final = 0x01
+RANGE: Final = 0x02
+RANGE_IN_CENTIMETRES: Final = 0x51
+
+RANGE_STEP_M: Final = 0.043
+RANGE_STEP_NS: Final = 250_000
+"""One step of the range register: 43 mm there and back at the chip's 344 m/s."""
+RANGE_STEPS: Final = 256
+LONGEST_RANGE_M: Final = RANGE_STEPS * RANGE_STEP_M
+MARGIN_NS: Final = 1_000_000
+INTERVAL_NS: Final = 65_000_000
+"""Shortest time from ping to ping, whatever the range: older echoes have died away by then."""
+
+FIRST_ECHO: Final = struct.Struct(">BxH")
+"""Software revision, light sensor, first echo in cm: registers 0 to 3."""
+MOST_CM: Final = 1101
+"""The longest range, rounded up; more cannot be an echo."""
+RELEASED: Final = 0xFF
+"""What a bus reads that nobody drives: no revision, but the sign of a chip that still ranges."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Srf08Settings:
+    """Range and gain; either may be wrong until `faults` was asked."""
+
+    max_range_m: float = 3.0
+    """Echoes from farther away are not waited for; rounded up to whole 43 mm."""
+    gain: int = 31
+    """Greatest analogue gain, which rises with time after a ping: 0 (94) to 31 (1025)."""
+
+    def faults(self) -> tuple[str, ...]:
+        """List every setting the chip cannot have, a sentence each."""
+        faults = []
+        if not 0 < self.max_range_m <= LONGEST_RANGE_M:
+            faults.append(f"max_range_m: {self.max_range_m}, expected more than 0, 11.008 at most")
+        if not 0 <= self.gain <= 31:
+            faults.append(f"gain: {self.gain}, expected 0 to 31")
+        return tuple(faults)
+
+    def range_register(self) -> int:
+        """Give the least register value that reaches `max_range_m`."""
+        return math.ceil(round(self.max_range_m / RANGE_STEP_M, 6)) - 1
+
+
+class Srf08:
+    """One SRF08: `ranging_ns` after `start_ranging` its first echo can be read, once.
+
+    `interval_ns` is the shortest time from one start to the next.
+    """
+
+    def __init__(
+        self, bus: I2cBus, address: int = 0x73, settings: Srf08Settings | None = None
+    ) -> None:
+        settings = settings or Srf08Settings()
+        self.address = address
+        self.place = f"SRF08 at 0x{address:02x} on {bus.name}"
+        faults = settings.faults()
+        if address not in ADDRESSES:
+            faults = (f"address: 0x{address:02x}, expected 0x70 to 0x7f", *faults)
+        if faults:
+            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+        self.ranging_ns = (1 + settings.range_register()) * RANGE_STEP_NS + MARGIN_NS
+        self.interval_ns = INTERVAL_NS
+        self._setup = ((GAIN, settings.gain), (RANGE, settings.range_register()))
+        self._is_ranging = False
+        self._bus = bus
+
+    def bring_up(self) -> tuple[Step, ...]:
+        """Give the steps from any state to ready, 65 ms: a former program's ranging ends first.
+
+        The steps raise NoAcknowledge or WrongDevice.
+        """
+        longest_ns = RANGE_STEPS * RANGE_STEP_NS + MARGIN_NS
+        return (
+            Step("let a former ranging end", lambda: None, longest_ns),
+            Step("identify", self.identify, 0),
+        )
+
+    def identify(self) -> None:
+        """Check that the software revision can be one; the chip has no identity register.
+
+        Raises NoAcknowledge if nothing answers, WrongDevice for a revision of 00 or ff.
+        """
+        self._is_ranging = False
+        try:
+            revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
+        except NoAcknowledge as error:
+            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
+        if revision in (0x00, RELEASED):
+            raise WrongDevice(
+                f"{self.place}: software revision reads {revision:02x}, expected 01 to fe; "
+                "another device answers here, or a line is held"
+            )
+
+    def start_ranging(self) -> None:
+        """Set gain and range and send one ping; not before the last ranging ended.
+
+        Three transactions of 3 bytes, 0.22 ms at 400 kHz.
+        Raises NoAcknowledge if the chip is absent or still ranges.
+        """
+        self._is_ranging = False
+        try:
+            for register, value in (*self._setup, (COMMAND, RANGE_IN_CENTIMETRES)):
+                self._bus.write(self.address, bytes((register, value)))
+        except NoAcknowledge as error:
+            raise NoAcknowledge(
+                f"{self.place}: no answer to a ranging command, expected the chip there and idle"
+            ) from error
+        self._is_ranging = True
+
+    def read_distance(self) -> float:
+        """Read the first echo of the ranging that was started, in m to 1 cm; +inf if none came.
+
+        One burst of 7 bytes, 0.17 ms at 400 kHz. Not before `ranging_ns` have passed.
+        Raises NotReady if no ranging was started or the chip does not answer yet, and when it is
+        gone it never does; NotReady too if the bytes cannot be an echo.
+        """
+        if not self._is_ranging:
+            raise NotReady(f"{self.place}: no ranging to read, expected one started and not read")
+        try:
+            found = self._bus.write_read(self.address, bytes((REVISION,)), FIRST_ECHO.size)
+        except NoAcknowledge as error:
+            raise NotReady(
+                f"{self.place}: no answer, expected the echo {self.ranging_ns / 1e6:g} ms after "
+                "the ping; it still ranges, or is gone"
+            ) from error
+        revision, centimetres = FIRST_ECHO.unpack(found)
+        if revision == RELEASED or centimetres > MOST_CM:
+            raise NotReady(
+                f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a revision below "
+                f"ff and an echo of {MOST_CM} cm at most"
+            )
+        self._is_ranging = False
+        return centimetres / 100 if centimetres else math.inf

@@ -1,0 +1,147 @@
+"""One robot put together for one run: board, buses or bench, model, executive."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from boards.registry import Board
+from boards.robot import Robot
+from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.deadlines import PathDeadline
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.retry import RetryPolicy
+from sim_doubles.benches.bench import Bench
+
+
+class Session:
+    """A robot whose chips have answered, ready to run.
+
+    `bench` is None on the real robot. Raises BoardError for settings that do not fit the model, and
+    HalError when a bus or chip is missing; nothing was actuated then.
+    """
+
+    def __init__(
+        self, board: Board, clock: Clock, *, doubles: bool, statistics_path: Path | None
+    ) -> None:
+        self.board = board
+        self._executive: Executive | None = None
+        self.bench: Bench | None = bench_for(board, self.world_now) if doubles else None
+        self._buses = _accounted(board, self.bench.buses if self.bench else _open(board))
+        self.robot: Robot = board.build(self._buses)
+        if self.bench is not None:
+            self.bench.attach(self.robot.model)
+        self._executive = Executive(
+            self.robot.model,
+            clock,
+            self.robot.make_safe,
+            self._configuration(statistics_path),
+        )
+        self.robot.find_chips()
+
+    @property
+    def executive(self) -> Executive:
+        """The loop that runs the robot."""
+        assert self._executive is not None  # noqa: S101 -- set before construction ends
+        return self._executive
+
+    def world_now(self) -> int:
+        """The instant that doubles and their world live in, ns since the start of the run."""
+        return 0 if self._executive is None else self._executive.world_now()
+
+    def result(self) -> dict[str, object]:
+        """How the run ended: the world's truth on doubles, else what the robot itself knows."""
+        if self.bench is not None:
+            return self.bench.result(self.world_now())
+        return self.robot.result()
+
+    def close(self) -> None:
+        """Release the buses."""
+        for bus in self._buses.values():
+            bus.close()
+
+    def _configuration(self, statistics_path: Path | None) -> Configuration:
+        settings = self.board.settings
+        return Configuration(
+            policies={
+                path: ActivationPolicy(each.policy, each.tolerance_us, each.stop_after_us)
+                for path, each in settings.overruns.items()
+            },
+            deadlines=_deadlines(self.robot.model, settings),
+            buses=tuple(self._buses.values()),
+            process=_process(settings.executive),
+            statistics_path=statistics_path,
+            worst=settings.executive.worst,
+            conditions={"board": self.board.name, "board_sha256": self.board.fingerprint},
+        )
+
+
+def find_component(root: Component, path: str) -> Component | None:
+    """The component at a path such as `controller.yaw`, below `root`; None if there is none."""
+    found: Component | None = root
+    for name in path.split("."):
+        found = found.components.get(name) if isinstance(found, Coupled) else None
+    return found
+
+
+def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
+    """The output port at a path such as `imu.sample`; None if there is none."""
+    owner, _, name = path.rpartition(".")
+    component = find_component(root, owner) if owner else root
+    return None if component is None else component.out_ports.get(name)
+
+
+def _accounted(board: Board, buses: Mapping[str, I2cBus]) -> dict[str, AccountedBus]:
+    settings = board.settings.buses
+    return {
+        name: AccountedBus(
+            bus, round(settings[name].speed_hz), RetryPolicy(attempts=settings[name].attempts)
+        )
+        for name, bus in buses.items()
+    }
+
+
+def _open(board: Board) -> dict[str, I2cBus]:
+    return {name: open_i2c(name, bus.device) for name, bus in board.settings.buses.items()}
+
+
+def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # noqa: ANN401
+    deadlines: list[PathDeadline] = []
+    faults: list[str] = []
+    for each in settings.deadlines:
+        port, actuator = find_out_port(root, each.source), find_component(root, each.actuator)
+        if port is None:
+            faults.append(f"deadlines.source: {each.source!r}: the model has no such output port")
+        elif not isinstance(actuator, Atomic):
+            faults.append(f"deadlines.actuator: {each.actuator!r}: the model has no such atomic")
+        else:
+            name = f"{each.source} -> {each.actuator}"
+            within = round(each.within_us * MICROSECOND)
+            deadlines.append(PathDeadline(name, port, actuator, within))
+    if faults:
+        raise BoardError(root.name, faults)
+    return tuple(deadlines)
+
+
+def _process(settings: Any) -> ProcessSettings:  # noqa: ANN401
+    return ProcessSettings(
+        fifo_priority=settings.fifo_priority,
+        lock_memory=settings.lock_memory,
+        cpus=settings.cpus,
+        timer_slack_ns=settings.timer_slack_ns,
+        freeze_garbage=settings.freeze_garbage,
+        spin_us=settings.spin_us,
+        keep_cpu_awake=settings.keep_cpu_awake,
+    )

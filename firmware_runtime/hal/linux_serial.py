@@ -1,0 +1,101 @@
+"""Linux reality: a serial port as `/dev/tty...`, through pyserial.
+
+Reads do not block. A write waits no longer than its time-out, and only when the output buffer of
+some 4000 bytes is full, which is a port that stopped sending. The port is opened for one program
+alone: flock, which is advisory, so it keeps out a second program of ours or any that asks.
+
+Every failure of pyserial is translated once, here, into the errors of
+`firmware_runtime.hal.errors`. Parity, stop bits and flow control are left at 8N1 without any.
+Source: pyserial 3.5, serialposix.
+"""
+
+import errno
+import termios
+from pathlib import Path
+from typing import Final
+
+from serial import PortNotOpenError, Serial, SerialTimeoutException
+
+from firmware_runtime.hal.errors import BusAbsent, BusFault, BusTimeout, HalError, PortClosed
+from firmware_runtime.hal.serial import SerialPort
+
+MOST_AT_ONCE: Final = 4096
+"""Bytes taken by one read: what a Linux terminal can hold."""
+CANDIDATES: Final = ("ttyAMA*", "ttyS*", "ttyUSB*", "ttyACM*", "serial*")
+
+
+def open_serial(
+    name: str, path: str, baud: int = 9600, *, write_timeout_ms: int = 20
+) -> "LinuxSerialPort":
+    """Open a port by the path of its device node; what waited in its input buffer is thrown away.
+
+    `name` is what errors call it. `write_timeout_ms` bounds a write to a port that stopped sending.
+    Raises BusAbsent if it is not there, may not be opened, is in use or cannot have that rate.
+    """
+    try:
+        port = Serial(path, baud, timeout=0, write_timeout=write_timeout_ms / 1000, exclusive=True)
+    except (OSError, ValueError, OverflowError, termios.error) as error:
+        raise BusAbsent(f"{name}: {path} {_what_to_do(error, baud)}") from error
+    return LinuxSerialPort(name, port)
+
+
+class LinuxSerialPort(SerialPort):
+    """A serial port of the Linux kernel, ours alone while it is open."""
+
+    def __init__(self, name: str, port: Serial) -> None:
+        self.name = name
+        self._port = port
+
+    def write(self, data: bytes) -> None:
+        """Hand all bytes to the kernel; raises BusTimeout, BusFault or PortClosed."""
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise self._translated(error, "write", f"{len(data)} bytes to be taken") from error
+
+    def read_available(self) -> bytes:
+        """Take what has arrived, 4096 bytes at most; raises BusFault or PortClosed."""
+        try:
+            return self._port.read(MOST_AT_ONCE)
+        except OSError as error:
+            raise self._translated(error, "read", "bytes or none") from error
+
+    def discard_input(self) -> None:
+        """Empty the kernel's input buffers; raises BusFault or PortClosed."""
+        try:
+            self._port.reset_input_buffer()
+        except (OSError, termios.error) as error:
+            raise self._translated(error, "flush", "the input buffer emptied") from error
+
+    def close(self) -> None:
+        """Close the device node and give up the lock; closing twice is harmless."""
+        self._port.close()
+
+    def _translated(self, error: Exception, action: str, expected: str) -> HalError:
+        where = f"{self.name}: {self._port.port}"
+        if isinstance(error, PortNotOpenError):
+            return PortClosed(f"{where} {action} after it was closed, expected it open")
+        if isinstance(error, SerialTimeoutException):
+            return BusTimeout(
+                f"{where} {action} timed out, expected {expected}; it stopped sending"
+            )
+        return BusFault(
+            f"{where} {action} failed, expected {expected}; unplugged, or read by another program"
+        )
+
+
+def _what_to_do(error: Exception, baud: int) -> str:
+    """Say what is wrong with a port and what mends it."""
+    number = error.errno if isinstance(error, OSError) else None
+    if number == errno.ENOENT:
+        found = ", ".join(
+            sorted({str(each) for kind in CANDIDATES for each in Path("/dev").glob(kind)})
+        )
+        return f"does not exist (this machine has {found or 'none'}); give the board another port"
+    if number in (errno.EACCES, errno.EPERM):
+        return "may not be opened by this user; add the user to the group of the device (dialout)"
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return "is in use by another program, expected it free; end that program"
+    if isinstance(error, ValueError | OverflowError):
+        return f"cannot be set to {baud} baud; give the board another rate"
+    return "cannot be opened as a serial port; give the board another port"

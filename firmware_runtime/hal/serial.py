@@ -1,0 +1,38 @@
+"""The serial port a driver speaks: bytes out, bytes in, and never a wait for what may not come.
+
+There is no framing here and no time. A write hands its bytes to the port's output buffer; reading
+takes what has arrived since the last time, which may be part of a frame, several frames, or
+nothing. Turning bytes into values is the chips' codecs' part.
+"""
+
+from abc import ABC, abstractmethod
+
+
+class SerialPort(ABC):
+    """A port by its name, as in board.toml and in every error; 8 data bits, no parity, 1 stop."""
+
+    name: str
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Hand all bytes to the output buffer; they leave at the port's own pace afterwards.
+
+        Bounded: raises BusTimeout if the buffer does not take them, and some may have left then.
+        Raises BusFault if the port fails, PortClosed after `close`.
+        """
+
+    @abstractmethod
+    def read_available(self) -> bytes:
+        """Take what has arrived, in order; b"" when nothing has. Never blocks.
+
+        Raises BusFault if the port fails, PortClosed after `close`.
+        """
+
+    def discard_input(self) -> None:
+        """Throw away what has arrived and was not read; it may be of any age."""
+        while self.read_available():
+            pass
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the port; using it afterwards raises PortClosed."""

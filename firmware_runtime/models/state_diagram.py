@@ -1,0 +1,159 @@
+"""An atomic model that follows a table of states, written as its state diagram is drawn.
+
+A subclass declares its ports, then calls `follow` with its table (see `state_table`), its words
+(see `state_labels`), and the durations that the table names.
+
+An input that the present state does not name has no effect and leaves the state's duration
+running. Inputs of one instant are taken one after the other, ports in order of declaration, each
+by the state that is then the present one. An arrow that leads back to its own state begins its
+duration anew.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.models.state_labels import Accepted, Labels, Sent, Words
+from firmware_runtime.models.state_table import Arrow, Kept, State, StateTableError, check
+
+_NO_WORDS: Words = MappingProxyType({})
+
+
+class _External(NamedTuple):
+    """An arrow that an input takes."""
+
+    label: Accepted
+    arrow: Arrow
+
+
+class _Internal(NamedTuple):
+    """An arrow taken when the state's duration is over, and what is sent then."""
+
+    label: tuple[Sent, ...]
+    arrow: Arrow
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A state whose labels were taken to ports and functions."""
+
+    external: tuple[_External, ...]
+    internal: tuple[_Internal, ...]
+
+
+class StateDiagram(Atomic):
+    """Follows a table; `phase` is the state's name, `kept` holds values from inputs by their words.
+
+    `states` is the table as declared, `durations` each state's duration in ns: what a picture of
+    the diagram is drawn from.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.states: Sequence[State] = ()
+        self.durations: dict[str, int] = {}
+        self.kept: Kept = {}
+        self._rows: dict[str, _Row] = {}
+
+    def follow(self, states: Sequence[State], words: Words = _NO_WORDS, **durations: int) -> None:
+        """Take the table to follow; called once, after the ports were declared.
+
+        Raises StateTableError if the table does not hold together or does not fit the model.
+        """
+        try:
+            check(states)
+            self.states = states
+            self.durations = {state.name: _duration(state, durations) for state in states}
+            labels = Labels(self, words)
+            self._rows = {state.name: self._row(state, labels) for state in states}
+            _check_kept(states, labels)
+        except StateTableError as error:
+            raise StateTableError(f"{self.path}: {error}") from error
+
+    # The DEVS functions -------------------------------------------------------------------------
+
+    def initialize(self) -> None:
+        """Begin in the first state, with nothing kept."""
+        self.kept = {}
+        self._enter(self.states[0].name)
+
+    def output(self) -> None:
+        """Send what the label of the arrow to be taken says."""
+        for port, value in self._due().label:
+            port.send(value(self.kept))
+
+    def internal(self) -> None:
+        """The state's duration is over: take the arrow."""
+        self._enter(self._due().arrow.to)
+
+    def external(self, elapsed: int) -> None:
+        """Offer every input to the state that is then the present one."""
+        self.continue_(elapsed)
+        for port in self.in_ports.values():
+            for value in port:
+                self._offer(port, value)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _enter(self, state: str) -> None:
+        self.hold_in(state, self.durations[state])
+
+    def _due(self) -> _Internal:
+        for internal in self._rows[self.phase].internal:
+            if self._is_open(internal.arrow):
+                return internal
+        raise ModelError(f"{self.path}: no arrow's condition holds after state {self.phase!r}")
+
+    def _offer(self, port: InPort[Any], value: object) -> None:
+        for label, arrow in self._rows[self.phase].external:
+            if label.port is port and label.accepts(value, self.kept) and self._is_open(arrow):
+                if label.word is not None:
+                    self.kept[label.word] = value
+                self._enter(arrow.to)
+                return
+
+    def _is_open(self, arrow: Arrow) -> bool:
+        return arrow.when is None or arrow.when(self.kept)
+
+    def _row(self, state: State, labels: Labels) -> _Row:
+        return _Row(
+            tuple(
+                _External(labels.accepted(mark), arrow)
+                for arrow in state.external
+                for mark in arrow.marks
+            ),
+            tuple(
+                _Internal(tuple(labels.sent(mark) for mark in arrow.marks), arrow)
+                for arrow in state.internal
+            ),
+        )
+
+
+def _duration(state: State, durations: Mapping[str, int]) -> int:
+    """The state's duration in ns, looked up if the table gives a word for it."""
+    duration = state.duration
+    if isinstance(duration, str):
+        if duration not in durations:
+            known = ", ".join(durations) or "none"
+            raise StateTableError(
+                f"state {state.name!r}: duration {duration!r}, expected one of {known}"
+            )
+        duration = durations[duration]
+    if type(duration) is not int or duration < 0:
+        raise StateTableError(
+            f"state {state.name!r}: duration {duration!r}, expected whole nanoseconds, zero or more"
+        )
+    return duration
+
+
+def _check_kept(states: Sequence[State], labels: Labels) -> None:
+    """What is sent from what was kept must be kept by some arrow."""
+    marks = [mark for state in states for arrow in state.arrows for mark in arrow.marks]
+    kept = {mark.value for mark in marks if mark.sign == "?"}
+    for mark in marks:
+        if labels.keeps(mark) and mark.value not in kept:
+            raise StateTableError(f"{mark}: no input ever keeps a {mark.value!r}")

@@ -1,0 +1,128 @@
+"""The declaration of a state diagram: states with durations, and labelled arrows between them.
+
+A table is written the way GGAD draws it. A state is a circle with a duration; an external
+transition is an arrow labelled `port?value`, an internal one is labelled with what is sent before
+it, `port!value`, more than one if need be, or nothing.
+
+    State("Idle", NEVER, Arrow("question?1", "Answering")),
+    State("Answering", "hop", Arrow("answer!42 answered!1", "Idle")),
+
+The first state is the initial one. A duration is a number of nanoseconds, NEVER, or a word that
+the model replaces by one of its parameters. What a value means, `state_labels` explains.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import NEVER
+
+Kept: TypeAlias = dict[str, Any]
+"""Values that came with inputs and are kept for later, by their words."""
+
+_MARK = re.compile(r"(?P<port>[^\s?!]+)(?P<sign>[?!])(?P<value>[^\s?!]+)")
+
+
+class StateTableError(ModelError, ValueError):
+    """A table that cannot be followed: an undeclared name, a state without way in or out."""
+
+
+class Mark(NamedTuple):
+    """One `port?value` or `port!value` of a label."""
+
+    port: str
+    sign: str
+    value: str
+
+    def __str__(self) -> str:
+        return "".join(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """A transition: its label, the state it leads to, and a condition on what was kept before."""
+
+    label: str
+    to: str
+    when: Callable[[Kept], bool] | None = None
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """The label taken apart; raises StateTableError if it is none."""
+        marks = [_MARK.fullmatch(word) for word in self.label.split()]
+        signs = {mark["sign"] for mark in marks if mark}
+        if None in marks or len(signs) > 1 or ("?" in signs and len(marks) > 1):
+            raise StateTableError(
+                f"label {self.label!r}: expected one port?value, or any number of port!value"
+            )
+        return tuple(Mark(**mark.groupdict()) for mark in marks if mark)
+
+    @property
+    def is_external(self) -> bool:
+        """An input takes this arrow; the others are taken when the duration is over."""
+        return "?" in self.label
+
+    @property
+    def condition(self) -> str:
+        """The condition in words, from its function's name; empty if there is none."""
+        return getattr(self.when, "__name__", "").replace("_", " ").strip()
+
+
+class State:
+    """A state, how long it lasts, and the arrows that leave it, those for inputs in any order."""
+
+    def __init__(self, name: str, duration: int | str, *arrows: Arrow) -> None:
+        self.name = name
+        self.duration = duration
+        self.arrows = arrows
+
+    @property
+    def external(self) -> tuple[Arrow, ...]:
+        """The arrows that inputs take, in order of preference."""
+        return tuple(arrow for arrow in self.arrows if arrow.is_external)
+
+    @property
+    def internal(self) -> tuple[Arrow, ...]:
+        """The arrows taken when the duration is over; the first whose condition holds."""
+        return tuple(arrow for arrow in self.arrows if not arrow.is_external)
+
+
+def check(states: Sequence[State]) -> None:
+    """Raise StateTableError with the first fault that the table shows by itself."""
+    names = [state.name for state in states]
+    if not states or len(set(names)) < len(names):
+        raise StateTableError(f"states {names}: expected at least one, each declared once")
+    for state in states:
+        for arrow in state.arrows:
+            if arrow.to not in names:
+                raise StateTableError(f"state {state.name!r}: no state {arrow.to!r} to lead to")
+        _check_internal(state)
+    lost = set(names) - set(_reachable(states))
+    if lost:
+        raise StateTableError(f"no arrow leads from {names[0]!r} to {sorted(lost)}")
+
+
+def _check_internal(state: State) -> None:
+    if (state.duration == NEVER) != (not state.internal):
+        raise StateTableError(
+            f"state {state.name!r}: expected an arrow without input if it ends, none if it does not"
+        )
+    if len(state.internal) > 1 and not all(arrow.when for arrow in state.internal):
+        raise StateTableError(
+            f"state {state.name!r}: of several arrows without input each needs a condition"
+        )
+
+
+def _reachable(states: Sequence[State]) -> Iterator[str]:
+    by_name = {state.name: state for state in states}
+    seen = {states[0].name}
+    ahead = [states[0].name]
+    while ahead:
+        name = ahead.pop()
+        yield name
+        for arrow in by_name[name].arrows:
+            if arrow.to not in seen:
+                seen.add(arrow.to)
+                ahead.append(arrow.to)

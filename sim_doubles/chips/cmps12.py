@@ -1,0 +1,154 @@
+"""Double of the Devantech CMPS12, a tilt-compensated compass on I2C. Source: Devantech's page.
+
+Modelled: bearing in 0.1 degree and in 256ths, the BNO055's own in 16ths of a degree, pitch, roll,
+temperature, calibration state, version; the three command sequences with the 20 ms after each byte:
+store and erase the calibration profile, change the address. The CMPS14 is the same up to register
+5, in register 30 and in the change of address.
+
+Not modelled: the raw sensors (registers 6 to 23 read 0), calibrating by motion: whoever moves the
+compass sets `calibration_state`; the 10 ms or so between the compass's own updates. Assumed where
+the page is silent: values are rounded to the nearest unit and taken at START, so that the two bytes
+of a bearing belong together; the 256ths are cut off; a byte within 20 ms of the last is lost and
+breaks a sequence off; after power-up the calibration state is the stored profile's, 0 without one;
+registers above 30 read 0xFF.
+"""
+
+from collections.abc import Callable
+
+from firmware_runtime.devs.time import MILLISECOND
+from sim_doubles.chips.command_sequence import (
+    CHANGE_ADDRESS,
+    CommandSequence,
+    changed_address,
+    checked_address,
+)
+from sim_doubles.chips.protocol_warnings import ProtocolWarnings
+from sim_doubles.chips.register_target import RegisterTarget
+from sim_doubles.clock import Now
+
+ADDRESSES = range(0x60, 0x68)
+
+COMMAND = 0  # reads as the software version
+BEARING_256 = 1
+BEARING = 2
+PITCH = 4
+ROLL = 5
+TEMPERATURE = 25
+BNO055_BEARING = 26
+PITCH_180 = 28
+CALIBRATION = 30
+REGISTERS = 31
+
+STORE_PROFILE = (0xF0, 0xF5, 0xF6)
+ERASE_PROFILE = (0xE0, 0xE5, 0xE2)
+BETWEEN_COMMANDS = 20 * MILLISECOND
+
+CALIBRATED = 0xFF  # system, gyro, accelerometer, magnetometer: 3 each
+
+
+def _level(_at: int) -> tuple[float, float]:
+    return (0.0, 0.0)
+
+
+class Cmps12Double(RegisterTarget):
+    """A CMPS12; `bearing_deg` gives the compass bearing in degrees, clockwise from north.
+
+    `pitch_roll_deg` gives both in degrees. Each is asked once a transaction, at an instant in ns.
+    World face: `calibration_state` as register 30 shows it, `temperature_c`; `stored_state` is the
+    state the stored profile holds, None without one.
+    """
+
+    def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
+        self,
+        now: Now,
+        address: int = ADDRESSES[0],
+        *,
+        bearing_deg: Callable[[int], float],
+        pitch_roll_deg: Callable[[int], tuple[float, float]] = _level,
+        calibration_state: int = CALIBRATED,
+        temperature_c: float = 25.0,
+        version: int = 7,
+    ) -> None:
+        super().__init__(now, checked_address("CMPS12", address, ADDRESSES))
+        self.warnings = ProtocolWarnings(f"CMPS12 0x{address:02x}")
+        self.calibration_state = calibration_state
+        self.stored_state: int | None = calibration_state
+        self.temperature_c = temperature_c
+        self._bearing_deg = bearing_deg
+        self._pitch_roll_deg = pitch_roll_deg
+        self._version = version
+        self._registers = bytes(REGISTERS)
+        self._next_command_at = self._at
+        self._sequences = (
+            CommandSequence(STORE_PROFILE, self._store, self.warnings),
+            CommandSequence(ERASE_PROFILE, self._erase, self.warnings),
+            CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings),
+        )
+
+    def power_cycle(self) -> None:
+        """Lose supply and get it back: calibrated as stored, or not at all; the address is kept."""
+        super().power_cycle()
+        self._next_command_at = self._at
+        self.calibration_state = self.stored_state or 0
+        for sequence in self._sequences:
+            sequence.reset()
+
+    # Bus face
+
+    def _begin(self, address: int) -> bool:  # noqa: ARG002 (it is always the chip's own)
+        self._registers = self._measured()
+        return True
+
+    def _read_register(self, register: int) -> int:
+        return self._registers[register] if register < REGISTERS else 0xFF
+
+    def _write_register(self, register: int, byte: int) -> None:
+        if register == COMMAND:
+            self._take_command(byte)
+        else:
+            self.warnings.note(f"register 0x{register:02x} is read-only; the write is ignored")
+
+    # Commands
+
+    def _take_command(self, byte: int) -> None:
+        early = self._at < self._next_command_at
+        self._next_command_at = self._at + BETWEEN_COMMANDS
+        if early:
+            self.warnings.note(f"command 0x{byte:02x} within 20 ms of the last; it is lost")
+            for sequence in self._sequences:
+                sequence.break_off()
+        elif not any([sequence.take(byte) for sequence in self._sequences]):
+            self.warnings.note(f"command 0x{byte:02x} does not exist; it is ignored")
+
+    def _store(self, _byte: int) -> None:
+        self.stored_state = self.calibration_state
+
+    def _erase(self, _byte: int) -> None:
+        self.stored_state = None
+
+    def _readdress(self, byte: int) -> None:
+        self.address = changed_address(self.address, byte, ADDRESSES, self.warnings)
+
+    # Measuring
+
+    def _measured(self) -> bytes:
+        """Return all registers as they are at this instant."""
+        bearing, (pitch, roll) = self._bearing_deg(self._at), self._pitch_roll_deg(self._at)
+        tenths = round(bearing * 10) % 3600
+        registers = bytearray(REGISTERS)
+        registers[COMMAND] = self._version
+        registers[BEARING_256] = tenths * 256 // 3600
+        registers[BEARING : BEARING + 2] = tenths.to_bytes(2, "big")
+        registers[PITCH] = _whole(pitch, 90) & 0xFF
+        registers[ROLL] = _whole(roll, 90) & 0xFF
+        registers[TEMPERATURE] = _whole(self.temperature_c, 127) & 0xFF
+        sixteenths = round(bearing * 16) % 5760
+        registers[BNO055_BEARING : BNO055_BEARING + 2] = sixteenths.to_bytes(2, "big")
+        registers[PITCH_180 : PITCH_180 + 2] = _whole(pitch, 180).to_bytes(2, "big", signed=True)
+        registers[CALIBRATION] = self.calibration_state
+        return bytes(registers)
+
+
+def _whole(value: float, largest: int) -> int:
+    """Return the nearest whole number within plus and minus `largest`."""
+    return max(-largest, min(largest, round(value)))

@@ -1,0 +1,117 @@
+"""The two motors behind a motor driver: the world face that every driver chip's double shows.
+
+Between two orders of the chip the speeds are known for all future: each motor's ramp, and the
+instant at which a chip that hears nothing stops both. So nothing runs in the background, and a
+world may ask as rarely as it likes.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from firmware_runtime.devs.time import NEVER, SECOND, format_time
+from sim_doubles.chips.ramp import Ramp
+
+
+class Stretch(NamedTuple):
+    """A span, in ns, over which both motors turn evenly."""
+
+    since: int
+    until: int
+    speeds_rad_s: tuple[float, float]
+
+
+class MotorPair:
+    """Motors 1 and 2, at rest at first; a speed of `full_scale` units is `full_speed_rad_s`.
+
+    `before_change` is called just before an order changes what was to come, with the old future
+    still there: a world that advances in it, over `stretches`, misses nothing. Instants are ns, and
+    none before the last change is asked for.
+    """
+
+    def __init__(self, at: int, full_scale: int, full_speed_rad_s: float) -> None:
+        self.before_change: Callable[[], None] | None = None
+        self._rad_per_unit_s = full_speed_rad_s / full_scale
+        self._since = at
+        self._stops_at = NEVER
+        self._ramps = (Ramp(at), Ramp(at))
+
+    # World face
+
+    def speeds_rad_s(self, at: int) -> tuple[float, float]:
+        """Return how fast the motors turn at an instant."""
+        first, second = self.units(at)
+        return first * self._rad_per_unit_s, second * self._rad_per_unit_s
+
+    def turned_rad(self, at: int) -> tuple[float, float]:
+        """Return how far the motors have turned since they were made: the exact integral."""
+        self._check(at)
+        scale, end = self._rad_per_unit_s / SECOND, min(at, self._stops_at)
+        first, second = self._ramps
+        return first.turned(end) * scale, second.turned(end) * scale
+
+    def stretches(self, since: int, until: int) -> Iterator[Stretch]:
+        """Yield the spans of constant speed that fill the time from `since` to `until`."""
+        while since < until:
+            end = min(until, self.next_change_at(since))
+            yield Stretch(since, end, self.speeds_rad_s(since))
+            since = end
+
+    def next_change_at(self, at: int) -> int:
+        """Return the first instant after `at` at which a speed changes, if no order comes."""
+        if at >= self._stops_at:
+            return NEVER
+        first, second = self._ramps
+        return min(first.next_step_at(at), second.next_step_at(at), self._stops_at)
+
+    def stopped_by_silence(self, at: int) -> bool:
+        """Tell whether the chip has stopped the motors because it heard nothing."""
+        return at >= self._stops_at
+
+    # The chip's face
+
+    def units(self, at: int) -> tuple[int, int]:
+        """Return the speeds at an instant in the chip's unit."""
+        self._check(at)
+        if at >= self._stops_at:
+            return 0, 0
+        first, second = self._ramps
+        return first.speed(at), second.speed(at)
+
+    def drive(self, at: int, targets: tuple[int, int], step: int, period: int) -> None:
+        """Let the speeds go to `targets` from `at` on, `step` units each `period` ns."""
+        first, second = self._ramps
+        ramps = (
+            first.towards(at, targets[0], step, period),
+            second.towards(at, targets[1], step, period),
+        )
+        if ramps != self._ramps:
+            self._replace(at, ramps)
+
+    def halt(self, at: int) -> None:
+        """Stop both motors at once."""
+        first, second = self._ramps
+        end = min(at, self._stops_at)
+        halted = Ramp(at, turned_before=first.turned(end))
+        self._replace(at, (halted, Ramp(at, turned_before=second.turned(end))))
+
+    def put_off_stop(self, at: int, stops_at: int) -> bool:
+        """Let silence stop the motors at `stops_at` only; True if it has stopped them already."""
+        stopped = at >= self._stops_at
+        if stopped:
+            self.halt(at)
+        self._stops_at = stops_at
+        return stopped
+
+    def _replace(self, at: int, ramps: tuple[Ramp, Ramp]) -> None:
+        self._check(at)
+        if self.before_change is not None:
+            self.before_change()
+        self._since = at
+        self._ramps = ramps
+
+    def _check(self, at: int) -> None:
+        if at < self._since:
+            raise ValueError(
+                f"motor pair: asked for {format_time(at)}, expected an instant not before the last "
+                f"change at {format_time(self._since)}"
+            )

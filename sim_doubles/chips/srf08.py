@@ -1,0 +1,184 @@
+"""Double of the Devantech SRF08, an ultrasonic ranger on I2C. Source: Devantech's SRF08 page.
+
+Modelled: ranging in inches, centimetres and microseconds, 17 echoes, the range register with the
+time it takes (250 us for each of its R + 1 steps), silence while ranging, the ANN mode, gain and
+light, general call, change of address, and what a power cycle takes: all but the address.
+
+Not modelled: what the gain does to an echo (`max_gain` tells it, the world may weaken its echoes),
+echoes of the ping before (an interval that is too short is warned of), the LED. Assumed where the
+page is silent: the ping is sent at STOP; results are rounded to the nearest unit; an echo nearer
+than 3 cm is not seen; registers above 35 read 0xFF; a gain above 31 counts as 31.
+"""
+
+from collections.abc import Callable, Sequence
+
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND
+from firmware_runtime.hal.i2c import GENERAL_CALL
+from sim_doubles.chips.command_sequence import (
+    CHANGE_ADDRESS,
+    CommandSequence,
+    changed_address,
+    checked_address,
+)
+from sim_doubles.chips.protocol_warnings import ProtocolWarnings
+from sim_doubles.chips.register_target import RegisterTarget
+from sim_doubles.clock import Now
+
+ADDRESSES = range(0x70, 0x80)
+
+COMMAND = 0  # reads as the software revision
+GAIN = 1  # reads as the light
+RANGE = 2  # reads as the first echo's high byte
+FIRST_ECHO = 2
+FIRST_SLOT = 4
+REGISTERS = 36
+
+UNIT_M = (0.0254, 0.01, 172e-6)  # inch, cm, and the way out and back in 1 us at 344 m/s
+RANGING = range(0x50, 0x56)
+ANN = 0x53  # and above: slots instead of echoes
+ECHOES = 17
+SLOTS = 32
+SLOT_M = 2048 * 172e-6
+
+NEAREST_M = 0.03
+RANGE_STEP_M = 0.043
+RANGE_STEP = 250 * MICROSECOND  # out and back over one step
+LEAST_INTERVAL = 65 * MILLISECOND
+MOST_GAIN = 31
+MOST_RANGE = 255
+GAINS = (
+    *(94, 97, 100, 103, 107, 110, 114, 118, 123, 128, 133, 139, 145, 152, 159, 168),
+    *(177, 187, 199, 212, 227, 245, 265, 288, 317, 352, 395, 450, 524, 626, 777, 1025),
+)
+
+
+class Srf08Double(RegisterTarget):
+    """An SRF08; `echoes` gives the distances of what reflects, in m, nearest first.
+
+    It is asked at the instant of each ping, in ns. World face: `light` (0 to 255) is taken with
+    each ping; `pings` counts them; `ranging` tells whether the chip is deaf now.
+    """
+
+    def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
+        self,
+        now: Now,
+        address: int = ADDRESSES[0],
+        *,
+        echoes: Callable[[int], Sequence[float]],
+        light: int = 128,
+        revision: int = 10,
+    ) -> None:
+        super().__init__(now, checked_address("SRF08", address, ADDRESSES))
+        self.warnings = ProtocolWarnings(f"SRF08 0x{address:02x}")
+        self.light = light
+        self.pings = 0
+        self._echoes = echoes
+        self._revision = revision
+        self._address_change = CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings)
+        self._last_ping_at: int | None = None
+        self._reset()
+
+    # World face
+
+    @property
+    def ranging(self) -> bool:
+        """Whether the chip waits for echoes and answers nothing."""
+        return self._now() < self._ready_at
+
+    @property
+    def max_gain(self) -> int:
+        """The analogue gain the receiver reaches at most: 94 to 1025."""
+        return GAINS[self._gain]
+
+    @property
+    def farthest_m(self) -> float:
+        """The distance from which an echo still counts."""
+        return (self._range + 1) * RANGE_STEP_M
+
+    def power_cycle(self) -> None:
+        """Lose supply and get it back: gain 31, range 255, no echoes; the address is kept."""
+        super().power_cycle()
+        self._address_change.reset()
+        self._reset()
+
+    # Bus face
+
+    def _listens_to(self, address: int, *, read: bool) -> bool:
+        return address == self.address or (address == GENERAL_CALL and not read)
+
+    def _begin(self, address: int) -> bool:
+        if self._at >= self._ready_at:
+            return True
+        if address == self.address:
+            self.warnings.note("accessed while ranging; the real chip does not acknowledge")
+        return False
+
+    def _end(self) -> None:
+        if self._asked is not None:
+            self._ping(self._asked)
+            self._asked = None
+
+    def _read_register(self, register: int) -> int:
+        return self._results[register] if register < REGISTERS else 0xFF
+
+    def _write_register(self, register: int, byte: int) -> None:
+        if register == COMMAND:
+            self._take_command(byte)
+            return
+        self._address_change.break_off()
+        if register == GAIN:
+            if byte > MOST_GAIN:
+                self.warnings.note(f"gain {byte} written; {MOST_GAIN} is the most there is")
+            self._gain = min(byte, MOST_GAIN)
+        elif register == RANGE:
+            self._range = byte
+        else:
+            self.warnings.note(f"register 0x{register:02x} is read-only; the write is ignored")
+
+    # Commands
+
+    def _reset(self) -> None:
+        self._gain, self._range = MOST_GAIN, MOST_RANGE
+        self._ready_at = self._at
+        self._asked: int | None = None
+        self._results = bytes([self._revision, *bytes(REGISTERS - 1)])
+
+    def _take_command(self, byte: int) -> None:
+        if self._address_change.take(byte):
+            return
+        if byte in RANGING:
+            self._asked = byte
+        else:
+            self.warnings.note(f"command 0x{byte:02x} does not exist; it is ignored")
+
+    def _readdress(self, byte: int) -> None:
+        self.address = changed_address(self.address, byte, ADDRESSES, self.warnings)
+
+    # Ranging
+
+    def _ping(self, command: int) -> None:
+        self._warn_of_interval()
+        self.pings += 1
+        self._last_ping_at = self._at
+        self._ready_at = self._at + (self._range + 1) * RANGE_STEP
+        seen = [m for m in self._echoes(self._at) if NEAREST_M <= m <= self.farthest_m]
+        counts = [round(m / UNIT_M[(command - RANGING[0]) % 3]) for m in seen[:ECHOES]]
+        echoes = b"".join(count.to_bytes(2, "big") for count in counts)
+        if command >= ANN:
+            echoes = echoes[:2].ljust(2, b"\0") + _slots(seen)
+        head = bytes([self._revision, self.light])
+        self._results = (head + echoes).ljust(REGISTERS, b"\0")
+
+    def _warn_of_interval(self) -> None:
+        last = self._last_ping_at
+        if last is not None and self._at - last < LEAST_INTERVAL:
+            self.warnings.note(
+                f"ranging {(self._at - last) / MILLISECOND:g} ms after the last; under 65 ms the "
+                "real chip may hear the echoes of the ping before"
+            )
+
+
+def _slots(seen: Sequence[float]) -> bytes:
+    """Return ANN mode's 32 bytes: 1 where an echo came within that slot of 2048 us."""
+    filled = {int(m / SLOT_M) for m in seen}
+    return bytes(slot in filled for slot in range(SLOTS))

@@ -1,0 +1,149 @@
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import boards.registry
+import sim_doubles.benches.tachobot
+
+VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "reason"),
+    [
+        ("controller.yaw.kpp=1", "controller.yaw.kpp", "unknown key"),
+        ("controller.yaw.reference_rad=nan", "controller.yaw.reference_rad", "not a finite number"),
+        ("esc.address=0x40", "esc.address", "thrust_pairs's already"),
+        ("imu.address=0x70", "imu.address", "every PCA9685 answers"),
+        ("thrust_pairs.frequency_hz=1600", "thrust_pairs.frequency_hz", "expected 24 to 1526 Hz"),
+        ("esc.frequency_hz=20", "esc.frequency_hz", "expected 24 to 1526 Hz"),
+        ("imu.bus=i2c7", "imu.bus", "expected one of i2c1"),
+        ("imu.sample_hz=100", "imu.sample_hz", "more than the control rate"),
+        ("imu.gyro_range_dps=300", "imu.gyro_range_dps", "expected one of 250"),
+        ("thrust_pairs.timeout_s=0.01", "thrust_pairs.timeout_s", "two control periods"),
+        ("esc.high_pulse_us=900", "esc.high_pulse_us", "more than low_pulse_us"),
+        ("world.coulomb_friction_nm=1", "world.static_friction_nm", "expected at least"),
+        ("board=submarine", "board", "expected one of tachobot"),
+        ("=1", "--set", "expected KEY=VALUE"),
+    ],
+)
+@pytest.mark.parametrize("verb", [VIRTUAL, ("check", "tachobot")])
+def test_a_bad_setting_is_refused_with_its_key_and_reason(
+    command: Callable[..., Any], verb: tuple[str, ...], override: str, key: str, reason: str
+) -> None:
+    ended = command(*verb, "--set", override)
+    assert ended.status == 2
+    assert ended.out == ""
+    assert key in ended.error
+    assert reason in ended.error
+
+
+def test_a_bus_that_cannot_carry_the_rate_is_refused(command: Callable[..., Any]) -> None:
+    slow = ("--set", "buses.i2c1.speed_hz=100000", "--set", "controller.period_s=0.006")
+    ended = command("check", "tachobot", *slow)
+    assert ended.status == 2
+    assert "i2c1: 90.8% of its time at 100000 Hz" in ended.error
+    assert command(*VIRTUAL, *slow).status == 2
+
+
+def test_a_bus_that_is_half_full_is_warned_of(command: Callable[..., Any]) -> None:
+    ended = command("check", "tachobot", "--set", "buses.i2c1.speed_hz=100000")
+    assert ended.status == 0
+    assert "warning: i2c1: 54.5%" in ended.out
+
+
+def test_all_faults_are_listed_at_once(command: Callable[..., Any]) -> None:
+    bad = ("--set", "controller.yaw.kp=-1", "--set", "world.mass_kg=heavy", "--set", "imu.x=1")
+    ended = command("check", "tachobot", *bad)
+    assert "3 faults" in ended.error
+    for key in ("controller.yaw.kp", "world.mass_kg", "imu.x"):
+        assert key in ended.error
+
+
+@pytest.mark.parametrize("verb", ["run", "check", "tree"])
+def test_an_unknown_board_is_refused_with_those_there_are(
+    command: Callable[..., Any], verb: str
+) -> None:
+    ended = command(verb, "submarine")
+    assert ended.status == 2
+    assert "submarine: 1 fault" in ended.error
+    assert "expected one of tachobot" in ended.error
+
+
+def test_malformed_toml_is_refused_with_its_line(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    copy = tmp_path / "board.toml"
+    original = (Path(boards.registry.__file__).parent / "tachobot" / "board.toml").read_text()
+    copy.write_text(original.replace("[controller.yaw]", "[controller.yaw"))
+    ended = command("run", copy, "--doubles")
+    assert ended.status == 2
+    assert "not valid TOML" in ended.error
+    assert "line" in ended.error
+
+
+def test_a_users_own_copy_of_a_board_file_is_taken(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    original = (Path(boards.registry.__file__).parent / "tachobot" / "board.toml").read_text()
+    (tmp_path / "board.toml").write_text(original)
+    assert str(tmp_path) in command("check", tmp_path).out
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--clock", "virtual"),
+        ("--doubles", "--clock", "scaled"),
+        ("--doubles", "--speed", "3"),
+        ("--doubles", "--clock", "scaled", "--speed", "0"),
+        ("--doubles", "--for", "-1"),
+        ("--doubles", "--for", "nan"),
+        ("--doubles", "--clock", "sundial"),
+        ("--doubles", "--clock", "virtual", "--trace", "/nowhere/trace"),
+        ("--doubles", "--statistics", "/proc/no/such"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(
+    command: Callable[..., Any], options: tuple[str, ...]
+) -> None:
+    ended = command("run", "tachobot", *options)
+    assert ended.status == 2
+    assert ended.error != ""
+
+
+def test_nothing_is_actuated_when_a_board_is_refused(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    built: list[object] = []
+    monkeypatch.setattr(
+        sim_doubles.benches.tachobot.TachobotBench, "__init__", lambda *_: built.append(1)
+    )
+    assert command(*VIRTUAL, "--set", "imu.address=0x41").status == 2
+    assert built == []
+
+
+def test_an_absent_bus_is_named_with_what_was_expected(command: Callable[..., Any]) -> None:
+    ended = command("run", "tachobot", "--set", "buses.i2c1.device=/dev/i2c-99")
+    assert ended.status == 3
+    assert "i2c1" in ended.error
+    assert "/dev/i2c-99" in ended.error
+    assert len(ended.error.splitlines()) == 1
+
+
+def test_statistics_that_do_not_exist_are_told(command: Callable[..., Any]) -> None:
+    ended = command("stats", "tachobot")
+    assert ended.status == 2
+    assert "no statistics of tachobot" in ended.error
+
+
+def test_a_file_that_is_no_statistics_file_is_refused(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("hello")
+    ended = command("stats", "--statistics", path)
+    assert ended.status == 2
+    assert str(path) in ended.error

@@ -1,0 +1,40 @@
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+
+def test_boards_lists_each_board_with_its_description(command: Callable[..., Any]) -> None:
+    ended = command("boards")
+    assert ended.status == 0
+    assert "tachobot     hovering platform" in ended.out
+
+
+def test_check_adds_up_the_bus(command: Callable[..., Any]) -> None:
+    ended = command("check", "tachobot")
+    assert ended.status == 0
+    assert "i2c1: 13.6% of its time at 400000 Hz" in ended.out
+    assert "imu sample every 10 ms" in ended.out
+
+
+def test_tree_shows_the_hierarchy_without_touching_a_bus(command: Callable[..., Any]) -> None:
+    ended = command("tree", "tachobot")
+    assert ended.status == 0
+    for name in ("tachobot", "controller", "attitude", "yaw", "thrust_pairs", "imu"):
+        assert name in ended.out
+
+
+@pytest.mark.parametrize("verb", ["", "run", "check", "boards", "tree", "stats"])
+def test_every_command_has_help(command: Callable[..., Any], verb: str) -> None:
+    ended = command(*verb.split(), "--help")
+    assert ended.status == 0
+    assert "usage: firmware-runtime" in ended.out
+
+
+def test_without_a_command_the_usage_is_shown(command: Callable[..., Any]) -> None:
+    assert command().status == 2
+
+
+def test_version(command: Callable[..., Any]) -> None:
+    ended = command("--version")
+    assert (ended.status, ended.out.split()[0]) == (0, "firmware-runtime")

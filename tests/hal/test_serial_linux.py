@@ -1,0 +1,146 @@
+"""The real pyserial on a real pseudo-terminal; the test holds its other end."""
+
+import errno
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.hal.errors import BusAbsent, BusFault, BusTimeout, PortClosed
+from firmware_runtime.hal.linux_serial import LinuxSerialPort, open_serial
+
+
+class Line:
+    """A pseudo-terminal: `far` is the device's end, `path` the node a program opens."""
+
+    def __init__(self) -> None:
+        self.far, self.near = os.openpty()
+        self.path = os.ttyname(self.near)
+        self.is_cut = False
+
+    def cut(self) -> None:
+        """Pull the plug."""
+        os.close(self.far)
+        self.is_cut = True
+
+    def close(self) -> None:
+        if not self.is_cut:
+            self.cut()
+        os.close(self.near)
+
+
+@pytest.fixture
+def line() -> Iterator[Line]:
+    line = Line()
+    yield line
+    line.close()
+
+
+@pytest.fixture
+def port(line: Line) -> Iterator[LinuxSerialPort]:
+    port = open_serial("sonar", line.path)
+    yield port
+    port.close()
+
+
+def test_bytes_arrive_unchanged_in_both_directions(line: Line, port: LinuxSerialPort) -> None:
+    every_byte = bytes(range(256))
+    port.write(every_byte)
+    assert os.read(line.far, 1000) == every_byte
+    os.write(line.far, every_byte)
+    assert port.read_available() == every_byte
+
+
+def test_reading_when_nothing_came_gives_nothing_at_once(port: LinuxSerialPort) -> None:
+    assert port.read_available() == b""
+
+
+def test_a_frame_in_two_parts_is_read_in_two_parts(line: Line, port: LinuxSerialPort) -> None:
+    os.write(line.far, b"R12")
+    assert port.read_available() == b"R12"
+    os.write(line.far, b"3\r")
+    assert port.read_available() == b"3\r"
+
+
+def test_what_came_before_the_port_was_opened_is_gone(line: Line) -> None:
+    open_serial("sonar", line.path).close()  # leaves the line raw, as the next program finds it
+    os.write(line.far, b"old")
+    port = open_serial("sonar", line.path)
+    os.write(line.far, b"new")
+    assert port.read_available() == b"new"
+    port.close()
+
+
+def test_discarding_empties_the_kernels_buffer(line: Line, port: LinuxSerialPort) -> None:
+    os.write(line.far, b"old" * 1000)
+    port.discard_input()
+    os.write(line.far, b"new")
+    assert port.read_available() == b"new"
+
+
+def test_a_port_that_is_open_is_not_opened_again(line: Line, port: LinuxSerialPort) -> None:
+    with pytest.raises(BusAbsent, match=rf"^other: {line.path} is in use by another program"):
+        open_serial("other", line.path)
+    port.close()
+    open_serial("other", line.path).close()
+
+
+def test_a_write_that_is_not_taken_ends_in_a_timeout(port: LinuxSerialPort) -> None:
+    more_than_the_kernel_holds = bytes(1_000_000)  # nobody reads at the far end
+    with pytest.raises(BusTimeout, match="write timed out, expected 1000000 bytes to be taken"):
+        port.write(more_than_the_kernel_holds)
+
+
+def test_a_port_that_is_unplugged_fails_in_every_use(line: Line, port: LinuxSerialPort) -> None:
+    line.cut()
+    expected = rf"^sonar: {line.path} %s failed, .*unplugged"
+    with pytest.raises(BusFault, match=expected % "read"):
+        port.read_available()
+    with pytest.raises(BusFault, match=expected % "write"):
+        port.write(b"\xaa")
+    with pytest.raises(BusFault, match=expected % "flush"):
+        port.discard_input()
+
+
+def test_a_closed_port_says_so_and_closing_twice_is_harmless(port: LinuxSerialPort) -> None:
+    port.close()
+    port.close()
+    with pytest.raises(PortClosed, match="read after it was closed"):
+        port.read_available()
+    with pytest.raises(PortClosed, match="write after it was closed"):
+        port.write(b"\xaa")
+    with pytest.raises(PortClosed, match="flush after it was closed"):
+        port.discard_input()
+
+
+def test_an_absent_port_names_those_that_are_there() -> None:
+    expected = r"^sonar: /dev/ttyNONE does not exist \(this machine has .+\); give"
+    with pytest.raises(BusAbsent, match=expected):
+        open_serial("sonar", "/dev/ttyNONE")
+
+
+def test_a_file_that_is_no_port_is_refused_and_left_closed(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    before = set(Path("/proc/self/fd").iterdir())
+    with pytest.raises(BusAbsent, match="cannot be opened as a serial port"):
+        open_serial("sonar", str(tmp_path / "file"))
+    assert set(Path("/proc/self/fd").iterdir()) == before
+
+
+@pytest.mark.parametrize("baud", [-9600, 10**10])
+def test_a_rate_that_cannot_be_is_refused(line: Line, baud: int) -> None:
+    with pytest.raises(BusAbsent, match=re.escape(f"cannot be set to {baud} baud")):
+        open_serial("sonar", line.path, baud)
+
+
+def test_a_port_that_may_not_be_opened_says_what_mends_it(
+    line: Line, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: str, _flags: int) -> int:
+        raise OSError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(BusAbsent, match=r"add the user to the group of the device \(dialout\)"):
+        open_serial("sonar", line.path)

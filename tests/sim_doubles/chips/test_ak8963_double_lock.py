@@ -1,0 +1,97 @@
+"""AK8963 double: data ready, overrun, and the lock from reading data until reading ST2."""
+
+import pytest
+
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.clock import ManualClock
+from sim_doubles.i2c_bus import I2cBusDouble
+
+MILLISECOND = 1_000_000
+CONVERSION = 7_200_000
+SINGLE, CONTINUOUS_100_HZ = 0x11, 0x16
+
+
+class Bench:
+    """A die with a field that tests set, and the instants it was asked for."""
+
+    def __init__(self, clock: ManualClock) -> None:
+        self.clock = clock
+        self.field_t = (10e-6, 20e-6, -40e-6)
+        self.asked: list[int] = []
+        self.chip = Ak8963Double(clock, self._field)
+        self.bus = I2cBusDouble("i2c-1", clock, [self.chip])
+
+    def _field(self, at: int) -> tuple[float, float, float]:
+        self.asked.append(at)
+        return self.field_t
+
+    def read(self, register: int, length: int = 1) -> bytes:
+        return self.bus.write_read(0x0C, bytes([register]), length)
+
+    def write(self, register: int, byte: int) -> None:
+        self.bus.write(0x0C, bytes([register, byte]))
+
+
+@pytest.fixture
+def die(clock: ManualClock) -> Bench:
+    return Bench(clock)
+
+
+@pytest.mark.parametrize("register", range(0x03, 0x0A))
+def test_any_data_register_clears_data_ready(die: Bench, register: int) -> None:
+    die.write(0x0A, SINGLE)
+    die.clock.advance(CONVERSION)
+    die.read(register)
+    assert die.read(0x02) == b"\x00"
+
+
+def test_reading_st1_leaves_data_ready(die: Bench) -> None:
+    die.write(0x0A, SINGLE)
+    die.clock.advance(CONVERSION)
+    assert die.read(0x02) == die.read(0x02) == b"\x01"
+
+
+def test_sample_that_nobody_read_sets_overrun_until_data_is_read(die: Bench) -> None:
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    die.clock.advance(CONVERSION)
+    assert die.read(0x02) == b"\x01"
+    die.clock.advance(10 * MILLISECOND)
+    assert die.read(0x02, 8)[0] == 0x03
+    assert die.read(0x02) == b"\x00"
+
+
+def test_data_is_frozen_until_st2_is_read(die: Bench) -> None:
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    die.clock.advance(CONVERSION)
+    first = die.read(0x03, 6)
+    die.field_t = (0.0, 0.0, 0.0)
+    die.clock.advance(20 * MILLISECOND)
+    assert die.read(0x02) == b"\x02"  # samples were lost, none is new
+    assert die.read(0x03, 6) == first
+    die.read(0x09)
+    assert die.read(0x03, 6) == first
+    die.read(0x09)
+    die.clock.advance(10 * MILLISECOND)
+    assert die.read(0x03, 6) == bytes(6)
+
+
+def test_data_never_followed_by_st2_is_stale_forever(die: Bench) -> None:
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    die.clock.advance(CONVERSION)
+    first = die.read(0x03, 6)
+    die.field_t = (0.0, 0.0, 0.0)
+    for _ in range(20):
+        die.clock.advance(10 * MILLISECOND)
+        assert die.read(0x03, 6) == first
+    assert len(die.asked) == 1
+
+
+def test_sample_is_frozen_within_one_transaction(die: Bench) -> None:
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    assert die.chip.start(0x0C, read=False)
+    die.chip.write(0x02)
+    die.clock.advance(CONVERSION)
+    assert die.chip.start(0x0C, read=True)
+    assert die.chip.read() == 0x00
+    die.chip.stop()
+    assert die.read(0x02) == b"\x01"

@@ -1,0 +1,137 @@
+"""MPU-9250 double: the AK8963 through the bypass, and one order of time for both dies."""
+
+import pytest
+
+from firmware_runtime.hal.errors import NoAcknowledge
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.mpu9250 import InertialTruth, Mpu9250Double
+from sim_doubles.clock import ManualClock
+from sim_doubles.i2c_bus import I2cBusDouble
+
+MILLISECOND = 1_000_000
+FIELD_T = (15e-6, 30e-6, -45e-6)
+BYPASS, MASTER = 0x02, 0x20
+
+
+class Bench:
+    """A chip at 1 kHz with a magnetometer, and the instants truth and field were asked for."""
+
+    def __init__(self, clock: ManualClock) -> None:
+        self.clock = clock
+        self.asked: list[int] = []
+        self.magnetometer = Ak8963Double(clock, self._field, asa=(128, 128, 128))
+        self.chip = Mpu9250Double(clock, self._inertia, magnetometer=self.magnetometer)
+        self.bus = I2cBusDouble("i2c-1", clock, self.chip.targets)
+        self.write(0x1A, 0x01)
+
+    def _inertia(self, at: int) -> InertialTruth:
+        self.asked.append(at)
+        return InertialTruth((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), FIELD_T, 21.0)
+
+    def _field(self, at: int) -> tuple[float, float, float]:
+        self.asked.append(at)
+        return FIELD_T
+
+    def write(self, register: int, *content: int) -> None:
+        self.bus.write(0x68, bytes([register, *content]))
+
+    def read(self, register: int, length: int = 1) -> bytes:
+        return self.bus.write_read(0x68, bytes([register]), length)
+
+    def wait(self, milliseconds: int) -> None:
+        self.clock.advance(milliseconds * MILLISECOND)
+
+    def measure_at_100_hz(self) -> None:
+        """Start the magnetometer through the bypass, then hand it to the master."""
+        self.write(0x37, BYPASS)
+        self.bus.write(0x0C, b"\x0a\x16")
+        self.write(0x37, 0x00)
+        self.write(0x6A, MASTER)
+
+
+@pytest.fixture
+def bench(clock: ManualClock) -> Bench:
+    return Bench(clock)
+
+
+def test_host_reaches_the_magnetometer_through_the_bypass_only(bench: Bench) -> None:
+    with pytest.raises(NoAcknowledge):
+        bench.bus.read(0x0C, 1)
+    bench.write(0x37, BYPASS)
+    assert bench.bus.write_read(0x0C, b"\x00", 1) == b"\x48"
+
+
+def test_auxiliary_master_closes_the_bypass(bench: Bench) -> None:
+    bench.write(0x37, BYPASS)
+    bench.write(0x6A, MASTER)
+    with pytest.raises(NoAcknowledge):
+        bench.bus.read(0x0C, 1)
+
+
+def test_bypass_works_while_the_chip_sleeps(bench: Bench) -> None:
+    bench.write(0x37, BYPASS)
+    bench.write(0x6B, 0x40)
+    assert bench.bus.write_read(0x0C, b"\x00", 1) == b"\x48"
+
+
+def test_two_chips_in_bypass_collide_at_0x0c(clock: ManualClock) -> None:
+    chips = []
+    for address, asa in ((0x68, (0xF0, 0xF0, 0xF0)), (0x69, (0x3C, 0x3C, 0x3C))):
+        magnetometer = Ak8963Double(clock, lambda _: FIELD_T, asa=asa)
+        chips.append(
+            Mpu9250Double(
+                clock,
+                lambda _: InertialTruth(FIELD_T, FIELD_T, FIELD_T, 21.0),
+                address,
+                magnetometer=magnetometer,
+            )
+        )
+    bus = I2cBusDouble("i2c-1", clock, [target for chip in chips for target in chip.targets])
+    bus.write(0x68, b"\x37\x02")
+    bus.write(0x0C, b"\x0a\x1f")
+    assert bus.write_read(0x0C, b"\x10", 1) == b"\xf0"
+    bus.write(0x69, b"\x37\x02")
+    bus.write(0x0C, b"\x0a\x1f")
+    assert bus.write_read(0x0C, b"\x10", 1) == b"\x30"
+
+
+def test_reset_of_the_chip_leaves_the_magnetometer_measuring(bench: Bench) -> None:
+    bench.measure_at_100_hz()
+    bench.write(0x6B, 0x80)
+    bench.wait(100)
+    bench.write(0x37, BYPASS)
+    assert bench.bus.write_read(0x0C, b"\x0a", 1) == b"\x16"
+
+
+def test_power_cycle_of_the_chip_takes_the_magnetometer_along(bench: Bench) -> None:
+    bench.measure_at_100_hz()
+    bench.chip.power_cycle()
+    bench.wait(11)
+    bench.write(0x37, BYPASS)
+    assert bench.bus.write_read(0x0C, b"\x0a", 1) == b"\x00"
+
+
+def test_truth_and_field_are_asked_in_one_order_of_time(bench: Bench) -> None:
+    bench.write(0x37, BYPASS)
+    bench.bus.write(0x0C, b"\x0a\x16")
+    for step in range(30):
+        bench.clock.advance(1_700_000)
+        if step % 3 == 0:
+            bench.bus.write_read(0x0C, b"\x02", 8)
+        elif step % 3 == 1:
+            bench.read(0x3B, 6)
+        else:
+            bench.chip.catch_up()
+    assert bench.asked == sorted(bench.asked)
+    assert bench.asked.count(17_200_000) == 1
+
+
+def test_field_is_asked_in_time_while_the_chip_sleeps(bench: Bench) -> None:
+    bench.measure_at_100_hz()
+    bench.write(0x6B, 0x40)
+    bench.wait(7)
+    bench.chip.catch_up()
+    assert bench.asked == []
+    bench.wait(1)
+    bench.chip.catch_up()
+    assert bench.asked == [7_200_000]

@@ -1,0 +1,45 @@
+import json
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.telemetry.histogram import CELLS
+from firmware_runtime.telemetry.layout import BUS, MODEL, RUN, Layout
+
+NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
+LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20))
+
+
+@given(LAYOUTS)
+def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
+    at = len(RUN) + CELLS
+    for index in range(len(layout.models)):
+        assert layout.model(index) == at
+        assert layout.lateness(index) == slice(at + len(MODEL), at + len(MODEL) + CELLS)
+        assert layout.step(index).start == layout.lateness(index).stop
+        at = layout.step(index).stop
+    for index in range(len(layout.buses)):
+        assert layout.bus(index) == at
+        at += len(BUS)
+    for index in range(len(layout.deadlines)):
+        assert layout.deadline(index) == at
+        at += 1
+    assert layout.place(0) == at
+    assert layout.cells == at + layout.worst * layout.place_cells
+
+
+@given(LAYOUTS)
+def test_it_survives_the_header(layout: Layout) -> None:
+    description = json.loads(json.dumps(layout.describe()))
+    assert Layout.from_description(description) == layout
+
+
+def test_its_description_places_every_block_for_programs_that_do_not_know_it() -> None:
+    layout = Layout(models=("imu", "compass"), buses=("i2c1",), deadlines=("yaw",))
+    description = layout.describe()
+    block = description["model_block"]
+    assert block["at"] + block["stride"] * 1 == layout.model(1)
+    assert description["bus_block"]["at"] == layout.bus(0)
+    assert description["deadline_block"]["at"] == layout.deadline(0)
+    assert description["worst_block"]["at"] == layout.place(0)
+    assert description["cells"] == layout.cells
