@@ -9,7 +9,7 @@ The bearing is the direction of the field in the body's horizontal plane, so it 
 the robot stands level. Iron of the robot that turns with it is taken off (`hard_iron`), soft iron
 and declination are not. Not used: continuous mode, self-test, the DRDY pin.
 
-Many boards sold as HMC5883L carry other chips, at other addresses; if one answers there it is named.
+Many boards sold as HMC5883L carry other chips at other addresses; if one answers it is named.
 """
 
 import math

@@ -11,6 +11,7 @@ from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.trace_file import TraceFileError
 
 _VERBS = (run, check, boards, tree, stats)
 
@@ -20,7 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser().parse_args(arguments)
     try:
         status: int = parsed.execute(parsed)
-    except (BoardError, StatisticsFileError) as error:
+    except (BoardError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
     except HalError as error:
         return _refuse(error, Status.NO_DEVICE)

@@ -21,6 +21,7 @@ from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.trace_file import TraceFile
@@ -77,6 +78,8 @@ def execute(arguments: argparse.Namespace) -> int:
         with _tracing(session, arguments.trace), stop_on_signals(executive.request_stop):
             report.begin()
             outcome = executive.run(report.until)
+        if isinstance(outcome.error, StatisticsFileError):
+            raise outcome.error  # the run never began: where to keep its statistics was bad input
         report.end(outcome)
     finally:
         session.close()

@@ -38,15 +38,18 @@ class Checks:
             self._sending = atomic
             output()
             self._sending = None
-            changed = [name for name, value in snapshot(atomic).items()
-                       if before.get(name, ...) != value]
+            changed = [
+                name for name, value in snapshot(atomic).items() if before.get(name, ...) != value
+            ]
             if changed:
                 fault = f"its output function changed {', '.join(changed)}; it may only send"
                 raise OutputChangedState(atomic.path, self._simulator.now, fault)
 
         return replace(functions, output=checked_output)
 
-    def _checked_send(self, atomic: Atomic, port: OutPort[object], send) -> Callable[[object], None]:
+    def _checked_send(
+        self, atomic: Atomic, port: OutPort[object], send
+    ) -> Callable[[object], None]:
         def checked_send(value: object) -> None:
             if self._sending is not atomic:
                 fault = f"sent on port {port.name!r} outside its output function"
@@ -61,8 +64,11 @@ class Checks:
 
 def snapshot(atomic: Atomic) -> dict[str, object]:
     """The model's state by attribute, in a form that can be compared later."""
-    return {name: _freeze(value, _DEPTH) for name, value in vars(atomic).items()
-            if name not in {"parent", "in_ports", "out_ports"}}
+    return {
+        name: _freeze(value, _DEPTH)
+        for name, value in vars(atomic).items()
+        if name not in {"parent", "in_ports", "out_ports"}
+    }
 
 
 def _freeze(value: object, depth: int) -> object:

@@ -10,9 +10,10 @@ costs it nothing.
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import NOWHERE, InPort, OutPort, Register, StandIn
 
+Ends: TypeAlias = tuple[InPort[Any], ...]
 Stop: TypeAlias = tuple[InPort[Any], Register, object]
 """A bag, and which entry goes into which register before it gets its first value."""
 
@@ -43,7 +44,7 @@ class FanOut(StandIn[Any]):
 
     __slots__ = ("_bags", "_stops", "_used", "is_used")
 
-    def __init__(self, bags: Sequence[InPort[Any]], stops: Sequence[Stop], used: list["FanOut"]) -> None:
+    def __init__(self, bags: Ends, stops: list[Stop], used: list["FanOut"]) -> None:
         self._bags = bags
         self._stops = stops
         self._used = used
@@ -70,14 +71,14 @@ class Delivery:
     A mark is true while its model has input; clearing it empties the model's bags.
     """
 
-    def __init__(self, numbers: Mapping[Atomic, int]) -> None:
+    def __init__(self, numbers: Mapping[Component, int]) -> None:
         self.reached: list[int] = []
         self.marks: list[InPort[Any] | FilledBags] = []
         self._numbers = numbers
         self._used: list[FanOut] = []
-        self._fan_outs: dict[tuple[InPort[Any], ...], FanOut] = {}
-        for atomic, number in numbers.items():
-            bags = list(atomic.in_ports.values())
+        self._fan_outs: dict[Ends, FanOut] = {}
+        for model, number in numbers.items():
+            bags = list(model.in_ports.values())
             for bag in bags:
                 bag.clear()
             self.marks.append(bags[0] if len(bags) == 1 else FilledBags(number, self.reached))
@@ -101,7 +102,7 @@ class Delivery:
         mark = self.marks[number]
         return (bag, self.reached, number) if mark is bag else (bag, mark, bag)
 
-    def _fan_out(self, ends: tuple[InPort[Any], ...]) -> FanOut:
+    def _fan_out(self, ends: Ends) -> FanOut:
         if ends not in self._fan_outs:
             stops = [self._stop(end) for end in dict.fromkeys(ends)]
             self._fan_outs[ends] = FanOut(ends, stops, self._used)

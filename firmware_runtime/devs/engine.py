@@ -53,7 +53,9 @@ class Engine(ABC):
         self._zero_time_limit = zero_time_limit
         wiring = Wiring(root)
         self.atomics = tuple(wiring.atomics)
-        self._numbers = {atomic: number for number, atomic in enumerate(self.atomics)}
+        self._numbers: dict[Component, int] = {
+            atomic: number for number, atomic in enumerate(self.atomics)
+        }
         self._connect_ports(wiring)
         if checked:
             instruments = (*instruments, Checks(self))
@@ -68,9 +70,9 @@ class Engine(ABC):
             for port in atomic.out_ports.values():
                 connect(port, wiring.ends(port))
         self._entrances: dict[InPort[Any], OutPort[Any]] = {}
-        for port in self.root.in_ports.values():
-            entrance = self._entrances[port] = OutPort(self.root, port.name, port.type)
-            connect(entrance, wiring.ends(port))
+        for entry in self.root.in_ports.values():
+            entrance = self._entrances[entry] = OutPort(self.root, entry.name, entry.type)
+            connect(entrance, wiring.ends(entry))
 
     def _initialize(self) -> None:
         number, book = 0, self._agenda.book
@@ -129,15 +131,16 @@ class Engine(ABC):
         return self._agenda.due_at[self._numbers[atomic]]
 
     def postpone(self, atomic: Atomic, at: int) -> None:
-        """Let the model hold its phase until the later instant `at`; `sigma` grows accordingly."""
+        """Let the model hold its phase until the later instant `at`; `sigma` becomes as long."""
         due_at = self.due_at(atomic)
         if not due_at <= at < NEVER:
             raise ModelError(
                 f"{atomic.path}: cannot postpone its event to {format_time(at)}, "
                 f"expected an instant from {format_time(due_at)} (its due time) on"
             )
-        atomic.sigma += at - due_at
-        self._agenda.book(self._numbers[atomic], at)
+        number = self._numbers[atomic]
+        atomic.sigma = at - self._last[number]
+        self._agenda.book(number, at)
 
     def listen(self, port: OutPort[T], hear: Callable[[int, T], None]) -> None:
         """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
@@ -162,7 +165,7 @@ class Engine(ABC):
     # What the two kinds of simulator fill in or use ---------------------------------------------
 
     @abstractmethod
-    def _open_bags(self, numbers: Mapping[Atomic, int]) -> Connect:
+    def _open_bags(self, numbers: Mapping[Component, int]) -> Connect:
         """Empty all bags; return how output ports are connected to them."""
 
     @abstractmethod

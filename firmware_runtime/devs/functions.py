@@ -66,9 +66,7 @@ def _computes_time_advance(atomic: Atomic) -> bool:
 
 def _functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Functions:
     """The model's functions with each instrument around them, the first one innermost."""
-    functions = Functions(
-        atomic.output, atomic.internal, atomic.external, _own_confluent(atomic)
-    )
+    functions = Functions(atomic.output, atomic.internal, atomic.external, _own_confluent(atomic))
     if _computes_time_advance(atomic):
         functions = _asking_time_advance(atomic, functions)
     for instrument in instruments:

@@ -20,7 +20,7 @@ would be felt.
 
 from collections.abc import Mapping
 
-from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.delivery import Delivery
 from firmware_runtime.devs.engine import Connect, Engine
 from firmware_runtime.devs.errors import ModelError
@@ -30,7 +30,7 @@ from firmware_runtime.devs.time import NEVER
 class Simulator(Engine):
     """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
 
-    def _open_bags(self, numbers: Mapping[Atomic, int]) -> Connect:
+    def _open_bags(self, numbers: Mapping[Component, int]) -> Connect:
         self._delivery = Delivery(numbers)
         return self._delivery.connect
 

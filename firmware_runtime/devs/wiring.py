@@ -50,7 +50,7 @@ class Wiring:
     def _follow(self, port: AnyPort) -> Ends:
         ends: Ends = []
         for destination in self._drawn.get(port, ()):
-            if isinstance(destination.owner, Atomic):
+            if isinstance(destination, InPort) and isinstance(destination.owner, Atomic):
                 ends.append(destination)
             else:
                 ends.extend(self._through(destination))

@@ -1,6 +1,6 @@
 """Where statistics files are kept: one a board, in the first directory of these that there is.
 
-1. `$FIRMWARE_RUNTIME_STATE_DIRECTORY`
+1. `$FIRMWARE_RUNTIME_STATE_DIRECTORY`; if it is set, no other is looked at
 2. `$RUNTIME_DIRECTORY`, which systemd sets for a unit with `RuntimeDirectory=`
 3. `/run/firmware-runtime`; to write, this user must be allowed to
 4. `firmware-runtime` in `$XDG_RUNTIME_DIR`
@@ -51,6 +51,7 @@ def find_statistics(board: str | None = None) -> Path:
 def _directories() -> Iterator[Path]:
     if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
         yield Path(stated)
+        return
     if of_unit := os.environ.get("RUNTIME_DIRECTORY"):
         yield Path(of_unit.split(":")[0])
     yield SYSTEM

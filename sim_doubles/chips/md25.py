@@ -78,7 +78,6 @@ class Md25Double(RegisterTarget):
         self.currents_a = currents_a
         self._version = version
         self._address_change = CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings)
-        self._speed_written = False
         self._reset()
 
     # World face
@@ -95,7 +94,6 @@ class Md25Double(RegisterTarget):
     def power_cycle(self) -> None:
         """Lose supply and get it back: stopped, mode 0, encoders 0; the address is kept."""
         super().power_cycle()
-        self.motors.halt(self._at)
         self._address_change.reset()
         self._reset()
 
@@ -142,8 +140,10 @@ class Md25Double(RegisterTarget):
         self._acceleration = 5
         self._speeds = [STOP_BYTE[0]] * 2
         self._captured = bytearray(BATTERY)
+        self._speed_written = False
         self.regulated = True
         self._timeout_on = True
+        self.motors.halt(self._at)
         self.motors.put_off_stop(self._at, self._at + TIMEOUT)
         self._zeros = self._counts()
 

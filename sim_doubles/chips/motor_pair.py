@@ -88,11 +88,12 @@ class MotorPair:
             self._replace(at, ramps)
 
     def halt(self, at: int) -> None:
-        """Stop both motors at once."""
+        """Stop both motors at once; no silence stops them again."""
         first, second = self._ramps
         end = min(at, self._stops_at)
         halted = Ramp(at, turned_before=first.turned(end))
         self._replace(at, (halted, Ramp(at, turned_before=second.turned(end))))
+        self._stops_at = NEVER
 
     def put_off_stop(self, at: int, stops_at: int) -> bool:
         """Let silence stop the motors at `stops_at` only; True if it has stopped them already."""

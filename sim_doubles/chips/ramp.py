@@ -50,11 +50,14 @@ class Ramp:
     def towards(self, at: int, target: int, step: int, period: int) -> "Ramp":
         """Return the ramp that takes over at `at`; itself if that would change nothing.
 
-        The next step of a ramp under way comes when it would have come.
+        The next step of a ramp under way comes when it would have come. With a period of 0 the
+        speed is at its target at once.
         """
         same_steps = (step, period) == (self.step, self.period)
         if target == self.target and (same_steps or self.speed(at) == target):
             return self
+        if period == 0:
+            return Ramp(at, target, target, turned_before=self.turned(at))
         first_at = self.next_step_at(at)
         if first_at == NEVER:
             first_at = at + period

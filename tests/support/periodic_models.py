@@ -12,7 +12,8 @@ PERIOD = 10 * MILLISECOND
 class Sampler(Atomic):
     """Sends its activation's number every period; `work(number)` is called in the transition.
 
-    An input of n moves the next activation to n ns from now.
+    An input of n moves the next activation to n ns from now; a negative one leaves it alone. What
+    was left of the waiting when inputs came is kept in `left`.
     """
 
     def __init__(self, name: str, period: int = PERIOD, offset: int = 0) -> None:
@@ -20,6 +21,7 @@ class Sampler(Atomic):
         self.period = period
         self.offset = offset
         self.activations = 0
+        self.left: list[int] = []
         self.work: Callable[[int], None] = lambda _number: None
         self.replan = self.in_port("replan", int)
         self.sample = self.out_port("sample", int)
@@ -37,8 +39,10 @@ class Sampler(Atomic):
 
     def external(self, elapsed: int) -> None:
         self.continue_(elapsed)
+        self.left.append(self.sigma)
         for delay in self.replan:
-            self.hold_in("waiting", delay)
+            if delay >= 0:
+                self.hold_in("waiting", delay)
 
 
 class Actuator(Atomic):

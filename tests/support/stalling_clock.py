@@ -10,7 +10,7 @@ class StallingClock:
     """Time moves when the loop waits, by `spend`, and by the stalls.
 
     `stalls[n]` is how much too late the n-th wait that reaches its deadline returns, counted from
-    zero. What is arranged with `at` happens at its instant, during a wait or a stall.
+    zero. What is arranged with `at` happens at its instant, whatever the time is passing for.
     """
 
     def __init__(self, stalls: Mapping[int, int] | None = None) -> None:
@@ -27,7 +27,7 @@ class StallingClock:
 
     def spend(self, span: int) -> None:
         """Let something take time."""
-        self.instant += span
+        self._pass_to(self.instant + span)
 
     def at(self, instant: int, happen: Callable[[], object]) -> None:
         """Arrange something, in order of time."""

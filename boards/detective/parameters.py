@@ -1,0 +1,22 @@
+"""What the paper leaves open, as numbers with defaults."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+
+HOP: Final = 10 * MILLISECOND
+HALF_SWEEP: Final = 3 * SECOND
+TOLERANCE_DEG: Final = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """Parameters of the whole robot; `detective.ma` sets them one model at a time."""
+
+    hop: int = HOP
+    """Ns that every model holds a message before it passes it on."""
+    half_sweep: int = HALF_SWEEP
+    """Ns from one turn order of the radar to the opposite one."""
+    tolerance_deg: float = TOLERANCE_DEG
+    """The heading matches the target when it is no further away than this."""

@@ -1,0 +1,194 @@
+"""Devantech MD25, two 12 V motors with encoders, on I2C (Devantech, MD25 I2C documentation).
+
+The driver sets both speeds in one burst and, in the same call, reads back encoders, battery,
+currents and settings. Nothing else talks to the chip after bring-up, and that is the point: its
+2 s timeout stops the motors when it hears nothing at all, so whoever only reads would keep a dead
+controller's motors turning.
+
+Mode 0 is used, where 128 stands for stop, because it is the power-up mode: after a loss of supply
+the next byte still means what it meant. In the signed modes stop is 0, which a chip fallen back to
+mode 0 takes for full reverse. A stop before bring-up therefore asks for the mode first.
+
+Speed regulation and the timeout are switched on at every bring-up; no register tells whether they
+are. The acceleration ramp is the chip's own. Not used: turn modes, change of address.
+"""
+
+import struct
+from dataclasses import dataclass
+from functools import partial
+from typing import Final, NamedTuple
+
+from drivers.chips.setting import SettingError
+from drivers.chips.step import Step
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.i2c import I2cBus
+
+ADDRESSES: Final = range(0x58, 0x60)
+
+SPEED1: Final = 0x00
+ENCODER1: Final = 0x02
+REVISION: Final = 0x0D
+ACCELERATION: Final = 0x0E
+MODE: Final = 0x0F
+COMMAND: Final = 0x10
+
+UNSIGNED: Final = 0
+SIGNED: Final = 0x01
+"""Set in the modes, 1 and 3, where speeds are signed."""
+REGULATOR_ON: Final = 0x31
+TIMEOUT_ON: Final = 0x33
+
+STOP: Final = 128
+FULL: Final = 127
+"""Speed steps from stop to full; the one step more in reverse is left out."""
+TIMEOUT_NS: Final = 2_000_000_000
+
+SETTINGS: Final = struct.Struct("3B")
+"""Software revision, acceleration, mode: registers 13 to 15."""
+REPORT: Final = struct.Struct(">2i3Bx2B")
+"""Encoders 1 and 2, battery, currents 1 and 2, then acceleration and mode: registers 2 to 15."""
+VOLTS_PER_COUNT: Final = 0.1
+AMPERES_PER_COUNT: Final = 0.1
+
+
+class Md25Report(NamedTuple):
+    """What the chip said right after its speeds were set; motor 1 drives the left side."""
+
+    left_encoder: int
+    """Counts since power-up, growing forward; an EMG30 makes 360 a turn."""
+    right_encoder: int
+    battery_v: float
+    left_current_a: float
+    right_current_a: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Md25Settings:
+    """The ramp, in speed steps of 128 for full speed, one acceleration every 25 ms."""
+
+    acceleration: int = 5
+
+    def faults(self) -> tuple[str, ...]:
+        """List every setting the chip cannot have, a sentence each."""
+        if 1 <= self.acceleration <= 255:
+            return ()
+        return (f"acceleration: {self.acceleration}, expected 1 to 255",)
+
+
+class Md25:
+    """One MD25. `timeout_ns` is how long it goes on by itself: speeds are sent more often."""
+
+    timeout_ns = TIMEOUT_NS
+
+    def __init__(
+        self, bus: I2cBus, address: int = 0x58, settings: Md25Settings | None = None
+    ) -> None:
+        settings = settings or Md25Settings()
+        self.address = address
+        self.place = f"MD25 at 0x{address:02x} on {bus.name}"
+        faults = settings.faults()
+        if address not in ADDRESSES:
+            faults = (f"address: 0x{address:02x}, expected 0x58 to 0x5f", *faults)
+        if faults:
+            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+        self._bus = bus
+        self._acceleration = settings.acceleration
+        self._is_up = False
+
+    # Bring-up -----------------------------------------------------------------------------------
+
+    def bring_up(self) -> tuple[Step, ...]:
+        """Give the steps from any state to stopped and ready; none has to wait.
+
+        The steps raise NoAcknowledge, WrongDevice or NotReady.
+        """
+        return (
+            Step("identify", self.identify, 0),
+            Step("stop", self.stop, 0),
+            Step("set mode", self._set_mode, 0),
+            Step("set acceleration", partial(self._write, ACCELERATION, self._acceleration), 0),
+            Step("regulator on", partial(self._write, COMMAND, REGULATOR_ON), 0),
+            Step("timeout on", partial(self._write, COMMAND, TIMEOUT_ON), 0),
+            Step("verify", self.verify, 0),
+        )
+
+    def identify(self) -> None:
+        """Check that this can be an MD25; it has no identity register.
+
+        Raises NoAcknowledge if nothing answers, WrongDevice if revision, acceleration and mode
+        cannot be an MD25's.
+        """
+        self._is_up = False
+        try:
+            found = self._read(REVISION, SETTINGS.size)
+        except NoAcknowledge as error:
+            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
+        revision, acceleration, mode = SETTINGS.unpack(found)
+        if revision in (0x00, 0xFF) or acceleration == 0 or mode > 3:
+            raise WrongDevice(
+                f"{self.place}: registers 13 to 15 read {found.hex(' ')}, expected a revision, an "
+                "acceleration of 01 or more and a mode of 03 at most; another device answers here"
+            )
+
+    def verify(self) -> None:
+        """Check that mode and acceleration are as set. Raises NotReady if they are not."""
+        _, acceleration, mode = SETTINGS.unpack(self._read(REVISION, SETTINGS.size))
+        self._compare(acceleration, mode)
+
+    # Speeds -------------------------------------------------------------------------------------
+
+    def set_speeds(self, left: float, right: float) -> Md25Report:
+        """Set both speeds, -1 to 1, and read the chip back; motors ramp up to them by themselves.
+
+        Two transactions, 21 bytes, 0.49 ms at 400 kHz; both feed the timeout.
+        Raises ValueError for a speed outside -1 to 1, nothing was sent then; NotReady before
+        bring-up, or if the chip was reset, then the new speeds stand; and the errors of the bus.
+        """
+        if not (-1.0 <= left <= 1.0 and -1.0 <= right <= 1.0):
+            raise ValueError(f"{self.place}: speeds {left}, {right}, expected -1 to 1")
+        if not self._is_up:
+            raise NotReady(f"{self.place}: speeds before bring-up, expected it brought up first")
+        self._write(SPEED1, STOP + round(left * FULL), STOP + round(right * FULL))
+        report = REPORT.unpack(self._read(ENCODER1, REPORT.size))
+        left_encoder, right_encoder, battery, left_current, right_current, *settings = report
+        self._compare(*settings)
+        return Md25Report(
+            left_encoder,
+            right_encoder,
+            battery * VOLTS_PER_COUNT,
+            left_current * AMPERES_PER_COUNT,
+            right_current * AMPERES_PER_COUNT,
+        )
+
+    def stop(self) -> None:
+        """Set both speeds to stop, in any state of the chip; it ramps down.
+
+        4 bytes, 95 us at 400 kHz; 8 bytes before bring-up, to ask in which mode it is.
+        """
+        signed = not self._is_up and self._read(MODE, 1)[0] & SIGNED
+        self._write(SPEED1, *((0, 0) if signed else (STOP, STOP)))
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _set_mode(self) -> None:
+        """Change to mode 0, where the stop of a signed mode means full reverse for a moment.
+
+        One ramp step of the smallest acceleration is the most that can come of it.
+        """
+        self._write(ACCELERATION, 1)
+        self._write(MODE, UNSIGNED)
+        self._write(SPEED1, STOP, STOP)
+
+    def _compare(self, acceleration: int, mode: int) -> None:
+        self._is_up = (acceleration, mode) == (self._acceleration, UNSIGNED)
+        if not self._is_up:
+            raise NotReady(
+                f"{self.place}: acceleration, mode read {acceleration}, {mode}, expected "
+                f"{self._acceleration}, {UNSIGNED}; it was reset or written to by another program"
+            )
+
+    def _read(self, register: int, length: int) -> bytes:
+        return self._bus.write_read(self.address, bytes((register,)), length)
+
+    def _write(self, register: int, *values: int) -> None:
+        self._bus.write(self.address, bytes((register, *values)))

@@ -1,0 +1,67 @@
+"""A trace as JSON lines, for other programs: `{"t_ns": ..., "port": "path.port", "value": ...}`.
+
+Numbers, texts, true, false and null are themselves; tuples and lists are arrays; named tuples and
+dataclasses are objects. JSON has no word for numbers that are not finite: they are the texts "nan",
+"inf" and "-inf".
+"""
+
+import math
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import msgspec
+
+from firmware_runtime.errors import FirmwareRuntimeError
+
+_encode = msgspec.json.Encoder().encode
+
+
+class TraceFileError(FirmwareRuntimeError):
+    """A trace cannot be written where it was asked for."""
+
+
+class TraceFile:
+    """Writes messages to a file; a context manager that closes it.
+
+    Lines are buffered: a run that is killed loses the last few. Raises TraceFileError if the file
+    cannot be made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self._file = path.open("wb", buffering=1 << 16)
+        except OSError as error:
+            fault = f"{path}: the trace cannot be written ({error.strerror})"
+            raise TraceFileError(f"{fault}; expected a file that can be made") from error
+
+    def write(self, at: int, port: str, value: object) -> None:
+        """Add one message."""
+        self._file.write(_encode({"t_ns": at, "port": port, "value": plain(value)}) + b"\n")
+
+    def __enter__(self) -> "TraceFile":
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+
+def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say
+    """The value in JSON's types."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return {name: plain(each) for name, each in value._asdict().items()}
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, dict):
+        return {str(key): plain(each) for key, each in value.items()}
+    return value if isinstance(value, int | str | None) else str(value)

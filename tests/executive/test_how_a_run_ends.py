@@ -1,0 +1,170 @@
+"""Whatever ends a run: outputs are made safe once, models exit, statistics say why."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from firmware_runtime.devs.errors import ModelError, ModelFailure
+from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.deadlines import PathDeadline
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.statistics import RunState
+from tests.support.executives import Run
+from tests.support.periodic_models import PERIOD, Actuator, Robot
+from tests.support.stalling_clock import StallingClock
+
+
+def raising(error: BaseException, at: int = 2) -> Callable[[int], None]:
+    def work(number: int) -> None:
+        if number == at:
+            raise error
+
+    return work
+
+
+def test_the_end_asked_for() -> None:
+    robot = Robot()
+    run = Run(robot, VirtualClock())
+    outcome = run.until(PERIOD)
+    assert (outcome.state, outcome.error, outcome.faults) == (RunState.ENDED, None, ())
+    assert run.made_safe == robot.thrust.exits == 1
+    assert run.json()["conditions"]["run"]["state"] == "ended"
+
+
+def test_a_stop_request_ends_the_run_after_the_step_under_way() -> None:
+    robot = Robot()
+    run = Run(robot, VirtualClock())
+    robot.imu.work = lambda number: run.executive.request_stop("SIGTERM") if number == 2 else None
+    outcome = run.until()
+    assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
+    assert robot.thrust.told == [0, 1, 2]
+    assert run.made_safe == robot.thrust.exits == 1
+
+
+def test_the_first_reason_to_stop_is_kept() -> None:
+    run = Run(Robot(), VirtualClock())
+    run.executive.request_stop("SIGTERM")
+    run.executive.request_stop("SIGINT")
+    assert run.until().reason == "SIGTERM"
+
+
+def test_an_exception_in_a_model() -> None:
+    robot = Robot()
+    robot.imu.work = raising(ZeroDivisionError("by zero"))
+    run = Run(robot, VirtualClock())
+    outcome = run.until()
+    assert outcome.state is RunState.FAILED
+    assert isinstance(outcome.error, ModelFailure)
+    assert outcome.reason == (
+        "robot.imu at 0.020000000 s: raised ZeroDivisionError in phase 'waiting': by zero"
+    )
+    assert run.made_safe == robot.thrust.exits == 1
+    assert run.json()["conditions"]["run"]["state"] == "failed"
+
+
+def test_an_input_of_the_wrong_type() -> None:
+    robot = Robot()
+    run = Run(robot, VirtualClock())
+    run.executive.inbox.post(robot.command, "full ahead")  # type: ignore[type-var]
+    outcome = run.until()
+    assert outcome.state is RunState.FAILED
+    assert isinstance(outcome.error, ModelError)
+    assert run.made_safe == 1
+
+
+def test_ctrl_c_without_a_signal_handler_of_ours() -> None:
+    robot = Robot()
+    robot.imu.work = raising(KeyboardInterrupt())
+    run = Run(robot, VirtualClock())
+    outcome = run.until()
+    assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGINT")
+    assert run.made_safe == robot.thrust.exits == 1
+
+
+def test_an_exit_of_the_interpreter_goes_on_once_outputs_are_safe() -> None:
+    robot = Robot()
+    robot.imu.work = raising(SystemExit(4))
+    run = Run(robot, VirtualClock())
+    with pytest.raises(SystemExit):
+        run.until()
+    assert run.made_safe == robot.thrust.exits == 1
+
+
+def test_a_policy_that_stops() -> None:
+    robot = Robot()
+    policies = {"imu": ActivationPolicy("stop", stop_after_us=2_000)}
+    run = Run(robot, StallingClock({3: 2_500_000}), Configuration(policies=policies))
+    outcome = run.until()
+    assert outcome.state is RunState.OVERRUN
+    assert outcome.reason == (
+        "imu: an activation was 2500 us late; its policy stops the run over 2000 us"
+    )
+    assert robot.thrust.told == [0, 1, 2]
+    assert run.made_safe == 1
+    assert run.json()["conditions"]["run"]["state"] == "overrun"
+
+
+@pytest.mark.parametrize("failure", [OSError("bus gone"), KeyboardInterrupt(), SystemExit()])
+def test_what_goes_wrong_in_making_safe_is_reported_and_models_still_exit(
+    failure: BaseException,
+) -> None:
+    def make_safe() -> NoReturn:
+        raise failure
+
+    thrust = Actuator("thrust")
+    outcome = Executive(thrust, VirtualClock(), make_safe).run(PERIOD)
+    assert outcome.faults == (f"make_safe raised {type(failure).__name__}: {failure}",)
+    assert thrust.exits == 1
+
+
+def test_what_could_not_be_made_safe_is_in_the_outcome() -> None:
+    executive = Executive(Robot(), VirtualClock(), lambda: ["i2c1 0x40: no acknowledge"])
+    assert executive.run(PERIOD).faults == ("i2c1 0x40: no acknowledge",)
+
+
+def test_what_a_model_raises_in_exit_is_in_the_outcome() -> None:
+    class Stubborn(Actuator):
+        def exit(self) -> None:
+            raise OSError("line held")
+
+    outcome = Run(Stubborn("thrust"), VirtualClock()).until(PERIOD)
+    assert outcome.state is RunState.ENDED
+    assert len(outcome.faults) == 1
+    assert "line held" in outcome.faults[0]
+
+
+def test_statistics_that_cannot_be_written_refuse_the_run(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    robot = Robot()
+    path = tmp_path / "file" / "robot.stats"
+    run = Run(robot, VirtualClock(), Configuration(statistics_path=path))
+    outcome = run.until(PERIOD)
+    assert outcome.state is RunState.FAILED
+    assert isinstance(outcome.error, StatisticsFileError)
+    assert robot.thrust.told == []
+    assert run.made_safe == 1
+
+
+def test_all_names_that_are_not_in_the_model_are_refused_at_once() -> None:
+    robot, other = Robot(), Robot()
+    configuration = Configuration(
+        policies={
+            "imu": ActivationPolicy(),
+            "thrust": ActivationPolicy(),
+            "yaw": ActivationPolicy(),
+        },
+        deadlines=[PathDeadline("yaw", robot.imu.sample, other.thrust, 1)],
+    )
+    with pytest.raises(BoardError) as refusal:
+        Run(robot, VirtualClock(), configuration)
+    assert refusal.value.faults == (
+        "policy of thrust: no periodic model has this path",
+        "policy of yaw: no periodic model has this path",
+        "deadline yaw: robot.thrust is not of an atomic model of this robot",
+    )

@@ -1,0 +1,45 @@
+"""An executive around a model, with its make_safe counted, for tests."""
+
+from typing import Any
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.outcome import Outcome
+
+
+class Run:
+    """One executive; `made_safe` counts how often the outputs were."""
+
+    def __init__(
+        self, model: Component, clock: Clock, configuration: Configuration | None = None
+    ) -> None:
+        self.made_safe = 0
+        self.executive = Executive(model, clock, self._make_safe, configuration or Configuration())
+
+    def until(self, until: int = NEVER) -> Outcome:
+        return self.executive.run(until)
+
+    def json(self) -> dict[str, Any]:
+        return self.executive.statistics.as_json()
+
+    def model(self, path: str) -> dict[str, Any]:
+        """One model's part of the statistics."""
+        statistics: dict[str, Any] = self.json()["models"][path]
+        return statistics
+
+    def counts(self, path: str | None = None) -> tuple[int, int, int, int]:
+        """How many were scheduled, run, skipped and coalesced."""
+        counted = self.json() if path is None else self.model(path)
+        return (
+            counted["scheduled"],
+            counted["run"],
+            counted["skipped"],
+            counted["coalesced"],
+        )
+
+    def _make_safe(self) -> list[str]:
+        self.made_safe += 1
+        return []
