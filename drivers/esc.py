@@ -7,10 +7,8 @@ some seconds. Full-off is "no signal": the ESC stops by itself and must be armed
 import math
 from dataclasses import dataclass
 
-from drivers.bring_up import RETRY_AFTER, BringUp
 from drivers.chips.pca9685 import Pca9685
-from drivers.fault import Fault
-from firmware_runtime.devs.atomic import Atomic
+from drivers.hardware import HardwareModel
 from firmware_runtime.hal.errors import HalError
 
 STOP_AGAIN_AFTER = 10_000_000
@@ -32,7 +30,7 @@ class EscSettings:
     """Ns the low pulse is held before throttle is obeyed."""
 
 
-class Esc(Atomic):
+class Esc(HardwareModel):
     """Obeys `throttle` (0 to 1) once armed; `armed` tells when it is and when it no longer is.
 
     bring_up (the steps' waits) --> off;  a step failed --fault!--> bring_up (RETRY_AFTER)
@@ -45,41 +43,33 @@ class Esc(Atomic):
     """
 
     def __init__(self, name: str, chip: Pca9685, settings: EscSettings) -> None:
-        super().__init__(name)
+        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz))
         self.arm = self.in_port("arm", bool)
         self.throttle = self.in_port("throttle", float)
         self.armed_out = self.out_port("armed", bool)
-        self.fault_out = self.out_port("fault", Fault)
         self.chip = chip
         self.settings = settings
-        self.fault: Fault | None = None
-        self.consecutive_faults = 0
         self.wants_armed = False
         self.is_stopped = True
-        self._bring_up = BringUp(lambda: chip.bring_up(settings.frequency_hz))
 
-    def initialize(self) -> None:
-        """Begin the chip's bring-up at once."""
-        self._bring_up.restart()
-        self.activate("bring_up")
+    def begin(self) -> None:
+        """Arm if that was ordered meanwhile, else wait, off."""
+        if self.wants_armed:
+            self._begin_arming()
+        else:
+            self.passivate("off")
 
     def output(self) -> None:
         """Tell what changed: armed after arming, disarmed and why when reporting."""
+        super().output()
         if self.phase == "arming":
             self.armed_out.send(True)
         elif self.phase == "reporting":
             self.armed_out.send(False)
-        if self.fault is not None:
-            self.fault_out.send(self.fault)
 
-    def internal(self) -> None:
-        """Go on with the bring-up, or with arming."""
-        self.fault = None
-        if self.phase == "bring_up":
-            self._continue_bring_up()
-        elif self.phase == "bring_up_failed":
-            self.hold_in("bring_up", RETRY_AFTER)
-        elif self.phase == "arming":
+    def proceed(self) -> None:
+        """Go on from arming, or with a stop that was not acknowledged."""
+        if self.phase == "arming":
             self.consecutive_faults = 0
             self.passivate("armed")
         elif self.phase == "stopping":
@@ -109,20 +99,6 @@ class Esc(Atomic):
         self.chip.stop_all()
 
     # ---------------------------------------------------------------------------------------------
-
-    def _continue_bring_up(self) -> None:
-        try:
-            wait = self._bring_up.take()
-        except HalError as error:
-            self._note(error)
-            self.activate("bring_up_failed")
-            return
-        if wait is not None:
-            self.hold_in("bring_up", wait)
-        elif self.wants_armed:
-            self._begin_arming()
-        else:
-            self.passivate("off")
 
     def _begin_arming(self) -> None:
         try:
@@ -158,15 +134,11 @@ class Esc(Atomic):
             self.chip.stop_all()
         except HalError as error:
             self.is_stopped = False
-            self._note(error)
+            self.note(error)
         else:
             self.is_stopped = True
         self.activate("reporting")
 
     def _fail(self, error: HalError) -> None:
         self._stop()
-        self._note(error)
-
-    def _note(self, error: HalError) -> None:
-        self.consecutive_faults += 1
-        self.fault = Fault.of(error, self.consecutive_faults)
+        self.note(error)

@@ -9,10 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from drivers.bring_up import RETRY_AFTER, BringUp
 from drivers.chips.pca9685 import Pca9685
-from drivers.fault import Fault
-from firmware_runtime.devs.atomic import Atomic
+from drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 
@@ -46,7 +44,7 @@ class ThrustSettings:
     """Propellers are on this channel and the seven after it, two neighbours to a pair."""
 
 
-class ThrustPairs(Atomic):
+class ThrustPairs(HardwareModel):
     """Writes one burst a force vector and reports the duties the chip really has.
 
     bring_up (the steps' waits) --> off;  a step failed --fault!--> bring_up (RETRY_AFTER)
@@ -55,45 +53,35 @@ class ThrustPairs(Atomic):
     """
 
     def __init__(self, name: str, chip: Pca9685, settings: ThrustSettings) -> None:
-        super().__init__(name)
+        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz))
         self.forces = self.in_port("forces", Forces)
         self.duties_out = self.out_port("duties", tuple)
-        self.fault_out = self.out_port("fault", Fault)
         self.chip = chip
         self.settings = settings
         self.duties: tuple[float, ...] = OFF
-        self.fault: Fault | None = None
-        self.consecutive_faults = 0
         self.is_stopped = True
-        self._bring_up = BringUp(lambda: chip.bring_up(settings.frequency_hz))
         self._since_write = 0
 
-    def initialize(self) -> None:
-        """Begin the chip's bring-up at once."""
-        self._bring_up.restart()
-        self.activate("bring_up")
+    def begin(self) -> None:
+        """Wait for forces, all off."""
+        self.passivate("off")
 
     def output(self) -> None:
-        """Report the duties just written, and the fault if there was one."""
+        """Report the duties just written, and the faults if there were any."""
+        super().output()
         if self.phase == "reporting":
             self.duties_out.send(self.duties)
-        if self.fault is not None:
-            self.fault_out.send(self.fault)
 
-    def internal(self) -> None:
-        """Go on: with the bring-up, with waiting for forces, or with stopping."""
-        self.fault = None
-        if self.phase == "bring_up":
-            self._continue_bring_up()
-        elif self.phase == "bring_up_failed":
-            self.hold_in("bring_up", RETRY_AFTER)
-        elif self.phase == "reporting":
+    def proceed(self) -> None:
+        """Wait for forces again, or stop because they have not come."""
+        if self.phase == "reporting":
             self._wait_for_forces()
-        else:
-            if self.phase == "driving":
-                self._note(NotReady(f"{self.path}: no forces for {self._timeout_s:g} s; all off"))
-            self._stop()
-            self.activate("reporting")
+            return
+        if self.phase == "driving":
+            timeout_s = self.settings.timeout / SECOND
+            self.note(NotReady(f"{self.path}: no forces for {timeout_s:g} s; all off"))
+        self._stop()
+        self.activate("reporting")
 
     def external(self, elapsed: int) -> None:
         """Write the newest force vector; while the chip is not up, forces have no effect."""
@@ -101,7 +89,7 @@ class ThrustPairs(Atomic):
         if self.phase.startswith("bring_up"):
             self.continue_(elapsed)
         else:
-            self.fault = None
+            self.faults.clear()
             self._drive(self.forces[-1])
             self.activate("reporting")
 
@@ -110,22 +98,6 @@ class ThrustPairs(Atomic):
         self.chip.stop_all()
 
     # ---------------------------------------------------------------------------------------------
-
-    @property
-    def _timeout_s(self) -> float:
-        return self.settings.timeout / SECOND
-
-    def _continue_bring_up(self) -> None:
-        try:
-            wait = self._bring_up.take()
-        except HalError as error:
-            self._note(error)
-            self.activate("bring_up_failed")
-            return
-        if wait is None:
-            self.passivate("off")
-        else:
-            self.hold_in("bring_up", wait)
 
     def _wait_for_forces(self) -> None:
         if any(self.duties):
@@ -137,14 +109,14 @@ class ThrustPairs(Atomic):
 
     def _drive(self, forces: Forces) -> None:
         if not all(map(math.isfinite, forces)):
-            self._note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
+            self.note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
             self._stop()
             return
         wanted = duties_of(forces, self.settings.pair_thrust_n)
         try:
             self.duties = self.chip.set_duties(self.settings.first_channel, self._slewed(wanted))
         except HalError as error:
-            self._note(error)
+            self.note(error)
             self._stop()
         else:
             self.is_stopped = False
@@ -164,13 +136,9 @@ class ThrustPairs(Atomic):
             self.chip.stop_all()
         except HalError as error:
             self.is_stopped = False
-            self._note(error)
+            self.note(error)
         else:
             self.is_stopped = True
-
-    def _note(self, error: HalError) -> None:
-        self.consecutive_faults += 1
-        self.fault = Fault.of(error, self.consecutive_faults)
 
 
 def duties_of(forces: Forces, pair_thrust_n: float) -> tuple[float, ...]:

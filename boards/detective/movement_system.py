@@ -93,7 +93,9 @@ MOVEMENT_CONTROLLER: Final = (
 
 
 class MovementController(StateDiagram):
-    """X: move_in1 start, move_in2 Radar controller (1 object detected, or the target's angle),
+    """Leads the vehicle: ahead, to a stop, round to the target, up to it.
+
+    X: move_in1 start, move_in2 Radar controller (1 object detected, or the target's angle),
     move_in3 Compass2 (1 matched, or the heading's angle), move_in4 Sonar2 (1 target reached).
 
     Y: move_out1 start the radar; move_out2 Motor2, right tread, and move_out3 Motor3, left tread

@@ -56,7 +56,9 @@ RADAR_CONTROLLER: Final = (
 
 
 class RadarController(StateDiagram):
-    """X: radar_in1 start, radar_in2 object detected, radar_in3 angle of the object.
+    """Leads the radar: to and fro, to a stop, to the angle of what it found.
+
+    X: radar_in1 start, radar_in2 object detected, radar_in3 angle of the object.
 
     Y: radar_out1 Motor1 (0 stop, 1 clockwise, 2 counterclockwise), radar_out2 Movement System
     (1 stop, or the target's angle), radar_out3 Compass1 (1 detect the angle).

@@ -25,20 +25,11 @@ LOW: Final = 0.0
 
 
 class Wires(NamedTuple):
-    """The outputs of the PCA9685 a bridge channel hangs on."""
+    """The outputs of a PCA9685 that a bridge channel hangs on, such as 8, 9, 10: M1 of the HAT."""
 
     pwm: int
     in1: int
     in2: int
-
-
-ADAFRUIT_HAT: Final = {
-    "M1": Wires(8, 9, 10),
-    "M2": Wires(13, 11, 12),
-    "M3": Wires(2, 3, 4),
-    "M4": Wires(7, 5, 6),
-}
-"""The four motors of Adafruit's DC and stepper motor HAT."""
 
 
 class HBridge:

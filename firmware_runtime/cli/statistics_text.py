@@ -34,18 +34,15 @@ def summary(statistics: Mapping[str, Any]) -> str:
 
 
 def _table(statistics: Mapping[str, Any]) -> list[str]:
+    models = statistics["models"].items()
     rows = [("", "p50", "p90", "p99", "p99.9", "max")]
-    rows += [(f"{path} lateness", *_row(model["lateness_us"])) for path, model in _models(statistics)]
-    rows += [(f"{path} own time", *_row(model["step_us"])) for path, model in _models(statistics)]
+    rows += [(f"{path} lateness", *_row(model["lateness_us"])) for path, model in models]
+    rows += [(f"{path} own time", *_row(model["step_us"])) for path, model in models]
     rows.append(("whole step", *_row(statistics["step_us"])))
     width = max(len(row[0]) for row in rows)
     return [
         f"  {name:{width}} " + " ".join(f"{cell:>9}" for cell in cells) for name, *cells in rows
     ]
-
-
-def _models(statistics: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-    return list(statistics["models"].items())
 
 
 def _row(histogram: Mapping[str, float | None]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from firmware_runtime.telemetry.statistics_reader import read_statistics
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Show the statistics of a run: the one under way, or the last; reading changes nothing."
+    summary = "Show the statistics of the run under way, or of the last; reading changes nothing."
     verb = add_verb(verbs, "stats", summary, execute)
     verb.add_argument(
         "board", metavar="BOARD", nargs="?", help="a board's name; default: whatever ran last"

@@ -1,17 +1,19 @@
-"""Checked mode: the laws that the fast loop trusts a model to keep, watched at every step."""
+"""Checked mode: the laws that the fast loops trust a model to keep, watched at every step."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from typing import Protocol
+from functools import partial
+from itertools import chain
+from typing import Any, Protocol
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelTimeError, OutputChangedState
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.errors import OutputChangedState, PortTypeError, SentOutsideOutput
 from firmware_runtime.devs.functions import Functions
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 
-_SCALARS = (int, float, complex, str, bytes, bool, type(None))
 _DEPTH = 4
-"""How deep the state is looked into; below that, objects are told apart by identity."""
+"""How deep the state is looked into; what lies below is taken as unchanged."""
 
 
 class Clocked(Protocol):
@@ -30,61 +32,82 @@ class Checks:
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
         """Watch one model."""
         for port in atomic.out_ports.values():
-            port.wrap(lambda send, port=port: self._checked_send(atomic, port, send))
-        output = functions.output
+            port.wrap(partial(self._checked_send, atomic, port))
+        return replace(functions, output=self._checked_output(atomic, functions.output))
 
+    def _checked_output(self, atomic: Atomic, output: Callable[[], None]) -> Callable[[], None]:
         def checked_output() -> None:
             before = snapshot(atomic)
             self._sending = atomic
             output()
             self._sending = None
-            changed = [
-                name for name, value in snapshot(atomic).items() if before.get(name, ...) != value
-            ]
-            if changed:
+            after = snapshot(atomic)
+            if after != before:
+                names = before.keys() | after.keys()
+                changed = sorted(name for name in names if before.get(name) != after.get(name))
                 fault = f"its output function changed {', '.join(changed)}; it may only send"
                 raise OutputChangedState(atomic.path, self._simulator.now, fault)
 
-        return replace(functions, output=checked_output)
+        return checked_output
 
     def _checked_send(
-        self, atomic: Atomic, port: OutPort[object], send
-    ) -> Callable[[object], None]:
+        self, atomic: Atomic, port: OutPort[Any], send: Callable[[Any], None]
+    ) -> Callable[[Any], None]:
         def checked_send(value: object) -> None:
             if self._sending is not atomic:
                 fault = f"sent on port {port.name!r} outside its output function"
-                raise ModelTimeError(atomic.path, self._simulator.now, fault)
+                raise SentOutsideOutput(atomic.path, self._simulator.now, fault)
             if not isinstance(value, port.type):
-                fault = f"port {port.name!r} carries {port.type.__name__}, not {value!r}"
-                raise ModelTimeError(atomic.path, self._simulator.now, fault)
+                raise PortTypeError(atomic.path, self._simulator.now, wrong_type(port, value))
             send(value)
 
         return checked_send
 
 
+def wrong_type(port: AnyPort, value: object) -> str:
+    """What is wrong with a value that a port does not carry."""
+    return f"port {port.name!r} carries {port.type.__name__}, not {value!r}"
+
+
 def snapshot(atomic: Atomic) -> dict[str, object]:
     """The model's state by attribute, in a form that can be compared later."""
     return {
-        name: _freeze(value, _DEPTH)
+        name: _frozen(value, _DEPTH)
         for name, value in vars(atomic).items()
         if name not in {"parent", "in_ports", "out_ports"}
     }
 
 
-def _freeze(value: object, depth: int) -> object:
-    """The value itself if it cannot change, else its contents, else its identity."""
-    if isinstance(value, _SCALARS):
-        return (type(value), repr(value))  # repr: NaN equals NaN, 1 differs from 1.0
-    if isinstance(value, InPort | OutPort) or depth == 0:
-        return id(value)
-    if isinstance(value, dict):
-        return [(_freeze(key, depth - 1), _freeze(each, depth - 1)) for key, each in value.items()]
+def _frozen(value: object, depth: int) -> object:
+    """Something that is equal later if `value` has not changed, and else is not."""
+    if isinstance(value, float | complex):
+        return repr(value)  # in words, NaN is equal to itself
+    if isinstance(value, int | str | bytes | None):
+        return type(value), value
+    if isinstance(value, InPort | OutPort | Component) or callable(value):
+        return value
+    if depth == 0:
+        return type(value)
+    contents = _contents(value)
+    return id(value) if contents is None else [_frozen(each, depth - 1) for each in contents]
+
+
+def _contents(value: object) -> Iterable[object] | None:
+    """What an object is made of; None if it is told by its identity alone."""
     if isinstance(value, list | tuple | set | frozenset):
-        return (type(value), [_freeze(each, depth - 1) for each in value])
-    if hasattr(value, "tobytes"):
-        return value.tobytes()
-    if isinstance(value, bytearray):
-        return bytes(value)
-    if hasattr(value, "__dict__") and not callable(value):
-        return (id(value), _freeze(vars(value), depth - 1))
-    return id(value)
+        return value
+    if isinstance(value, dict):
+        return chain.from_iterable(value.items())
+    return _pickled(value)
+
+
+def _pickled(value: object) -> Iterable[object] | None:
+    """What pickle would save of an object, or None."""
+    try:
+        saved = value.__reduce_ex__(2)
+    except Exception:  # noqa: BLE001 -- whatever the reason, it cannot be saved
+        return None
+    if isinstance(saved, str):
+        return None
+    _, arguments, *rest = saved
+    return chain(arguments, *(each if isinstance(each, Iterator) else (each,) for each in rest))

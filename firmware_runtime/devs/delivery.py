@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import NOWHERE, InPort, OutPort, Register, StandIn
 
-Ends: TypeAlias = tuple[InPort[Any], ...]
+Bags: TypeAlias = tuple[InPort[Any], ...]
 Stop: TypeAlias = tuple[InPort[Any], Register, object]
 """A bag, and which entry goes into which register before it gets its first value."""
 
@@ -44,7 +44,7 @@ class FanOut(StandIn[Any]):
 
     __slots__ = ("_bags", "_stops", "_used", "is_used")
 
-    def __init__(self, bags: Ends, stops: list[Stop], used: list["FanOut"]) -> None:
+    def __init__(self, bags: Bags, stops: list[Stop], used: list["FanOut"]) -> None:
         self._bags = bags
         self._stops = stops
         self._used = used
@@ -76,7 +76,7 @@ class Delivery:
         self.marks: list[InPort[Any] | FilledBags] = []
         self._numbers = numbers
         self._used: list[FanOut] = []
-        self._fan_outs: dict[Ends, FanOut] = {}
+        self._fan_outs: dict[Bags, FanOut] = {}
         for model, number in numbers.items():
             bags = list(model.in_ports.values())
             for bag in bags:
@@ -102,8 +102,8 @@ class Delivery:
         mark = self.marks[number]
         return (bag, self.reached, number) if mark is bag else (bag, mark, bag)
 
-    def _fan_out(self, ends: Ends) -> FanOut:
-        if ends not in self._fan_outs:
-            stops = [self._stop(end) for end in dict.fromkeys(ends)]
-            self._fan_outs[ends] = FanOut(ends, stops, self._used)
-        return self._fan_outs[ends]
+    def _fan_out(self, bags: Bags) -> FanOut:
+        if bags not in self._fan_outs:
+            stops = [self._stop(bag) for bag in dict.fromkeys(bags)]
+            self._fan_outs[bags] = FanOut(bags, stops, self._used)
+        return self._fan_outs[bags]

@@ -6,7 +6,7 @@ from typing import Any, NoReturn, TypeAlias, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.checked import Checks
+from firmware_runtime.devs.checked import Checks, wrong_type
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import (
     IllegitimateModel,
@@ -101,7 +101,7 @@ class Engine(ABC):
         if port not in self._entrances:
             raise ModelError(f"{port.path}: not an input port of {self.root.path}")
         if not isinstance(value, port.type):
-            raise PortTypeError(f"{port.path}: {value!r} is not of type {port.type.__name__}")
+            raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
         self._entrances[port].send(value)
 
     def advance(self, at: int) -> None:
@@ -128,7 +128,7 @@ class Engine(ABC):
 
     def due_at(self, atomic: Atomic) -> int:
         """The instant of the model's next internal event, or NEVER."""
-        return self._agenda.due_at[self._numbers[atomic]]
+        return self._agenda.due_at[self._number(atomic)]
 
     def postpone(self, atomic: Atomic, at: int) -> None:
         """Let the model hold its phase until the later instant `at`; `sigma` becomes as long."""
@@ -138,18 +138,17 @@ class Engine(ABC):
                 f"{atomic.path}: cannot postpone its event to {format_time(at)}, "
                 f"expected an instant from {format_time(due_at)} (its due time) on"
             )
-        number = self._numbers[atomic]
+        number = self._number(atomic)
         atomic.sigma = at - self._last[number]
         self._agenda.book(number, at)
 
     def listen(self, port: OutPort[T], hear: Callable[[int, T], None]) -> None:
         """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
 
-        A value is heard after it was delivered; listeners hear in the order in which they came.
+        A value is heard after it was sent on; listeners hear in the order in which they came.
         """
         for source in sources_of(port):
-            if source.owner not in self._numbers:
-                raise ModelError(f"{port.path}: not an output port in {self.root.path}")
+            self._number(source.owner)
             source.wrap(lambda send: self._overheard(send, hear))
 
     def exit(self) -> list[Exception]:
@@ -159,7 +158,9 @@ class Engine(ABC):
             try:
                 atomic.exit()
             except Exception as error:  # noqa: BLE001 -- the others must still exit
-                failures.append(error)
+                fault = f"its exit raised {type(error).__name__}: {error}"
+                failures.append(ModelFailure(atomic.path, self.now, fault))
+                failures[-1].__cause__ = error
         return failures
 
     # What the two kinds of simulator fill in or use ---------------------------------------------
@@ -171,6 +172,11 @@ class Engine(ABC):
     @abstractmethod
     def _work_off(self, at: int, imminent: list[int]) -> None:
         """Do everything that happens at instant `at`; `imminent` in order of declaration."""
+
+    def _number(self, model: Component) -> int:
+        if model not in self._numbers:
+            raise ModelError(f"{model.path}: not an atomic model in {self.root.path}")
+        return self._numbers[model]
 
     def _overheard(
         self, send: Callable[[T], None], hear: Callable[[int, T], None]

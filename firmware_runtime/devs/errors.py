@@ -12,10 +12,6 @@ class CouplingError(ModelError, ValueError):
     """Two ports that cannot be coupled, or a name that is taken."""
 
 
-class PortTypeError(ModelError, TypeError):
-    """A value of another type than its port carries."""
-
-
 class ModelTimeError(ModelError):
     """A `ModelError` that happened to one model at one instant of simulated time."""
 
@@ -29,12 +25,24 @@ class TimeAdvanceError(ModelTimeError, ValueError):
     """A time advance that is negative or not a whole number of nanoseconds."""
 
 
+class PortTypeError(ModelTimeError, TypeError):
+    """A value of another type than its port carries."""
+
+
+class SentOutsideOutput(ModelTimeError):
+    """A model sent at a time when it may not: values leave in the output function only."""
+
+
 class IllegitimateModel(ModelTimeError):
     """Endless zero-time steps: simulated time would never pass this instant."""
 
 
 class OutputChangedState(ModelTimeError):
     """An output function changed its model's state; it may only send."""
+
+
+class SelectError(ModelTimeError, ValueError):
+    """A `select` that chose none of the components it was asked to choose from."""
 
 
 class ModelFailure(ModelTimeError):

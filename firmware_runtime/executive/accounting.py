@@ -1,6 +1,6 @@
 """The accounts of all periodic models, and what the policies make of a late loop.
 
-Before a step, a model with policy `stop` that is overdue beyond its limit ends the run. After a
+A model with policy `stop` that waits for its turn, or ran, beyond its limit ends the run. After a
 step, what ran and what was coalesced is counted; then a model with policy `skip` that ran, and is
 booked again before the present instant, is moved on by whole periods. A model that still waits for
 its turn is left alone: its late activation runs once, and only then are further ones dropped.
@@ -22,11 +22,13 @@ from firmware_runtime.telemetry.layout import Layout
 class Accounting:
     """An instrument that opens an account for every periodic model, and keeps the accounts.
 
-    Comes after `step` in the simulator's list of instruments.
+    Comes after `step` in the simulator's list of instruments. `overrun` says why the run must stop;
+    it is empty until a policy demands it.
     """
 
     def __init__(self, step: Step, policies: Mapping[str, ActivationPolicy]) -> None:
         self.accounts: list[ModelAccount] = []
+        self.overrun = ""
         self._step = step
         self._policies = policies
         self._touched: list[ModelAccount] = []
@@ -62,27 +64,29 @@ class Accounting:
         """The least lateness that is an overrun of some model; 1 ms if there is no such model."""
         return min((account.tolerance for account in self.accounts), default=MILLISECOND)
 
-    def too_late(self, now: int) -> str | None:
-        """Why the run must stop: a model with policy `stop` ran, or is, later than its limit."""
+    def is_overdue(self, now: int) -> bool:
+        """Whether a model with policy `stop` waits for its turn beyond its limit."""
         for account in self._stopping:
-            late = max(account.lateness, now - account.deadline)
-            if late > account.stop_after:
-                return (
-                    f"{account.path}: an activation was {late / MICROSECOND:.0f} us late, "
-                    f"its policy stops the run over {account.stop_after / MICROSECOND:.0f} us"
-                )
-        return None
+            if now - account.deadline > account.stop_after:
+                self._stop(account, now - account.deadline)
+                return True
+        return False
 
-    def settle(self, ended: int) -> ModelAccount | None:
-        """Count a step's activations, apply `skip`; return the account that ran latest, if any."""
+    def settle(self, now: int) -> ModelAccount | None:
+        """Count a step's activations, skip what is due before `now` where that is the policy.
+
+        Returns the account of the activation that ran latest, if any ran.
+        """
         step = self._step
         latest = None
         for account in self._touched:
             ran = account.ran  # one that was replanned as well is in the list twice
             account.count(step.at, step.own_times[account.number])
             if ran:
-                if account.skips and account.deadline < ended:
-                    account.skip_to(ended)
+                if account.lateness > account.stop_after:
+                    self._stop(account, account.lateness)
+                if account.skips and account.deadline < now:
+                    account.skip_to(now)
                     self._postpone(account.atomic, account.deadline)
                 if latest is None or account.lateness > latest.lateness:
                     latest = account
@@ -93,3 +97,9 @@ class Accounting:
         """Count what is due at `now` as skipped: the run is over."""
         for account in self.accounts:
             account.skip_due(now)
+
+    def _stop(self, account: ModelAccount, late: int) -> None:
+        self.overrun = (
+            f"{account.path}: an activation was {late / MICROSECOND:.0f} us late; "
+            f"its policy stops the run over {account.stop_after / MICROSECOND:.0f} us"
+        )

@@ -15,11 +15,17 @@ from firmware_runtime.telemetry.worst_list import WorstList
 
 
 class Ledger:
-    """Writes steps, idle moments and the end of a run into the file."""
+    """Writes steps, idle moments and the end of a run into the file.
 
-    def __init__(self, file: StatisticsFile, instruments: Instruments, inbox: Inbox) -> None:
+    `until` is the last instant that belongs to the run: what would be due later is not counted.
+    """
+
+    def __init__(
+        self, file: StatisticsFile, instruments: Instruments, inbox: Inbox, until: int
+    ) -> None:
         cells, layout = file.cells, file.layout
         self.file = file
+        self._until = until
         self._step = instruments.step
         self._accounting = instruments.accounting
         self._inbox = inbox
@@ -38,7 +44,7 @@ class Ledger:
         """Write the step that has just ended."""
         file, step_time = self.file, ended - self._step.started
         file.open_section()
-        latest = self._accounting.settle(ended)
+        latest = self._accounting.settle(min(ended, self._until + 1))
         self._step_times.record(step_time)
         file.cells[STEPS] += 1
         self._read_counters()
@@ -53,11 +59,11 @@ class Ledger:
         self.file.open_section()
         self.file.close_section(now)
 
-    def finish(self, state: RunState, now: int, until: int) -> None:
+    def finish(self, state: RunState, now: int) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
         file.open_section()
-        self._accounting.skip_due(min(now, until))
+        self._accounting.skip_due(min(now, self._until))
         for watch in self._watches:
             watch.end()
         self._read_counters()

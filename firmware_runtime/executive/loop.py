@@ -65,10 +65,8 @@ class Executive:
         self._make_safe = make_safe
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
-        self._collector = (
-            SlackCollector(clock.now) if configuration.process.freeze_garbage else None
-        )
-        self._ledger = self._open_ledger({}, None)
+        self._collector: SlackCollector | None = None
+        self._ledger = self._open_ledger({}, NEVER)
         self._started = False
         self._stop_reason: str | None = None
 
@@ -91,16 +89,19 @@ class Executive:
         if self._started:
             raise RuntimeError("executive: a run cannot be repeated; expected a new executive")
         self._started = True
-        with in_force(self._configuration.process, self.clock) as granted:
+        configuration = self._configuration
+        with in_force(configuration.process, self.clock) as granted:
+            if granted["freeze_garbage"]["granted"]:
+                self._collector = SlackCollector(self.clock.now)
             try:
-                self._ledger = self._open_ledger(granted, self._configuration.statistics_path)
+                self._ledger = self._open_ledger(granted, until, configuration.statistics_path)
                 with self._instruments.garbage.measured():
                     outcome = self._loop(until)
             except KeyboardInterrupt:
                 outcome = Outcome(RunState.STOPPED, "SIGINT")
             except BaseException as error:  # noqa: BLE001 -- whatever it is, outputs come first
                 outcome = Outcome(RunState.FAILED, str(error) or type(error).__name__, error)
-            outcome = self._end(outcome, until)
+            outcome = self._end(outcome)
         if outcome.error is not None and not isinstance(outcome.error, Exception):
             raise outcome.error
         return outcome
@@ -108,21 +109,22 @@ class Executive:
     # The loop -----------------------------------------------------------------------------------
 
     def _loop(self, until: int) -> Outcome:
-        too_late = self._instruments.accounting.too_late
+        accounting = self._instruments.accounting
         self.clock.start(0)
-        while True:
+        while accounting.overrun == "":
             now = self._wait(min(self._next_at(), until))
             if self._stop_reason is not None:
                 return Outcome(RunState.STOPPED, self._stop_reason)
-            if (reason := too_late(min(now, until))) is not None:
-                return Outcome(RunState.OVERRUN, reason)
+            if accounting.is_overdue(min(now, until)):
+                break
             at = self._next_at()
-            if at <= now and at <= until and at != NEVER:
+            if at <= min(now, until) and at != NEVER:
                 self._work_off(at)
             elif now >= until:
                 return Outcome(RunState.ENDED, f"the run reached {format_time(until)}")
             else:
                 self._ledger.idle(now)
+        return Outcome(RunState.OVERRUN, accounting.overrun)
 
     def _next_at(self) -> int:
         """The instant of the next internal event or input, whichever comes first."""
@@ -151,25 +153,26 @@ class Executive:
 
     # Before it and after it ---------------------------------------------------------------------
 
-    def _open_ledger(self, granted: Report, path: Path | None) -> Ledger:
+    def _open_ledger(self, granted: Report, until: int, path: Path | None = None) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
         instruments = self._instruments
         conditions = {
-            **self._configuration.conditions,
             "clock": type(self.clock).__name__,
             **system_conditions(),
             "settings": granted,
+            **self._configuration.conditions,
         }
         header = {"models": instruments.models(), "conditions": conditions}
-        return Ledger(StatisticsFile(instruments.layout(), header, path), instruments, self.inbox)
+        file = StatisticsFile(instruments.layout(), header, path)
+        return Ledger(file, instruments, self.inbox, until)
 
-    def _end(self, outcome: Outcome, until: int) -> Outcome:
+    def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""
         now = self.clock.now()
         faults = self._safe_outputs()
         faults += [f"exit: {error}" for error in self.simulator.exit()]
         # virtual time that waits for nothing has reached never
-        self._ledger.finish(outcome.state, self.simulator.now if now == NEVER else now, until)
+        self._ledger.finish(outcome.state, self.simulator.now if now == NEVER else now)
         return replace(outcome, faults=tuple(faults))
 
     def _safe_outputs(self) -> list[str]:

@@ -1,6 +1,7 @@
 """What happens when an activation of a periodic model comes late."""
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, NEVER
@@ -32,7 +33,7 @@ class ActivationPolicy:
             raise ValueError(f"policy {self.policy}: stop_after_us belongs to policy stop, always")
         for name in ("tolerance_us", "stop_after_us"):
             value = getattr(self, name)
-            if value is not None and not value > 0:
+            if value is not None and not 0 < value < inf:
                 raise ValueError(f"{name} = {value}: expected a positive number of microseconds")
 
     def tolerance(self, period: int) -> int:

@@ -60,7 +60,8 @@ def in_force(settings: ProcessSettings, clock: Clock) -> Iterator[Report]:
 
 def _ask(name: str, asked: Any, clock: Clock, undo: ExitStack) -> dict[str, Any]:  # noqa: ANN401
     def answer(reason: str | None) -> dict[str, Any]:
-        return {"asked": asked, "granted": reason is None, "reason": reason}
+        wish = list(asked) if isinstance(asked, tuple) else asked  # as JSON has it
+        return {"asked": wish, "granted": reason is None, "reason": reason}
 
     if asked == getattr(_NOTHING, name):
         return answer("not asked for")
@@ -71,7 +72,7 @@ def _ask(name: str, asked: Any, clock: Clock, undo: ExitStack) -> dict[str, Any]
         request(asked, clock, undo)
     except PermissionError as error:
         return answer(f"{error.strerror}; needs {needs}")
-    except (OSError, ValueError, _Refusal) as error:
+    except (OSError, ValueError, OverflowError, _Refusal) as error:
         return answer(str(error))
     return answer(None)
 

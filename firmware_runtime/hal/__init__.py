@@ -1,1 +1,1 @@
-"""The words drivers speak: I2C bus, and the errors of the world. `linux` is the one real back-end."""
+"""The words drivers speak: buses and the errors of the world. `linux` is the real back-end."""

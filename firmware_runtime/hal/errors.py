@@ -22,7 +22,7 @@ class BusTimeout(HalError, TimeoutError):
 
 
 class BusFault(HalError, OSError):
-    """The adapter reported a transfer error of its own (length mismatch, clock stretched too far)."""
+    """The adapter reported an error of its own: wrong length, a clock stretched too far."""
 
 
 class AddressInUse(HalError, OSError):

@@ -1,10 +1,10 @@
-"""The I2C bus a driver speaks: one required method, everything else derived from it.
+r"""The I2C bus a driver speaks: one required method, everything else derived from it.
 
 A transaction is everything between START and STOP. It is given as a list of messages: bytes are
 written, a number is that many bytes to read. Between messages the bus issues a repeated START with
 the same address; only after the last one it issues STOP. So
 
-    bus.transaction(0x68, [b"\\x3b", 14])
+    bus.transaction(0x68, [b"\x3b", 14])
 
 puts START, address+W, 0x3B, repeated START, address+R, 14 bytes (the last not acknowledged), STOP
 on the wire. Addresses are 7-bit, right-aligned. Nothing is sent in parts: a transaction either
@@ -45,5 +45,5 @@ class I2cBus(ABC):
         """START, address+W, data, repeated START, address+R, `length` bytes, STOP."""
         return self.transaction(address, (data, length))
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 -- a bus that holds nothing has nothing to release
         """Release the bus; using it afterwards raises PortClosed."""

@@ -55,8 +55,11 @@ class StatisticsFile:
         self.cells: Cells = memoryview(memory)[first:].cast("q")
 
     def open_section(self) -> None:
-        """Make the sequence odd: what follows belongs together."""
-        self.cells[SEQUENCE] += 1
+        """Make the sequence odd: what follows belongs together.
+
+        It stays odd where an exception has left a section open.
+        """
+        self.cells[SEQUENCE] |= 1
 
     def close_section(self, now: int) -> None:
         """Note the instant and a heartbeat (CLOCK_MONOTONIC), then make the sequence even."""

@@ -9,7 +9,7 @@ import math
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 
@@ -40,7 +40,7 @@ class TraceFile:
         """Add one message."""
         self._file.write(_encode({"t_ns": at, "port": port, "value": plain(value)}) + b"\n")
 
-    def __enter__(self) -> "TraceFile":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(

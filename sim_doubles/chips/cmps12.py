@@ -95,9 +95,8 @@ class Cmps12Double(RegisterTarget):
 
     # Bus face
 
-    def _begin(self, address: int) -> bool:  # noqa: ARG002 (it is always the chip's own)
+    def _begin(self) -> None:
         self._registers = self._measured()
-        return True
 
     def _read_register(self, register: int) -> int:
         return self._registers[register] if register < REGISTERS else 0xFF
@@ -117,7 +116,9 @@ class Cmps12Double(RegisterTarget):
             self.warnings.note(f"command 0x{byte:02x} within 20 ms of the last; it is lost")
             for sequence in self._sequences:
                 sequence.break_off()
-        elif not any([sequence.take(byte) for sequence in self._sequences]):
+            return
+        taken = [sequence.take(byte) for sequence in self._sequences]
+        if not any(taken):
             self.warnings.note(f"command 0x{byte:02x} does not exist; it is ignored")
 
     def _store(self, _byte: int) -> None:

@@ -66,6 +66,8 @@ class Hmc5883lDouble(RegisterTarget):
         self.warnings = ProtocolWarnings("HMC5883L")
         self._field = field
         self._registers = bytearray(POWER_UP)
+        self._lands_at = NEVER
+        self._read = 0  # the data registers read since all six were, a bit each
         self._reset()
 
     def power_cycle(self) -> None:
@@ -91,9 +93,8 @@ class Hmc5883lDouble(RegisterTarget):
 
     # Bus face
 
-    def _begin(self, address: int) -> bool:  # noqa: ARG002 (it is always 0x1E)
+    def _begin(self) -> None:
         self.catch_up()
-        return True
 
     def _after(self, register: int) -> int:
         """After the data comes the data again, after the identity register 0."""
@@ -144,7 +145,7 @@ class Hmc5883lDouble(RegisterTarget):
         self._registers[:] = POWER_UP
         self._gain = self._next_gain = POWER_UP[CRB] >> 5
         self._ready = False
-        self._read = 0  # the data registers read since all six were, a bit each
+        self._read = 0
         self._begin_measuring()
 
     def _begin_measuring(self) -> None:

@@ -78,6 +78,8 @@ class Md25Double(RegisterTarget):
         self.currents_a = currents_a
         self._version = version
         self._address_change = CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings)
+        self._timeout_on = True
+        self._speed_written = False  # new speeds wait for STOP
         self._reset()
 
     # World face
@@ -99,11 +101,10 @@ class Md25Double(RegisterTarget):
 
     # Bus face
 
-    def _begin(self, address: int) -> bool:  # noqa: ARG002 (it is always the chip's own)
+    def _begin(self) -> None:
         stops_at = self._at + TIMEOUT if self._timeout_on else NEVER
         if self.motors.put_off_stop(self._at, stops_at):
             self._speeds = [STOP_BYTE[self._mode]] * 2
-        return True
 
     def _end(self) -> None:
         if self._speed_written:

@@ -26,14 +26,13 @@ class RegisterTarget(Target):
     # Bus face
 
     def start(self, address: int, *, read: bool) -> bool:
-        """Answer the addresses the chip listens to, unless it is busy."""
+        """Answer the addresses the chip listens to."""
         if not self._listens_to(address, read=read):
             return False
         if not self._in_transaction:
             self._at = self._now()
-            if not self._begin(address):
-                return False
             self._in_transaction = True
+            self._begin()
         self._expects_pointer = not read
         return True
 
@@ -70,9 +69,8 @@ class RegisterTarget(Target):
     def _listens_to(self, address: int, *, read: bool) -> bool:  # noqa: ARG002 (for general calls)
         return address == self.address
 
-    def _begin(self, address: int) -> bool:  # noqa: ARG002 (for general calls)
-        """Look at the clock before a transaction; False refuses it."""
-        return True
+    def _begin(self) -> None:
+        """Bring the chip to the instant of a START."""
 
     def _end(self) -> None:
         """Do what waits for STOP."""

@@ -149,7 +149,9 @@ class SabertoothDouble(SerialTarget):
         if address != self.address:
             self.warnings.note(f"packet for address {address}; it is ignored")
         elif checksum != (address + command + value) & CHECKSUM_MASK:
-            self.warnings.note(f"packet {self._packet.hex(' ')} has a wrong checksum; it is ignored")
+            self.warnings.note(
+                f"packet {self._packet.hex(' ')} has a wrong checksum; it is ignored"
+            )
         else:
             self._hear()
             self._obey(command, value)

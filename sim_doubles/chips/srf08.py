@@ -59,7 +59,7 @@ class Srf08Double(RegisterTarget):
     each ping; `pings` counts them; `ranging` tells whether the chip is deaf now.
     """
 
-    def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
+    def __init__(
         self,
         now: Now,
         address: int = ADDRESSES[0],
@@ -76,6 +76,7 @@ class Srf08Double(RegisterTarget):
         self._revision = revision
         self._address_change = CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings)
         self._last_ping_at: int | None = None
+        self._asked: int | None = None  # a ranging command that waits for STOP
         self._reset()
 
     # World face
@@ -104,14 +105,11 @@ class Srf08Double(RegisterTarget):
     # Bus face
 
     def _listens_to(self, address: int, *, read: bool) -> bool:
-        return address == self.address or (address == GENERAL_CALL and not read)
-
-    def _begin(self, address: int) -> bool:
-        if self._at >= self._ready_at:
-            return True
-        if address == self.address:
+        if address != self.address:
+            return address == GENERAL_CALL and not read and not self.ranging
+        if self.ranging:
             self.warnings.note("accessed while ranging; the real chip does not acknowledge")
-        return False
+        return not self.ranging
 
     def _end(self) -> None:
         if self._asked is not None:
@@ -140,7 +138,7 @@ class Srf08Double(RegisterTarget):
     def _reset(self) -> None:
         self._gain, self._range = MOST_GAIN, MOST_RANGE
         self._ready_at = self._at
-        self._asked: int | None = None
+        self._asked = None
         self._results = bytes([self._revision, *bytes(REGISTERS - 1)])
 
     def _take_command(self, byte: int) -> None:

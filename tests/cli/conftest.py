@@ -1,6 +1,6 @@
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
@@ -27,7 +27,7 @@ def state_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
     """Runs the command in this process."""
 
-    def run(*arguments: Any) -> Ended:
+    def run(*arguments: object) -> Ended:
         try:
             status = main([str(each) for each in arguments])
         except SystemExit as exit_:

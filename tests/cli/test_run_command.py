@@ -42,7 +42,11 @@ def test_the_statistics_have_the_keys_others_rely_on(command: Callable[..., Any]
     assert set(statistics["models"]) == {"imu"}
     assert set(statistics["models"]["imu"]["lateness_us"]) == PERCENTILES
     assert set(statistics["bus"]["i2c1"]) == {
-        "transactions", "bytes", "errors", "retries", "utilisation",
+        "transactions",
+        "bytes",
+        "errors",
+        "retries",
+        "utilisation",
     }
     assert {"kernel", "python", "board_sha256", "settings", "run"} <= set(statistics["conditions"])
 

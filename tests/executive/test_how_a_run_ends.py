@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, cast
 
 import pytest
 
@@ -71,7 +71,7 @@ def test_an_exception_in_a_model() -> None:
 def test_an_input_of_the_wrong_type() -> None:
     robot = Robot()
     run = Run(robot, VirtualClock())
-    run.executive.inbox.post(robot.command, "full ahead")  # type: ignore[type-var]
+    run.executive.inbox.post(robot.command, cast("int", "full ahead"))
     outcome = run.until()
     assert outcome.state is RunState.FAILED
     assert isinstance(outcome.error, ModelError)

@@ -23,6 +23,7 @@ class Sampler(Atomic):
         self.activations = 0
         self.left: list[int] = []
         self.work: Callable[[int], None] = lambda _number: None
+        self.replanned: Callable[[], None] = lambda: None
         self.replan = self.in_port("replan", int)
         self.sample = self.out_port("sample", int)
 
@@ -43,6 +44,7 @@ class Sampler(Atomic):
         for delay in self.replan:
             if delay >= 0:
                 self.hold_in("waiting", delay)
+        self.replanned()
 
 
 class Actuator(Atomic):
@@ -71,6 +73,7 @@ class Robot(Coupled):
     def __init__(self, imu: int = PERIOD, compass: int = NEVER) -> None:
         super().__init__("robot")
         self.command = self.in_port("command", int)
+        self.replanned: Callable[[], None] = lambda: None
         self.replan = self.in_port("replan", int)
         self.imu = self.add(Sampler("imu", imu))
         self.thrust = self.add(Actuator("thrust"))

@@ -1,0 +1,76 @@
+"""What hardware models over one chip share: it is brought up first, and faults have a port."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+
+from drivers.bring_up import RETRY_AFTER, BringUp
+from drivers.chips.step import Step
+from drivers.fault import Fault
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.hal.errors import HalError
+
+
+class HardwareModel(Atomic, ABC):
+    """Brings its chip up, then leaves the phases to the subclass; sends all faults noted.
+
+    bring_up (the steps' waits) --> the subclass's own phases
+    bring_up, a step failed --> bring_up_failed (0) --fault!--> bring_up (RETRY_AFTER)
+    """
+
+    def __init__(self, name: str, bring_up: Callable[[], Iterable[Step]]) -> None:
+        super().__init__(name)
+        self.fault_out = self.out_port("fault", Fault)
+        self.faults: list[Fault] = []
+        self.consecutive_faults = 0
+        self._bring_up = BringUp(bring_up)
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Enter the first phase of one's own: the chip is up."""
+
+    @abstractmethod
+    def proceed(self) -> None:
+        """Go on from a phase of one's own whose time advance ran out."""
+
+    def initialize(self) -> None:
+        """Begin the chip's bring-up at once."""
+        self.bring_up_again()
+
+    def output(self) -> None:
+        """Send the faults noted since the last time."""
+        for fault in self.faults:
+            self.fault_out.send(fault)
+
+    def internal(self) -> None:
+        """Go on with the bring-up, or with what the subclass does."""
+        self.faults.clear()
+        if self.phase == "bring_up":
+            self._continue_bring_up()
+        elif self.phase == "bring_up_failed":
+            self.hold_in("bring_up", RETRY_AFTER)
+        else:
+            self.proceed()
+
+    def bring_up_again(self) -> None:
+        """Leave whatever phase it is in for the first step of the bring-up."""
+        self._bring_up.restart()
+        self.activate("bring_up")
+
+    def note(self, error: FirmwareRuntimeError) -> None:
+        """Keep a fault for the next output; whoever notes one also sees to a zero-time phase."""
+        self.consecutive_faults += 1
+        self.faults.append(Fault.of(error, self.consecutive_faults))
+
+    def _continue_bring_up(self) -> None:
+        try:
+            wait = self._bring_up.take()
+        except HalError as error:
+            self.note(error)
+            self.activate("bring_up_failed")
+            return
+        if wait is None:
+            self.consecutive_faults = 0
+            self.begin()
+        else:
+            self.hold_in("bring_up", wait)

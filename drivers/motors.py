@@ -1,0 +1,164 @@
+"""What all motor models share: orders are obeyed, and anything that goes wrong ends in a stop."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable
+
+from drivers.chips.step import Step
+from drivers.hardware import HardwareModel
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.hal.errors import HalError, NotReady
+
+CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0
+"""Motor signals, as in the detective robot's paper."""
+STOP_AGAIN_AFTER = 50 * MILLISECOND
+"""Ns until a stop that nobody acknowledged is written again."""
+
+
+class Motors(HardwareModel):
+    """Writes the newest order, again every `refresh`, and stops when there is none to trust.
+
+    bring_up (the steps' waits) --> still;  a step failed --fault!--> bring_up (RETRY_AFTER)
+    still, driving --order?--> obeying (0), written --> reporting (0) --> driving, or still
+    driving (refresh) --> written again --> reporting (0) --> driving
+    an order refused, or none for order_timeout --> stopped --> reporting (0) --fault!--> still
+    the chip silent --> stopped --> reporting (0) --fault!--> bring_up
+    the stop not acknowledged --> reporting (0) --fault!--> stopping (STOP_AGAIN_AFTER) --> stopped
+
+    A fault forgets what was ordered. An order that comes while the chip is not up, or not stopped
+    yet, is kept until it is.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bring_up: Callable[[], Iterable[Step]],
+        *,
+        refresh: int = NEVER,
+        order_timeout: int = NEVER,
+    ) -> None:
+        super().__init__(name, bring_up)
+        self.refresh = refresh
+        self.order_timeout = order_timeout
+        self._has_order = False
+        self._refusal: NotReady | None = None
+        self._since_order = 0
+        self._is_stop_due = False
+        self._is_bring_up_due = False
+
+    # What a subclass knows ------------------------------------------------------------------------
+
+    @abstractmethod
+    def take_order(self) -> None:
+        """Read the ports. Raises NotReady for what is no order; that stops the motors."""
+
+    @abstractmethod
+    def forget_order(self) -> None:
+        """Make standing still what is ordered."""
+
+    @abstractmethod
+    def is_moving(self) -> bool:
+        """Whether something else than standing still is ordered."""
+
+    @abstractmethod
+    def write_order(self) -> None:
+        """Write what is ordered to the chip. Raises HalError."""
+
+    @abstractmethod
+    def write_stop(self) -> None:
+        """Write a stop that is right in any state of the chip. Raises HalError."""
+
+    # The DEVS functions -------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Obey an order that came meanwhile, else stand still."""
+        self._is_bring_up_due = False
+        self._settle()
+
+    def proceed(self) -> None:
+        """Write what is due: the newest order, the same again, or a stop."""
+        if self.phase == "reporting":
+            self._settle()
+        elif self.phase == "stopping":
+            self._stop()
+        elif self.phase == "obeying":
+            self._obey()
+        else:
+            self._drive_on()
+
+    def external(self, elapsed: int) -> None:
+        """Take the order; it is written next, unless the chip is not up or not stopped."""
+        try:
+            self.take_order()
+        except NotReady as error:
+            self._refusal = error
+        self._has_order = True
+        if self.phase in {"still", "driving"}:
+            self.activate("obeying")
+        else:
+            self.continue_(elapsed)
+
+    def exit(self) -> None:
+        """Leave the motors stopped."""
+        self.write_stop()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _obey(self) -> None:
+        self._has_order = False
+        self._since_order = 0
+        if self._refusal is None:
+            self._write_order()
+        else:
+            self._refuse(self._refusal)
+
+    def _drive_on(self) -> None:
+        self._since_order += self.sigma
+        if self._since_order >= self.order_timeout:
+            seconds = self.order_timeout / SECOND
+            self._refuse(NotReady(f"{self.path}: no order for {seconds:g} s; stopped"))
+        else:
+            self._write_order()
+
+    def _write_order(self) -> None:
+        try:
+            self.write_order()
+        except HalError as error:
+            self._is_bring_up_due = True
+            self._refuse(error)
+        else:
+            self.consecutive_faults = 0
+            self.activate("reporting")
+
+    def _refuse(self, error: HalError) -> None:
+        self.note(error)
+        self._refusal = None
+        self.forget_order()
+        self._stop()
+
+    def _stop(self) -> None:
+        try:
+            self.write_stop()
+        except HalError as error:
+            self.note(error)
+            self._is_stop_due = self._is_bring_up_due = True
+        else:
+            self._is_stop_due = False
+        self.activate("reporting")
+
+    def _settle(self) -> None:
+        """Enter the phase that what was ordered, and what went wrong, lead to."""
+        if self._is_stop_due:
+            self.hold_in("stopping", STOP_AGAIN_AFTER)
+        elif self._is_bring_up_due:
+            self.bring_up_again()
+        elif self._has_order:
+            self.activate("obeying")
+        elif self.is_moving():
+            self.hold_in("driving", self._until_next_write())
+        else:
+            self.passivate("still")
+
+    def _until_next_write(self) -> int:
+        if self.order_timeout == NEVER:
+            return self.refresh
+        return min(self.refresh, self.order_timeout - self._since_order)

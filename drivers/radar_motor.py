@@ -1,0 +1,73 @@
+"""The motor that turns the radar's head as a hardware atomic model, on an H-bridge."""
+
+from dataclasses import dataclass
+
+from drivers.chips.h_bridge import HBridge
+from drivers.chips.setting import SettingError
+from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.errors import NotReady
+
+
+@dataclass(frozen=True, slots=True)
+class RadarMotorSettings:
+    """How fast the head turns, and for how long at most."""
+
+    duty: float
+    """Share of full voltage while turning."""
+    frequency_hz: float
+    """PWM frequency; it is the whole chip's."""
+    longest_turn: int = NEVER
+    """Ns without a signal after which a turning head is stopped: no chip here would stop it."""
+
+
+class RadarMotor(Motors):
+    """Obeys `turn`: 0 brakes, 1 turns clockwise, 2 counterclockwise.
+
+    The phases are those of `Motors`, without refresh. Standing still is braked, so that the head
+    stays where it saw something; after a fault and at the end all outputs are full-off instead.
+    """
+
+    def __init__(self, name: str, bridge: HBridge, settings: RadarMotorSettings) -> None:
+        super().__init__(
+            name,
+            lambda: bridge.bring_up(settings.frequency_hz),
+            order_timeout=settings.longest_turn,
+        )
+        if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
+            raise SettingError(
+                f"{name} on {bridge.place}: duty {settings.duty}, longest_turn "
+                f"{settings.longest_turn} ns; expected more than 0, a duty of 1 at most"
+            )
+        self.turn = self.in_port("turn", int)
+        self.bridge = bridge
+        self.settings = settings
+        self.signal = STILL
+
+    def take_order(self) -> None:
+        """Read the signal."""
+        signal = self.turn[-1]
+        if signal not in (STILL, CLOCKWISE, COUNTERCLOCKWISE):
+            raise NotReady(f"{self.turn.path}: signal {signal}, expected 0, 1 or 2; stopped")
+        self.signal = signal
+
+    def forget_order(self) -> None:
+        """Order the head to stand."""
+        self.signal = STILL
+
+    def is_moving(self) -> bool:
+        """Whether the head is ordered to turn."""
+        return self.signal != STILL
+
+    def write_order(self) -> None:
+        """Turn or brake."""
+        if self.signal == CLOCKWISE:
+            self.bridge.forward(self.settings.duty)
+        elif self.signal == COUNTERCLOCKWISE:
+            self.bridge.reverse(self.settings.duty)
+        else:
+            self.bridge.brake()
+
+    def write_stop(self) -> None:
+        """Turn all sixteen outputs of the chip full-off, right in any state of it."""
+        self.bridge.chip.stop_all()

@@ -1,0 +1,150 @@
+"""A sonar as a hardware atomic model: a ranging is a phase, as long as the chip takes for it."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from drivers.chips.setting import SettingError
+from drivers.chips.step import Step
+from drivers.hardware import HardwareModel
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.hal.errors import HalError, NotReady
+
+READ_AGAIN_AFTER = 5 * MILLISECOND
+READINGS = 5
+"""How often an echo is asked for before that counts as a fault. A chip may be slower than it says,
+and a loop that is late sends a ping late but asks for its echo on time."""
+
+
+class RangeFinder(Protocol):
+    """A sonar's driver: a ranging is started, and `ranging_ns` later read, once."""
+
+    place: str
+    ranging_ns: int
+    interval_ns: int
+    """Shortest time from one start to the next."""
+
+    def bring_up(self) -> tuple[Step, ...]:
+        """Give the steps from any state to ready."""
+
+    def start_ranging(self) -> None:
+        """Send one ping."""
+
+    def read_distance(self) -> float:
+        """Give its first echo in m, +inf if none came. Raises NotReady while it still ranges."""
+
+
+@dataclass(frozen=True, slots=True)
+class SonarSettings:
+    """How often to range, and what counts as near."""
+
+    period: int
+    """Ns from ping to ping."""
+    threshold_m: float
+    """An echo at this distance or nearer is a detection."""
+
+
+class Sonar(HardwareModel):
+    """Ranges every period while started; sends `distance` in m (+inf: no echo), `detected` 1.
+
+    bring_up (the steps' waits) --> idle;  a step failed --fault!--> bring_up (RETRY_AFTER)
+    idle --start? 1--> resting (0) --ping--> ranging (chip.ranging_ns)
+    ranging, echo read --> reporting (0) --distance!, detected!--> resting (rest of the period)
+    ranging, not ready --> ranging (READ_AGAIN_AFTER), at most READINGS readings
+    ranging, resting, chip silent --> reporting (0) --fault!--> resting (rest of the period)
+    resting --> ranging;  resting, ranging --start? 0--> the same --> idle
+
+    `start` 0 lets a ranging under way end in silence: the chip is not spoken to meanwhile. A start
+    that comes before the chip is up is kept. A distance is sent once or not at all.
+    """
+
+    def __init__(self, name: str, chip: RangeFinder, settings: SonarSettings) -> None:
+        super().__init__(name, chip.bring_up)
+        self.start = self.in_port("start", int)
+        self.distance_out = self.out_port("distance", float)
+        self.detected_out = self.out_port("detected", int)
+        if settings.period < chip.interval_ns:
+            raise SettingError(
+                f"{name}: period of {settings.period / 1e6:g} ms, expected "
+                f"{chip.interval_ns / 1e6:g} ms or more for the {chip.place}"
+            )
+        self.chip = chip
+        self.settings = settings
+        self.is_started = False
+        self.distance: float | None = None
+        self._since_ping = 0
+        self._readings = 0
+
+    def begin(self) -> None:
+        """Range at once if started, else wait for it."""
+        if self.is_started:
+            self.activate("resting")
+        else:
+            self.passivate("idle")
+
+    def output(self) -> None:
+        """Send what the ranging found, or the fault."""
+        super().output()
+        if self.distance is not None:
+            self.distance_out.send(self.distance)
+            if self.distance <= self.settings.threshold_m:
+                self.detected_out.send(1)
+
+    def proceed(self) -> None:
+        """Ping, read, or rest for what is left of the period."""
+        self.distance = None
+        if self.phase == "ranging":
+            self._end_ranging()
+        elif self.phase == "reporting":
+            self._rest()
+        elif self.is_started:
+            self._ping()
+        else:
+            self.passivate("idle")
+
+    def external(self, elapsed: int) -> None:
+        """Start or stop; only an idle sonar has to be woken for it."""
+        self.is_started = self.start[-1] != 0
+        if self.is_started and self.phase == "idle":
+            self.activate("resting")
+        else:
+            self.continue_(elapsed)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _ping(self) -> None:
+        self._since_ping = self._readings = 0
+        try:
+            self.chip.start_ranging()
+        except HalError as error:
+            self._fail(error)
+        else:
+            self._range_for(self.chip.ranging_ns)
+
+    def _range_for(self, span: int) -> None:
+        self._since_ping += span
+        self.hold_in("ranging", span)
+
+    def _end_ranging(self) -> None:
+        if not self.is_started:
+            self._rest()
+            return
+        self._readings += 1
+        try:
+            self.distance = self.chip.read_distance()
+        except NotReady as error:
+            if self._readings < READINGS:
+                self._range_for(READ_AGAIN_AFTER)
+            else:
+                self._fail(error)
+        except HalError as error:
+            self._fail(error)
+        else:
+            self.consecutive_faults = 0
+            self.activate("reporting")
+
+    def _rest(self) -> None:
+        self.hold_in("resting", max(0, self.settings.period - self._since_ping))
+
+    def _fail(self, error: HalError) -> None:
+        self.note(error)
+        self.activate("reporting")

@@ -1,0 +1,135 @@
+"""The classic simulator: DEVS with Select, one model at a time.
+
+How it works. At an instant the imminent models are activated one after the other. Which one is
+next, the coupled models decide, from the root down: each one's `select` chooses among those of its
+components, atomic or coupled, that hold an imminent model; by default the first declared. The
+chosen one's output function runs, then its internal transition; then each value it sent travels, in
+the order sent and along each wire in the order of declaration, and is an external transition of its
+own, with one value in one bag. A receiver that was imminent itself has the external transition with
+its full time elapsed, and is imminent from then on if its new time advance is zero. There is no
+confluent transition.
+
+Values injected from outside arrive first, before any imminent model is activated.
+"""
+
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.engine import Connect, Engine
+from firmware_runtime.devs.errors import ModelError, ModelFailure, SelectError
+from firmware_runtime.devs.ports import InPort, OutPort, Relay
+from firmware_runtime.devs.time import NEVER
+
+
+class ClassicSimulator(Engine):
+    """Runs a model as classic DEVS: one imminent model at a time, one message at a time."""
+
+    def _open_bags(self, numbers: Mapping[Component, int]) -> Connect:
+        for model in numbers:
+            for bag in model.in_ports.values():
+                bag.clear()
+        self._sent: deque[tuple[InPort[Any], object]] = deque()
+        self._lineages = [self._lineage(model) for model in numbers]
+        return self._connect
+
+    def _connect(self, port: OutPort[Any], ends: Sequence[InPort[Any]]) -> None:
+        port.bag = Relay(partial(self._queue, ends))
+
+    def _queue(self, ends: Sequence[InPort[Any]], value: object) -> None:
+        self._sent.extend((end, value) for end in ends)
+
+    def _work_off(self, at: int, imminent: list[int]) -> None:
+        self._deliver(at, imminent)
+        for _ in range(self._zero_time_limit):
+            if not imminent:
+                return
+            number = self._select(imminent)
+            self._activate(number)
+            self._reschedule(number, at, imminent)
+            self._deliver(at, imminent)
+        if imminent:
+            self._refuse_endless_loop(imminent)
+
+    # One step -----------------------------------------------------------------------------------
+
+    def _activate(self, number: int) -> None:
+        model = self._models[number]
+        self.internal_transitions += 1
+        self._call(number, model.output)
+        self._call(number, model.internal)
+
+    def _deliver(self, at: int, imminent: list[int]) -> None:
+        """Hand over what was sent, one value after the other."""
+        while self._sent:
+            bag, value = self._sent.popleft()
+            number = self._numbers[bag.owner]
+            self.external_transitions += 1
+            bag.append(value)
+            self._call(number, self._models[number].external, at - self._last[number])
+            bag.clear()
+            self._reschedule(number, at, imminent)
+
+    def _call(self, number: int, function: Callable[..., None], *arguments: int) -> None:
+        try:
+            function(*arguments)
+        except ModelError:
+            raise
+        except Exception as error:
+            raise self._failure(number, error) from error
+
+    def _reschedule(self, number: int, at: int, imminent: list[int]) -> None:
+        """Read the new time advance; `imminent` stays in order of declaration."""
+        self._last[number] = at
+        sigma = self._models[number].sigma
+        if sigma.__class__ is not int or sigma < 0:
+            self._refuse_time_advance(number)
+        place = bisect_left(imminent, number)
+        was_imminent = place < len(imminent) and imminent[place] == number
+        if sigma > 0 and was_imminent:
+            del imminent[place]
+        elif sigma == 0 and not was_imminent:
+            imminent.insert(place, number)
+        self._agenda.book(number, at + sigma if sigma > 0 else NEVER)
+
+    # Select -------------------------------------------------------------------------------------
+
+    def _select(self, imminent: list[int]) -> int:
+        """Let the coupled models, from the root down, choose one of the imminent models."""
+        candidates, depth = imminent, 0
+        while len(candidates) > 1:
+            holders = [self._lineages[number][depth] for number in candidates]
+            components = tuple(dict.fromkeys(holders))
+            if len(components) > 1:
+                chosen = self._ask(components)
+                candidates = [n for n in candidates if self._lineages[n][depth] is chosen]
+            depth += 1
+        return candidates[0]
+
+    def _ask(self, components: Sequence[Component]) -> Component:
+        """What the coupled model that these are part of selects."""
+        coupled = components[0].parent
+        assert coupled is not None  # noqa: S101 -- the root is nobody's component
+        try:
+            chosen = coupled.select(components)
+        except ModelError:
+            raise
+        except Exception as error:
+            fault = f"its select raised {type(error).__name__}: {error}"
+            raise ModelFailure(coupled.path, self.now, fault) from error
+        if chosen not in components:
+            names = ", ".join(component.name for component in components)
+            fault = f"its select chose {chosen!r}, expected one of {names}"
+            raise SelectError(coupled.path, self.now, fault)
+        return chosen
+
+    def _lineage(self, model: Component | None) -> tuple[Component, ...]:
+        """The components that hold an atomic, from below the root down to the atomic itself."""
+        lineage: list[Component] = []
+        while model is not None and model is not self.root:
+            lineage.append(model)
+            model = model.parent
+        return tuple(reversed(lineage))

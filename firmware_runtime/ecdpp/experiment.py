@@ -1,0 +1,92 @@
+"""The experimental frame: a model whose inputs are played from events and whose outputs are heard.
+
+The frame is a model too, so the same run can take virtual, scaled or real time: give `Experiment`
+to whatever runs models, and an `OutputRecord` to listen. `run_events` is that in virtual time.
+"""
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from typing import Any, Final
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.ecdpp.event_file import Event
+from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord
+
+AFTERMATH: Final = 10 * SECOND
+"""How long a run without a stated end goes on after its last event."""
+
+
+class EventPlayer(Atomic):
+    """Sends every event at its instant; has one output port for each input port to feed.
+
+    waiting (until the next event) --port!value--> waiting | passive
+    """
+
+    def __init__(self, name: str, inputs: Iterable[InPort[Any]], events: Sequence[Event]) -> None:
+        super().__init__(name)
+        for port in inputs:
+            self.out_port(port.name, port.type)
+        self._instants = [(at, list(each)) for at, each in groupby(events, lambda each: each.at)]
+        self._next = 0
+
+    def initialize(self) -> None:
+        """Wait for the first event."""
+        self._next = 0
+        self._wait(0)
+
+    def output(self) -> None:
+        """Send all events of this instant."""
+        _, events = self._instants[self._next]
+        for event in events:
+            self.out_ports[event.port].send(event.value)
+
+    def internal(self) -> None:
+        """Wait for the next event."""
+        now, _ = self._instants[self._next]
+        self._next += 1
+        self._wait(now)
+
+    def _wait(self, now: int) -> None:
+        if self._next < len(self._instants):
+            self.hold_in("waiting", self._instants[self._next][0] - now)
+        else:
+            self.passivate()
+
+
+class Experiment(Coupled):
+    """events -> model -> output ports of the same names and types."""
+
+    def __init__(self, model: Component, events: Sequence[Event]) -> None:
+        super().__init__("experiment")
+        player = self.add(EventPlayer("events", model.in_ports.values(), events))
+        self.add(model)
+        for name, port in model.in_ports.items():
+            self.couple(player.out_ports[name], port)
+        for name, output in model.out_ports.items():
+            self.couple(output, self.out_port(name, output.type))
+
+
+def end_of(events: Sequence[Event]) -> int:
+    """When a run without a stated end is over: `AFTERMATH` after the last event."""
+    return (events[-1].at if events else 0) + AFTERMATH
+
+
+def run_events(
+    model: Component, events: Sequence[Event], until: int | None = None, *, checked: bool = False
+) -> list[OutputLine]:
+    """Run a model on events in virtual time, up to and including `until`; return its output lines.
+
+    Without `until` the run is over 10 s after the last event: a model may go on for ever. With
+    `checked` the simulator watches the laws of the formalism, at the price of speed.
+    """
+    simulator = Simulator(Experiment(model, events), checked=checked)
+    record = OutputRecord(simulator)
+    simulator.run(end_of(events) if until is None else until)
+    for failure in simulator.exit():
+        raise failure
+    return record.lines

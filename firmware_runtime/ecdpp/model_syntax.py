@@ -1,0 +1,117 @@
+"""The lines of a model file, sorted into sections; what they mean, `model_file` finds out.
+
+[top]
+components : controller@Controller arm
+out : Out1
+in : In1 In2
+Link : In1 start@controller
+Link : angle@controller target@arm
+
+[controller]
+waitTime : 00:00:00:010
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from firmware_runtime.ecdpp.text import lines_of
+
+_SECTION = re.compile(r"\[\s*(\w+)\s*\]")
+_ENTRY = re.compile(r"(\w+)\s*:\s*(.*)")
+
+
+class Entry(NamedTuple):
+    """`key : value` and its line's number."""
+
+    line: int
+    key: str
+    value: str
+
+
+class Reference(NamedTuple):
+    """`port@model`, or a port of the section's own model."""
+
+    port: str
+    model: str | None
+
+    @property
+    def model_name(self) -> str:
+        """The model's name without regard to case, empty for the section's own model."""
+        return (self.model or "").casefold()
+
+    def is_own(self, port: str) -> bool:
+        """Whether this is the section's own port of that name."""
+        return self.model is None and self.port.casefold() == port.casefold()
+
+
+class Link(NamedTuple):
+    """A coupling and its line's number."""
+
+    line: int
+    source: Reference
+    end: Reference
+
+
+@dataclass(slots=True)
+class Section:
+    """What the file says of one model: a coupled one's make-up, an atomic one's parameters."""
+
+    line: int
+    name: str
+    components: list[Entry] = field(default_factory=list)
+    """Each component, `key` its name, `value` its class or empty."""
+    inputs: list[Entry] = field(default_factory=list)
+    """Each input port, `key` its name."""
+    outputs: list[Entry] = field(default_factory=list)
+    """Each output port, `key` its name."""
+    links: list[Link] = field(default_factory=list)
+    parameters: list[Entry] = field(default_factory=list)
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether it says anything that only a coupled model has."""
+        return bool(self.components or self.inputs or self.outputs or self.links)
+
+
+def parse_sections(text: str, faults: list[str]) -> dict[str, Section]:
+    """The file's sections by name in lower case; lines that fit nowhere become faults."""
+    sections: dict[str, Section] = {}
+    section: Section | None = None
+    for number, line in lines_of(text):
+        head, entry = _SECTION.fullmatch(line), _ENTRY.fullmatch(line)
+        if head:
+            section = Section(number, head[1])
+            first = sections.setdefault(head[1].casefold(), section)
+            if first is not section:
+                faults.append(f"line {number}: [{head[1]}] again, first in line {first.line}")
+        elif entry and section:
+            _sort(Entry(number, entry[1], entry[2]), section, faults)
+        else:
+            expected = "[name] or key : value" if section else "a section, such as [top]"
+            faults.append(f"line {number}: {line!r}: expected {expected}")
+    return sections
+
+
+def _sort(entry: Entry, section: Section, faults: list[str]) -> None:
+    """Put a line where it belongs in its section."""
+    words = entry.value.split()
+    kind = entry.key.casefold()
+    if kind == "components":
+        for word in words:
+            name, _, class_name = word.partition("@")
+            section.components.append(Entry(entry.line, name, class_name))
+    elif kind in {"in", "out"}:
+        ports = section.inputs if kind == "in" else section.outputs
+        ports.extend(Entry(entry.line, word, "") for word in words)
+    elif kind != "link":
+        section.parameters.append(entry)
+    elif len(words) == 2:
+        section.links.append(Link(entry.line, _reference(words[0]), _reference(words[1])))
+    else:
+        faults.append(f"line {entry.line}: Link {entry.value!r}: expected two ports")
+
+
+def _reference(word: str) -> Reference:
+    port, at, model = word.partition("@")
+    return Reference(port, model if at else None)

@@ -1,0 +1,63 @@
+"""What E-CD++'s text files have in common: lines, comments, times, numbers, names without case."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import BoardError
+
+T = TypeVar("T")
+
+_COMMENT = re.compile(r"#|//|%")
+_TIME = re.compile(r"(\d{2,6}):([0-5]\d):([0-5]\d):(\d{1,3})", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)", re.ASCII)
+
+
+def read_text(path: Path) -> str:
+    """The file's text; raises BoardError if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BoardError(str(path), [f"cannot be read: {error}"]) from error
+
+
+def lines_of(text: str) -> Iterator[tuple[int, str]]:
+    """Numbered lines, from 1, that hold something besides a comment; without the comment."""
+    for number, line in enumerate(text.split("\n"), start=1):
+        content = _COMMENT.split(line, maxsplit=1)[0].strip()
+        if content:
+            yield number, content
+
+
+def parse_time(text: str) -> int | None:
+    """`HH:MM:SS:ms` in ns, or None; the last field is a number of ms, so `:50` is 0.050 s."""
+    match = _TIME.fullmatch(text)
+    if match is None:
+        return None
+    hours, minutes, seconds, milliseconds = map(int, match.groups())
+    return (((hours * 60 + minutes) * 60 + seconds) * 1000 + milliseconds) * MILLISECOND
+
+
+def format_time(at: int) -> str:
+    """An instant as `HH:MM:SS:mmm`; what is finer than a millisecond is cut off."""
+    rest, milliseconds = divmod(at // MILLISECOND, 1000)
+    rest, seconds = divmod(rest, 60)
+    hours, minutes = divmod(rest, 60)
+    return f"{hours:02d}:{minutes:02d}:{seconds:02d}:{milliseconds:03d}"
+
+
+def parse_number(text: str) -> float | None:
+    """A whole number or a decimal, or None."""
+    number = float(text) if _NUMBER.fullmatch(text) else math.nan
+    return number if math.isfinite(number) else None
+
+
+def look_up(names: Mapping[str, T], name: str) -> T | None:
+    """What stands under a name, written exactly so or else with other case."""
+    if name in names:
+        return names[name]
+    folded = name.casefold()
+    return next((each for key, each in names.items() if key.casefold() == folded), None)

@@ -1,0 +1,202 @@
+"""How a loop around the simulator drives it: next_at, inject, advance, postpone, listen, exit."""
+
+import pytest
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import ModelError, ModelFailure, PortTypeError
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import NEVER, SECOND
+from tests.support.devs_models import Clock, Echo, Log, Scripted, top
+
+
+class Shell:
+    """A log fed from outside, next to a clock with period 10."""
+
+    def __init__(self) -> None:
+        self.clock, self.log = Clock("clock", 10), Log("log")
+        self.model = top(self.clock, self.log)
+        self.inlet = self.model.in_port("in", int)
+        self.model.couple(self.inlet, self.log.values)
+        self.simulator = Simulator(self.model)
+
+    def inject(self, at: int, *values: int) -> None:
+        for value in values:
+            self.simulator.inject(self.inlet, value)
+        self.simulator.advance(at)
+
+
+def test_advance_takes_one_instant() -> None:
+    shell = Shell()
+    shell.simulator.advance(shell.simulator.next_at)
+    assert (shell.simulator.now, shell.simulator.next_at, shell.clock.count) == (10, 20, 1)
+
+
+def test_an_input_arrives_between_events_with_its_elapsed_time() -> None:
+    shell = Shell()
+    shell.inject(3, 1, 2)
+    shell.inject(7, 3)
+    assert (shell.log.bags, shell.log.elapsed) == ([[1, 2], [3]], [3, 4])
+    assert shell.simulator.next_at == 10
+
+
+def test_an_instant_that_ended_may_be_advanced_to_again() -> None:
+    shell = Shell()
+    shell.inject(10, 1)
+    shell.inject(10, 2)
+    assert (shell.log.bags, shell.log.elapsed) == ([[1], [2]], [10, 0])
+    assert shell.clock.count == 1
+
+
+def test_an_input_at_an_internal_events_instant_is_confluent_with_it() -> None:
+    echo = Echo("echo", delay=5)
+    model = top(echo)
+    inlet = model.in_port("in", int)
+    model.couple(inlet, echo.inlet)
+    simulator = Simulator(model)
+    for at, value in ((0, 1), (5, 2)):
+        simulator.inject(inlet, value)
+        simulator.advance(at)
+    assert (echo.held, simulator.next_at) == ([2], 10)
+
+
+def test_run_first_delivers_what_was_injected_at_the_present_instant() -> None:
+    shell = Shell()
+    shell.simulator.run(15)
+    shell.simulator.inject(shell.inlet, 1)
+    shell.simulator.run(30)
+    assert shell.log.elapsed == [10]
+    assert shell.clock.count == 3
+
+
+def test_the_end_of_a_run_is_inclusive_and_one_before_now_does_nothing() -> None:
+    shell = Shell()
+    shell.simulator.run(20)
+    assert shell.clock.count == 2
+    shell.simulator.run(19)
+    assert (shell.clock.count, shell.simulator.now) == (2, 20)
+
+
+@pytest.mark.parametrize("at", [4, 11, NEVER])
+def test_an_instant_in_the_past_or_beyond_the_next_event_is_refused(at: int) -> None:
+    shell = Shell()
+    shell.inject(5, 1)
+    with pytest.raises(ModelError, match=r"^top: cannot advance to .*0\.000000005 s \(now\)"):
+        shell.simulator.advance(at)
+
+
+def test_never_is_no_instant_to_advance_to() -> None:
+    simulator = Simulator(top(Log("log")))
+    with pytest.raises(ModelError, match="cannot advance to never"):
+        simulator.advance(NEVER)
+
+
+def test_only_the_roots_input_ports_take_input_from_outside() -> None:
+    shell = Shell()
+    with pytest.raises(ModelError, match=r"^top\.log\.values: not an input port of top$"):
+        shell.simulator.inject(shell.log.values, 1)
+
+
+def test_an_injected_value_of_another_type_is_refused() -> None:
+    shell = Shell()
+    with pytest.raises(PortTypeError, match=r"^top at .*: port 'in' carries int, not 1\.5$"):
+        shell.simulator.inject(shell.inlet, 1.5)  # type: ignore[misc]
+
+
+def test_a_postponed_model_holds_its_phase_longer() -> None:
+    shell = Shell()
+    shell.simulator.postpone(shell.clock, 25)
+    assert shell.simulator.due_at(shell.clock) == shell.simulator.next_at == 25
+    shell.simulator.run(40)
+    assert (shell.clock.count, shell.simulator.due_at(shell.clock)) == (2, 45)
+
+
+def test_input_during_the_postponed_time_leaves_the_rest_of_it() -> None:
+    model = Scripted("model", sigma=10)
+    simulator = Simulator(model)
+    simulator.postpone(model, 30)
+    simulator.inject(model.inlet, 1)
+    simulator.advance(12)
+    assert (model.sigma, simulator.due_at(model)) == (18, 30)
+
+
+@pytest.mark.parametrize("at", [9, 0, NEVER])
+def test_an_event_is_not_postponed_to_an_earlier_instant_nor_for_ever(at: int) -> None:
+    shell = Shell()
+    with pytest.raises(ModelError, match=r"^top\.clock: cannot postpone .*0\.000000010 s"):
+        shell.simulator.postpone(shell.clock, at)
+    assert shell.simulator.due_at(shell.clock) == 10
+
+
+def test_a_passive_model_has_nothing_to_postpone() -> None:
+    shell = Shell()
+    with pytest.raises(ModelError, match=r"^top\.log: cannot postpone"):
+        shell.simulator.postpone(shell.log, SECOND)
+
+
+def test_a_model_of_another_simulator_is_refused() -> None:
+    with pytest.raises(ModelError, match=r"^stranger: not an atomic model in top$"):
+        Shell().simulator.due_at(Clock("stranger", 1))
+
+
+def test_listeners_hear_in_the_order_in_which_they_came() -> None:
+    shell = Shell()
+    heard: list[tuple[str, int, int]] = []
+    shell.simulator.listen(shell.clock.ticks, lambda at, value: heard.append(("a", at, value)))
+    shell.simulator.listen(shell.clock.ticks, lambda at, value: heard.append(("b", at, value)))
+    shell.simulator.run(20)
+    assert heard == [("a", 10, 0), ("b", 10, 0), ("a", 20, 1), ("b", 20, 1)]
+
+
+def test_a_coupled_models_output_is_heard_where_its_wires_come_from() -> None:
+    inner = Coupled("inner")
+    clocks = [inner.add(Clock("slow", 10)), inner.add(Clock("fast", 5))]
+    inner_out = inner.out_port("out", int)
+    model = top(inner)
+    outer_out = model.out_port("out", int)
+    model.couple(inner_out, outer_out)
+    for clock in clocks:
+        inner.couple(clock.ticks, inner_out)
+    simulator = Simulator(model)
+    heard: list[tuple[int, int]] = []
+    simulator.listen(outer_out, lambda at, value: heard.append((at, value)))
+    simulator.run(10)
+    assert heard == [(5, 0), (10, 0), (10, 1)]
+
+
+def test_listening_changes_nothing_for_the_receivers() -> None:
+    clock, logs = Clock("clock", 1), [Log("first"), Log("second")]
+    model = top(clock, *logs)
+    for log in logs:
+        model.couple(clock.ticks, log.values)
+    simulator = Simulator(model)
+    simulator.listen(clock.ticks, lambda _at, _value: None)
+    simulator.run(2)
+    assert [log.bags for log in logs] == [[[0], [1]]] * 2
+
+
+def test_a_new_simulator_takes_the_models_ports_over() -> None:
+    shell = Shell()
+    shell.simulator.inject(shell.inlet, 1)
+    shell.simulator.listen(shell.clock.ticks, lambda _at, _value: pytest.fail("still listening"))
+    second = Simulator(shell.model)
+    second.run(20)
+    assert shell.log.bags == []
+
+
+def test_models_exit_in_reverse_order_and_each_one_though_others_fail() -> None:
+    exited: list[str] = []
+
+    class Leaving(Clock):
+        def exit(self) -> None:
+            exited.append(self.name)
+            if self.name == "b":
+                raise OSError("no bus")
+
+    simulator = Simulator(top(*(Leaving(name, 1) for name in "abc")))
+    failures = simulator.exit()
+    assert exited == ["c", "b", "a"]
+    assert [str(failure) for failure in failures] == [
+        "top.b at 0.000000000 s: its exit raised OSError: no bus"
+    ]
+    assert isinstance(failures[0], ModelFailure)
+    assert isinstance(failures[0].__cause__, OSError)

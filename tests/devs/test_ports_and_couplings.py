@@ -1,0 +1,195 @@
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.wiring import Wiring
+from tests.support.devs_models import Clock, Echo, Log, top
+
+
+class Base:
+    pass
+
+
+class Derived(Base):
+    pass
+
+
+class Model(Atomic):
+    """Two typed ports of each kind."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.base_in = self.in_port("base_in", Base)
+        self.derived_in = self.in_port("derived_in", Derived)
+        self.base_out = self.out_port("base_out", Base)
+        self.derived_out = self.out_port("derived_out", Derived)
+
+
+def test_a_path_joins_the_names_from_the_root() -> None:
+    root, inner = Coupled("robot"), Coupled("controller")
+    root.add(inner)
+    model = inner.add(Model("yaw"))
+    assert model.path == "robot.controller.yaw"
+    assert model.base_in.path == "robot.controller.yaw.base_in"
+    assert repr(model.base_out) == "<OutPort robot.controller.yaw.base_out>"
+    assert repr(model.base_in) == "<InPort robot.controller.yaw.base_in []>"
+
+
+@pytest.mark.parametrize("name", ["", "a.b"])
+@pytest.mark.parametrize(
+    "declare",
+    [
+        Atomic,
+        Coupled,
+        lambda name: Atomic("model").in_port(name, int),
+        lambda name: Atomic("model").out_port(name, int),
+    ],
+)
+def test_a_name_that_would_spoil_a_path_is_refused(
+    declare: Callable[[str], object], name: str
+) -> None:
+    with pytest.raises(CouplingError, match="a name is not empty and holds no dot"):
+        declare(name)
+
+
+def test_a_port_is_declared_once() -> None:
+    model = Model("model")
+    with pytest.raises(CouplingError, match=r"^model: port 'base_in' is declared twice$"):
+        model.in_port("base_in", Base)
+    with pytest.raises(CouplingError, match=r"^model: port 'base_out' is declared twice$"):
+        model.out_port("base_out", Base)
+
+
+def test_a_ports_type_is_a_class() -> None:
+    with pytest.raises(CouplingError, match=r"a port's type is a class, not tuple\[int, int\]"):
+        Atomic("model").in_port("in", tuple[int, int])
+
+
+def test_ports_are_told_apart_by_identity_though_their_bags_are_equal() -> None:
+    model = Model("model")
+    assert model.base_in != model.derived_in
+    assert list(model.base_in) == list(model.derived_in)
+    assert len({model.base_in, model.derived_in}) == 2
+
+
+def test_a_component_has_one_parent() -> None:
+    model = Model("model")
+    Coupled("first").add(model)
+    with pytest.raises(CouplingError, match=r"^first\.model is already part of first$"):
+        Coupled("second").add(model)
+
+
+def test_siblings_have_different_names() -> None:
+    with pytest.raises(CouplingError, match=r"^top: component 'model' is declared twice$"):
+        top(Model("model"), Model("model"))
+
+
+def test_a_model_is_no_part_of_itself() -> None:
+    outer, inner = Coupled("outer"), Coupled("inner")
+    outer.add(inner)
+    for model in (outer, inner):
+        with pytest.raises(CouplingError, match="'outer' cannot be part of itself"):
+            model.add(outer)
+
+
+def test_only_atomic_and_coupled_models_run() -> None:
+    with pytest.raises(CouplingError, match=r"^top\.odd: .* Atomic or a Coupled"):
+        Simulator(top(Component("odd")))  # type: ignore[arg-type]
+
+
+class Pair:
+    """Two models in a coupled one with ports of its own, and a stranger."""
+
+    def __init__(self) -> None:
+        self.a, self.b = Model("a"), Model("b")
+        self.top = top(self.a, self.b)
+        self.inlet = self.top.in_port("inlet", Base)
+        self.outlet = self.top.out_port("outlet", Base)
+        self.stranger = Model("stranger")
+
+
+@pytest.mark.parametrize(
+    ("ends", "reason"),
+    [
+        (lambda p: (p.a.base_out, p.b.derived_in), "a port of Base cannot feed a port of Derived"),
+        (lambda p: (p.a.base_out, p.a.base_in), "cannot be coupled to the model itself"),
+        (lambda p: (p.inlet, p.outlet), "cannot be coupled to the model itself"),
+        (lambda p: (p.stranger.base_out, p.b.base_in), "source is neither an input of top nor"),
+        (lambda p: (p.a.base_in, p.b.base_in), "source is neither an input of top nor"),
+        (lambda p: (p.outlet, p.b.base_in), "source is neither an input of top nor"),
+        (lambda p: (p.a.base_out, p.stranger.base_in), "end is neither an output of top nor"),
+        (lambda p: (p.a.base_out, p.b.base_out), "end is neither an output of top nor"),
+        (lambda p: (p.a.base_out, p.inlet), "end is neither an output of top nor"),
+        (lambda p: (p.a.base_out, "base_in"), "joins two ports; 'base_in' is none"),
+        (lambda p: (p.a, p.b.base_in), "joins two ports"),
+    ],
+)
+def test_a_wrong_coupling_is_refused_with_both_paths(
+    ends: Callable[[Pair], tuple[Any, Any]], reason: str
+) -> None:
+    pair = Pair()
+    source, destination = ends(pair)
+    with pytest.raises(CouplingError, match=reason) as refusal:
+        pair.top.couple(source, destination)
+    if isinstance(source, InPort | OutPort) and isinstance(destination, InPort | OutPort):
+        assert str(refusal.value).startswith(f"{source.path} -> {destination.path}: ")
+    assert not pair.top.couplings
+
+
+def test_a_wire_is_drawn_once() -> None:
+    pair = Pair()
+    pair.top.couple(pair.a.base_out, pair.b.base_in)
+    with pytest.raises(CouplingError, match=r"^top\.a\.base_out -> top\.b\.base_in: coupled twice"):
+        pair.top.couple(pair.a.base_out, pair.b.base_in)
+
+
+def test_a_narrower_type_feeds_a_wider_one() -> None:
+    pair = Pair()
+    pair.top.couple(pair.a.derived_out, pair.b.base_in)
+    assert list(pair.top.couplings) == [(pair.a.derived_out, pair.b.base_in)]
+
+
+def test_couplings_keep_the_order_in_which_they_were_drawn() -> None:
+    pair = Pair()
+    pair.top.couple(pair.b.base_out, pair.outlet)
+    pair.top.couple(pair.inlet, pair.a.base_in)
+    pair.top.couple(pair.a.base_out, pair.b.base_in)
+    assert [source.path for source, _ in pair.top.couplings] == [
+        "top.b.base_out",
+        "top.inlet",
+        "top.a.base_out",
+    ]
+
+
+def test_a_wire_is_followed_down_across_and_up() -> None:
+    sender, receiver = Coupled("sender"), Coupled("receiver")
+    clock, log, other = sender.add(Clock("clock", 1)), receiver.add(Log("log")), Log("other")
+    model = top(sender, receiver, other)
+    out, into = sender.out_port("out", int), receiver.in_port("in", int)
+    sender.couple(clock.ticks, out)
+    model.couple(out, into)
+    model.couple(out, other.values)
+    receiver.couple(into, log.values)
+    wiring = Wiring(model)
+    assert wiring.atomics == [clock, log, other]
+    assert wiring.ends(clock.ticks) == [log.values, other.values]
+
+
+def test_a_part_of_a_model_can_be_flattened_by_itself() -> None:
+    inner = Coupled("inner")
+    echo, log = inner.add(Echo("echo")), Log("log")
+    inlet, outlet = inner.in_port("in", int), inner.out_port("out", int)
+    inner.couple(inlet, echo.inlet)
+    inner.couple(echo.outlet, outlet)
+    model = top(inner, log)
+    model.couple(outlet, log.values)
+    assert Wiring(inner).ends(echo.outlet) == []
+    assert Wiring(model).ends(echo.outlet) == [log.values]
+    assert Wiring(inner).ends(inlet) == [echo.inlet]

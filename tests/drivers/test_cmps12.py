@@ -1,0 +1,124 @@
+import math
+from typing import TypeAlias
+
+import pytest
+
+from drivers.chips.bearing import in_circle
+from drivers.chips.cmps12 import Cmps12
+from drivers.chips.setting import SettingError
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.i2c import I2cBus, Message
+
+Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
+Registers: TypeAlias = dict[int, bytearray]
+COMPASS = 0x61
+
+
+@pytest.fixture
+def registers() -> Registers:
+    return {COMPASS: bytearray(256)}
+
+
+@pytest.fixture
+def chip(register_bus: I2cBus, registers: Registers) -> Cmps12:
+    point(registers, 0)
+    return Cmps12(register_bus, COMPASS)
+
+
+def point(registers: Registers, tenths: int, *, coarse: int | None = None) -> None:
+    if coarse is None:
+        coarse = tenths * 256 // 3600
+    registers[COMPASS][0:4] = bytes((7, coarse, *tenths.to_bytes(2, "big")))
+
+
+@pytest.mark.parametrize(
+    ("tenths", "bearing_deg"), [(0, 0.0), (1, 0.1), (900, 90.0), (2565, 256.5), (3599, 359.9)]
+)
+def test_the_bearing_is_given_in_degrees_to_a_tenth(
+    chip: Cmps12, registers: Registers, tenths: int, bearing_deg: float
+) -> None:
+    point(registers, tenths)
+    assert chip.read_bearing().bearing_deg == pytest.approx(bearing_deg, abs=1e-12)
+
+
+def test_a_reading_is_two_short_transactions_and_writes_nothing(chip: Cmps12, wire: Wire) -> None:
+    chip.read_bearing()
+    assert wire == [(COMPASS, (b"\x02", 10)), (COMPASS, (b"\x1e", 1))]
+
+
+@pytest.mark.parametrize(("state", "calibration"), [(0x00, 0), (0xFC, 0), (0x32, 2), (0xFF, 3)])
+def test_the_calibration_of_the_magnetometer_comes_with_it(
+    chip: Cmps12, registers: Registers, state: int, calibration: int
+) -> None:
+    registers[COMPASS][0x1E] = state
+    assert chip.read_bearing().calibration == calibration
+
+
+def test_the_raw_bytes_hold_bearing_inclination_and_magnetometer(
+    chip: Cmps12, registers: Registers
+) -> None:
+    registers[COMPASS][2:12] = bytes((0x0A, 0x05, 3, 252, 1, 2, 3, 4, 5, 6))
+    assert chip.read_bearing().raw == bytes((0x0A, 0x05, 3, 252, 1, 2, 3, 4, 5, 6))
+
+
+@pytest.mark.parametrize("tenths", [3600, 0xE2E4, 0xFFFF])
+def test_a_bearing_beyond_the_circle_is_none(
+    chip: Cmps12, registers: Registers, tenths: int
+) -> None:
+    point(registers, tenths, coarse=0)
+    with pytest.raises(NotReady, match=f"bearing reads {tenths}, expected 0 to 3599"):
+        chip.read_bearing()
+
+
+@pytest.mark.parametrize("tenths", range(0, 3600, 97))
+@pytest.mark.parametrize("steps", [255, 256])
+def test_both_ways_to_divide_the_circle_into_a_byte_are_taken(
+    chip: Cmps12, registers: Registers, tenths: int, steps: int
+) -> None:
+    for coarse in {tenths * steps // 3600, min(255, round(tenths * steps / 3600))}:
+        point(registers, tenths, coarse=coarse)
+        chip.identify()
+
+
+def test_bearings_that_differ_across_north_are_close(chip: Cmps12, registers: Registers) -> None:
+    point(registers, 3599, coarse=0)
+    chip.identify()
+    point(registers, 0, coarse=255)
+    chip.identify()
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        pytest.param(b"\x11\x04\xe2\xe4", id="a PCA9685 on a motor board"),
+        pytest.param(b"\xff\xff\xff\xff", id="nobody drives the bus"),
+        pytest.param(b"\x00\x00\x00\x00", id="a line is held"),
+        pytest.param(b"\x07\x80\x00\x00", id="the bearings differ"),
+    ],
+)
+def test_what_is_no_compass_is_refused(chip: Cmps12, registers: Registers, found: bytes) -> None:
+    registers[COMPASS][0:4] = found
+    with pytest.raises(WrongDevice, match=f"registers 0 to 3 read {found.hex(' ')}, expected"):
+        chip.identify()
+
+
+def test_an_absent_chip_says_what_was_expected(chip: Cmps12, registers: Registers) -> None:
+    registers.clear()
+    (step,) = chip.bring_up()
+    with pytest.raises(NoAcknowledge, match="CMPS12 at 0x61 on i2c-1: no answer, expected a soft"):
+        step.action()
+
+
+@pytest.mark.parametrize("address", [0x5F, 0x68])
+def test_an_address_it_cannot_have_is_refused(register_bus: I2cBus, address: int) -> None:
+    with pytest.raises(SettingError, match="expected an address from 0x60 to 0x67"):
+        Cmps12(register_bus, address)
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "expected"),
+    [(0.0, 0.0), (360.0, 0.0), (-90.0, 270.0), (725.0, 5.0), (-1e-20, 0.0)],
+)
+def test_an_angle_is_brought_into_the_circle(angle_deg: float, expected: float) -> None:
+    assert in_circle(angle_deg) == expected
+    assert not math.isclose(in_circle(angle_deg), 360.0)

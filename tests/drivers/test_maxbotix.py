@@ -1,0 +1,209 @@
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.chips.maxbotix import FAMILIES, FrameDecoder, Maxbotix
+from drivers.chips.setting import SettingError
+from firmware_runtime.hal.errors import NotReady
+from firmware_runtime.hal.serial import SerialPort
+
+GARBAGE = st.binary(max_size=20)
+COUNTS = st.lists(st.integers(0, 999), max_size=8)
+
+
+class ScriptedPort(SerialPort):
+    """Bytes put into `arrived` are read as they are, all at once."""
+
+    name = "ttyS0"
+
+    def __init__(self) -> None:
+        self.arrived = b""
+
+    def write(self, data: bytes) -> None:
+        raise AssertionError(data)
+
+    def read_available(self) -> bytes:
+        data, self.arrived = self.arrived, b""
+        return data
+
+    def close(self) -> None:
+        self.arrived = b""
+
+
+@pytest.fixture
+def port() -> ScriptedPort:
+    return ScriptedPort()
+
+
+@pytest.fixture
+def sonar(port: ScriptedPort) -> Maxbotix:
+    return Maxbotix(port, "xl")
+
+
+def frame(count: int, digits: int = 3) -> bytes:
+    return b"R%0*d\r" % (digits, count)
+
+
+# The codec ----------------------------------------------------------------------------------------
+
+
+@given(COUNTS, st.lists(st.integers(0, 60)))
+def test_frames_are_found_however_the_stream_is_cut(counts: list[int], cuts: list[int]) -> None:
+    stream = b"".join(map(frame, counts))
+    decoder = FrameDecoder((3,))
+    bounds = [0, *sorted(min(cut, len(stream)) for cut in cuts), len(stream)]
+    found = []
+    for begin, end in pairwise(bounds):
+        found += decoder.feed(stream[begin:end])
+    assert found == counts
+
+
+@given(st.lists(st.tuples(GARBAGE, st.integers(0, 999))))
+def test_what_stands_before_a_frame_never_costs_that_frame(parts: list[tuple[bytes, int]]) -> None:
+    decoder = FrameDecoder((3,))
+    for garbage, count in parts:
+        assert decoder.feed(garbage + frame(count))[-1] == count
+
+
+@given(st.binary())
+def test_no_stream_makes_the_decoder_fail_or_give_a_count_of_other_digits(stream: bytes) -> None:
+    assert all(0 <= count <= 9999 for count in FrameDecoder((3, 4)).feed(stream))
+
+
+@pytest.mark.parametrize(
+    "stream",
+    [
+        b"R12\r",
+        b"R1234\r",
+        b"R12a\r",
+        b"R123",
+        b"R123\n",
+        b"123\r",
+        b"R 12\r",
+        b"R-12\r",
+        b"r123\r",
+        b"RR12\r",
+    ],
+)
+def test_what_is_not_quite_a_frame_is_none(stream: bytes) -> None:
+    assert FrameDecoder((3,)).feed(stream) == []
+
+
+def test_a_power_up_banner_is_skipped() -> None:
+    banner = b"XL-MaxSonar\rMB1200 RoHS 1.9b\rCopyright MaxBotix\rTempI\r"
+    assert FrameDecoder((3,)).feed(banner + b"R042\rR043\r") == [42, 43]
+
+
+def test_a_frame_cut_in_two_by_a_restart_is_not_put_together() -> None:
+    decoder = FrameDecoder((3,))
+    decoder.feed(b"R1")
+    decoder.restart()
+    assert decoder.feed(b"23\rR456\r") == [456]
+
+
+# The driver ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("family", "arrived", "metres"),
+    [
+        ("lv", b"R100\r", 2.54),
+        ("xl", b"R764\r", 7.64),
+        ("xl-10m", b"R099\r", 0.99),
+        ("xl-10m", b"R1067\r", 10.67),
+        ("hrlv", b"R4999\r", 4.999),
+        ("hrxl-5m", b"R0500\r", 0.5),
+        ("hrxl-10m", b"R9998\r", 9.998),
+        ("lv", b"R255\r", math.inf),
+        ("lv", b"R254\r", math.inf),
+        ("xl", b"R765\r", math.inf),
+        ("xl-10m", b"R1068\r", math.inf),
+        ("hrlv", b"R5000\r", math.inf),
+        ("hrxl-5m", b"R5000\r", math.inf),
+        ("hrxl-10m", b"R9999\r", math.inf),
+    ],
+)
+def test_each_family_has_its_unit_and_its_word_for_nothing(
+    port: ScriptedPort, family: str, arrived: bytes, metres: float
+) -> None:
+    sonar = Maxbotix(port, family)
+    sonar.start_ranging()
+    port.arrived = arrived
+    assert sonar.read_distance() == pytest.approx(metres)
+
+
+def test_what_arrived_before_a_ranging_is_never_given(port: ScriptedPort, sonar: Maxbotix) -> None:
+    port.arrived = b"R100\rR1"
+    sonar.start_ranging()
+    port.arrived = b"01\r"
+    with pytest.raises(NotReady):
+        sonar.read_distance()
+    port.arrived = b"R102\r"
+    assert sonar.read_distance() == 1.02
+
+
+def test_of_several_frames_the_newest_is_given(port: ScriptedPort, sonar: Maxbotix) -> None:
+    sonar.start_ranging()
+    port.arrived = b"R100\rR101\rR102\rR1"
+    assert sonar.read_distance() == 1.02
+
+
+def test_a_distance_is_given_once(port: ScriptedPort, sonar: Maxbotix) -> None:
+    sonar.start_ranging()
+    port.arrived = b"R100\r"
+    sonar.read_distance()
+    port.arrived = b"R101\r"
+    with pytest.raises(NotReady, match="no ranging to read"):
+        sonar.read_distance()
+
+
+def test_a_frame_that_comes_in_two_readings_is_read(port: ScriptedPort, sonar: Maxbotix) -> None:
+    sonar.start_ranging()
+    port.arrived = b"R1"
+    with pytest.raises(NotReady, match=r"no frame in 52 31, expected R, 3 digits"):
+        sonar.read_distance()
+    port.arrived = b"00\r"
+    assert sonar.read_distance() == 1.0
+
+
+def test_a_silent_line_is_told_with_what_may_be_the_reason(sonar: Maxbotix) -> None:
+    sonar.start_ranging()
+    expected = "MaxBotix xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin"
+    with pytest.raises(NotReady, match=expected):
+        sonar.read_distance()
+
+
+def test_an_inverted_signal_is_told_by_its_bytes(port: ScriptedPort, sonar: Maxbotix) -> None:
+    sonar.start_ranging()
+    port.arrived = bytes(100) + b"\x2b\x06"
+    expected = r"no frame in (00 ){10}2b 06, .*its signal is inverted \(RS-232 polarity\)"
+    with pytest.raises(NotReady, match=expected):
+        sonar.read_distance()
+
+
+def test_bring_up_listens_for_one_frame(port: ScriptedPort, sonar: Maxbotix) -> None:
+    listen, identify = sonar.bring_up()
+    listen.action()
+    port.arrived = b"R100\r"
+    identify.action()
+    listen.action()
+    with pytest.raises(NotReady, match="nothing received"):
+        identify.action()
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_whole_frame_must_have_come_within_the_ranging_time(
+    port: ScriptedPort, family: str
+) -> None:
+    sonar = Maxbotix(port, family)
+    frame_ns = (max(sonar.family.digits) + 2) * 10 * 1_000_000_000 // 9600
+    assert sonar.ranging_ns >= sonar.family.cycle_ns + frame_ns
+    assert sonar.interval_ns >= sonar.ranging_ns
+
+
+def test_an_unknown_family_is_refused_with_the_known_ones(port: ScriptedPort) -> None:
+    with pytest.raises(SettingError, match="MaxBotix ez on ttyS0: expected one of lv, xl, xl-10m"):
+        Maxbotix(port, "ez")

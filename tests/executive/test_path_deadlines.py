@@ -1,0 +1,116 @@
+"""From a sensor's sample to an actuator's write."""
+
+import pytest
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.deadlines import PathDeadline
+from tests.support.executives import Run
+from tests.support.periodic_models import PERIOD, Actuator, Robot, Sampler
+from tests.support.stalling_clock import StallingClock
+
+
+class Delay(Atomic):
+    """Hands on the last value, `span` after the first that it was waiting for."""
+
+    def __init__(self, span: int) -> None:
+        super().__init__("delay")
+        self.span = span
+        self.value = 0
+        self.into = self.in_port("into", int)
+        self.out = self.out_port("out", int)
+
+    def external(self, elapsed: int) -> None:
+        self.continue_(elapsed)
+        self.value = self.into[-1]
+        if self.sigma == NEVER:
+            self.hold_in("delaying", self.span)
+
+    def output(self) -> None:
+        self.out.send(self.value)
+
+
+class DelayedRobot(Coupled):
+    """The actuator follows the IMU through a delay."""
+
+    def __init__(self, span: int) -> None:
+        super().__init__("robot")
+        self.imu = self.add(Sampler("imu"))
+        self.delay = self.add(Delay(span))
+        self.thrust = self.add(Actuator("thrust"))
+        self.couple(self.imu.sample, self.delay.into)
+        self.couple(self.delay.out, self.thrust.command)
+
+
+def misses(run: Run) -> int:
+    counted: int = run.json()["deadline_misses"]["yaw"]
+    return counted
+
+
+def within(robot: Robot | DelayedRobot, span: int) -> Configuration:
+    return Configuration(deadlines=[PathDeadline("yaw", robot.imu.sample, robot.thrust, span)])
+
+
+def test_an_answer_in_the_instant_of_the_sample_is_in_time() -> None:
+    robot = Robot()
+    run = Run(robot, VirtualClock(), within(robot, 1))
+    run.until(10 * PERIOD)
+    assert misses(run) == 0
+
+
+@pytest.mark.parametrize(("spent", "missed"), [(300, 0), (301, 1)])
+def test_the_time_of_the_actuators_transition_counts(spent: int, missed: int) -> None:
+    robot, clock = Robot(), StallingClock()
+    run = Run(robot, clock, within(robot, 300 * MICROSECOND))
+    robot.thrust.work = lambda value: clock.spend(spent * MICROSECOND) if value == 3 else None
+    run.until(10 * PERIOD)
+    assert misses(run) == missed
+
+
+def test_the_lateness_of_the_sample_counts() -> None:
+    robot = Robot()
+    run = Run(robot, StallingClock({4: 400 * MICROSECOND}), within(robot, 300 * MICROSECOND))
+    run.until(10 * PERIOD)
+    assert misses(run) == 1
+    assert run.model("imu")["overruns"] == 0
+
+
+@pytest.mark.parametrize(
+    ("span", "limit", "missed"),
+    [
+        (5 * MILLISECOND, 5 * MILLISECOND, 0),
+        (5 * MILLISECOND, 4 * MILLISECOND, 10),
+        (15 * MILLISECOND, 15 * MILLISECOND, 0),
+        (15 * MILLISECOND, 12 * MILLISECOND, 5),
+    ],
+)
+def test_time_in_models_on_the_way_counts(span: int, limit: int, missed: int) -> None:
+    robot = DelayedRobot(span)
+    run = Run(robot, VirtualClock(), within(robot, limit))
+    run.until(10 * PERIOD - 1)
+    assert misses(run) == missed
+
+
+def test_each_sample_of_a_path_that_is_cut_is_a_miss() -> None:
+    robot = DelayedRobot(NEVER - 1_000 * PERIOD)
+    run = Run(robot, VirtualClock(), within(robot, PERIOD // 2))
+    run.until(10 * PERIOD)
+    assert misses(run) == 10  # the last one, at the very end, has not had its time
+
+
+def test_a_model_with_a_confluent_function_of_its_own_answers_with_it() -> None:
+    class Confluent(Sampler):
+        def confluent(self) -> None:
+            self.internal()
+
+    robot = Coupled("robot")
+    imu = robot.add(Sampler("imu"))
+    sink = robot.add(Confluent("sink"))
+    robot.couple(imu.sample, sink.replan)
+    deadline = PathDeadline("yaw", imu.sample, sink, PERIOD // 2)
+    run = Run(robot, VirtualClock(), Configuration(deadlines=[deadline]))
+    run.until(10 * PERIOD)
+    assert misses(run) == 0

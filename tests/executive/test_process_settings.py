@@ -1,0 +1,147 @@
+"""Settings are granted or the reason is said; what changes a whole process runs in its own."""
+
+import gc
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.executive import process
+from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
+from firmware_runtime.executive.conditions import system_conditions
+from firmware_runtime.executive.process import ProcessSettings, in_force
+
+EVERYTHING = ProcessSettings(
+    fifo_priority=10,
+    lock_memory=True,
+    cpus=(0,),
+    timer_slack_ns=1,
+    freeze_garbage=True,
+    spin_us=20.0,
+    keep_cpu_awake=True,
+)
+
+PROGRAM = """
+import gc, json, os, re
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.process import in_force
+from tests.executive.test_process_settings import EVERYTHING
+
+def held():
+    with open("/proc/self/status") as status:
+        locked = int(re.search(r"VmLck:\\s+(\\d+)", status.read())[1]) > 0
+    with open("/proc/self/timerslack_ns") as slack:
+        return {
+            "scheduler": os.sched_getscheduler(0), "locked": locked, "slack": int(slack.read()),
+            "cpus": sorted(os.sched_getaffinity(0)), "collects": gc.isenabled(),
+            "frozen": gc.get_freeze_count() > 0, "descriptors": len(os.listdir("/proc/self/fd")),
+        }
+
+before = held()
+with in_force(EVERYTHING, MonotonicClock()) as granted:
+    during = held()
+print(json.dumps([granted, before, during, held()]))
+"""
+
+
+@pytest.mark.slow
+def test_what_is_reported_as_granted_holds_and_is_undone() -> None:
+    answer = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[2],
+        timeout=60,
+    )
+    granted, before, during, after = json.loads(answer.stdout)
+    assert after == before
+    if granted["fifo_priority"]["granted"]:
+        assert during["scheduler"] == os.SCHED_FIFO
+    assert during["locked"] == granted["lock_memory"]["granted"]
+    assert during["cpus"] == [0] or not granted["cpus"]["granted"]
+    assert during["slack"] <= 1 or not granted["timer_slack_ns"]["granted"]
+    assert granted["freeze_garbage"]["granted"]
+    assert (during["frozen"], during["collects"]) == (True, False)
+    for each in granted.values():
+        assert each["granted"] or each["reason"]
+
+
+def report(settings: ProcessSettings) -> dict[str, dict[str, Any]]:
+    with in_force(settings, MonotonicClock()) as granted:
+        return granted
+
+
+def test_nothing_asked_for_changes_nothing() -> None:
+    before = os.sched_getscheduler(0), os.sched_getaffinity(0), gc.isenabled()
+    with in_force(ProcessSettings(), MonotonicClock()) as granted:
+        assert before == (os.sched_getscheduler(0), os.sched_getaffinity(0), gc.isenabled())
+    assert {each["reason"] for each in granted.values()} == {"not asked for"}
+    assert not any(each["granted"] for each in granted.values())
+
+
+def test_virtual_time_takes_nothing_from_other_processes() -> None:
+    with in_force(EVERYTHING, VirtualClock()) as granted:
+        assert gc.isenabled()
+    assert {each["reason"] for each in granted.values()} == {"virtual time waits for nothing"}
+
+
+def test_a_refusal_says_what_would_be_needed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_arguments: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    assert report(ProcessSettings(fifo_priority=10))["fifo_priority"] == {
+        "asked": 10,
+        "granted": False,
+        "reason": "Operation not permitted; needs CAP_SYS_NICE, or LimitRTPRIO= of the unit",
+    }
+
+
+def test_a_kernel_that_says_yes_and_does_no_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *_arguments: None)
+    answer = report(ProcessSettings(fifo_priority=10))["fifo_priority"]
+    assert answer["granted"] is False
+    assert answer["reason"] == "the kernel kept another scheduling class"
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ProcessSettings(fifo_priority=1000),
+        ProcessSettings(cpus=(100_000,)),
+        ProcessSettings(cpus=(-1,)),
+    ],
+)
+def test_what_makes_no_sense_is_not_granted_and_does_not_end_the_run(
+    settings: ProcessSettings,
+) -> None:
+    asked = [each for each in report(settings).values() if each["reason"] != "not asked for"]
+    assert [each["granted"] for each in asked] == [False]
+
+
+def test_an_absent_device_is_not_granted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(process, "CPU_DMA_LATENCY", tmp_path / "absent")
+    answer = report(ProcessSettings(keep_cpu_awake=True))["keep_cpu_awake"]
+    assert answer["granted"] is False
+    assert "No such file" in answer["reason"]
+
+
+def test_spinning_is_for_the_run_only() -> None:
+    clock = MonotonicClock()
+    with in_force(ProcessSettings(spin_us=20), clock) as granted:
+        assert clock.spin == 20_000
+    assert clock.spin == 0
+    assert granted["spin_us"] == {"asked": 20, "granted": True, "reason": None}
+
+
+def test_conditions_are_complete_and_can_be_written_as_json() -> None:
+    conditions = system_conditions()
+    assert json.loads(json.dumps(conditions)) == conditions
+    assert conditions["scheduler"] == "SCHED_OTHER"
+    assert conditions["kernel"].startswith("Linux ")
+    assert conditions["versions"]["numpy"] is not None

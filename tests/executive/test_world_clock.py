@@ -1,0 +1,62 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.world_clock import WorldClock
+from tests.support.executives import Run
+from tests.support.periodic_models import PERIOD, Robot
+from tests.support.stalling_clock import StallingClock
+
+
+def test_a_step_on_time_happens_at_its_logical_instant() -> None:
+    world = WorldClock(tolerance=100)
+    world.begin(1_000, 1_100)
+    assert world() == 1_000
+
+
+def test_a_late_step_happens_when_it_started() -> None:
+    world = WorldClock(tolerance=100)
+    world.begin(1_000, 1_101)
+    assert world() == 1_101
+
+
+@given(st.lists(st.tuples(st.integers(0, 1000), st.integers(0, 1000))))
+def test_it_never_goes_back(steps: list[tuple[int, int]]) -> None:
+    world, before = WorldClock(tolerance=100), 0
+    for at, late in steps:
+        world.begin(at, at + late)
+        assert world() >= before
+        before = world()
+
+
+def instants_of_the_world(stalls: dict[int, int]) -> list[int]:
+    robot = Robot()
+    run = Run(robot, StallingClock(stalls) if stalls else VirtualClock())
+    seen: list[int] = []
+    robot.thrust.work = lambda _value: seen.append(run.executive.world_now())
+    run.until(6 * PERIOD)
+    return seen
+
+
+def test_a_run_that_is_never_late_shows_the_world_the_instants_of_virtual_time() -> None:
+    within_tolerance = dict.fromkeys(range(7), MILLISECOND)
+    assert instants_of_the_world(within_tolerance) == instants_of_the_world({})
+
+
+def test_a_stall_shows_in_the_world_as_long_as_it_lasts_and_no_longer() -> None:
+    assert instants_of_the_world({2: 25 * MILLISECOND}) == [
+        0,
+        PERIOD,
+        45 * MILLISECOND,
+        5 * PERIOD,
+        6 * PERIOD,
+    ]
+
+
+def test_the_strictest_model_decides_what_is_late() -> None:
+    policies = {"compass": ActivationPolicy(tolerance_us=20)}
+    run = Run(Robot(compass=PERIOD), VirtualClock(), Configuration(policies=policies))
+    assert run.executive.world_now.tolerance == 20_000

@@ -1,0 +1,130 @@
+"""Ramps and their exact turn: against a sum over every nanosecond-exact stretch, and by hand."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sim_doubles.chips.motor_pair import MotorPair
+from sim_doubles.chips.ramp import Ramp
+
+NEVER = (1 << 63) - 1
+
+
+def test_a_ramp_steps_after_each_period_and_its_last_step_may_be_less() -> None:
+    ramp = Ramp(since=100, start=2, target=9, step=3, first_at=110, period=20)
+    speeds = [ramp.speed(at) for at in (100, 109, 110, 129, 130, 149, 150, 1000)]
+    assert speeds == [2, 2, 5, 5, 8, 8, 9, 9]
+
+
+def test_a_ramp_down_is_integrated_step_by_step() -> None:
+    ramp = Ramp(since=0, start=4, target=-3, step=5, first_at=10, period=10, turned_before=7)
+    turned = [ramp.turned(at) for at in (0, 10, 15, 20, 30)]
+    assert turned == [7, 47, 42, 37, 7]  # 4 x 10, then -1 x 10, then -3 x 10
+
+
+def test_next_step_is_never_once_the_target_is_reached() -> None:
+    ramp = Ramp(since=0, target=4, step=2, first_at=10, period=10)
+    assert [ramp.next_step_at(at) for at in (0, 9, 10, 19, 20)] == [10, 10, 20, 20, NEVER]
+
+
+def test_a_new_target_keeps_the_instants_of_the_steps_under_way() -> None:
+    ramp = Ramp(since=0).towards(0, 10, 2, 10)
+    turned_round = ramp.towards(14, -10, 4, 10)
+    assert [turned_round.speed(at) for at in (14, 19, 20, 30)] == [2, 2, -2, -6]
+    assert turned_round.turned(20) == 2 * 10
+
+
+def test_the_same_order_again_changes_nothing() -> None:
+    ramp = Ramp(since=0).towards(0, 10, 2, 10)
+    assert ramp.towards(14, 10, 2, 10) is ramp
+    assert ramp.towards(1000, 10, 7, 3) is ramp
+
+
+def test_a_period_of_zero_is_at_the_target_at_once() -> None:
+    ramp = Ramp(since=0).towards(0, 10, 2, 10).towards(15, 7, 1, 0)
+    assert ramp.speed(15) == 7
+    assert ramp.turned(20) == 2 * 5 + 7 * 5
+
+
+orders = st.lists(
+    st.tuples(
+        st.integers(0, 300),  # wait
+        st.integers(-127, 127),
+        st.integers(-127, 127),
+        st.integers(1, 50),  # step
+        st.integers(0, 30),  # period
+    ),
+    max_size=8,
+)
+
+
+@settings(max_examples=40)
+@given(orders=orders, silence=st.integers(0, 400))
+def test_turn_is_the_sum_over_the_stretches_whatever_is_ordered(
+    orders: list[tuple[int, int, int, int, int]], silence: int
+) -> None:
+    pair = MotorPair(0, 1, 1e9)  # a unit is 1e9 rad/s: 1 rad in 1 ns
+    turned, at = [0.0, 0.0], 0
+
+    def advance(until: int) -> None:
+        nonlocal at
+        for stretch in pair.stretches(at, until):
+            for motor, speed in enumerate(stretch.speeds_rad_s):
+                turned[motor] += speed / 1e9 * (stretch.until - stretch.since)
+        at = until
+
+    for wait, first, second, step, period in orders:
+        pair.put_off_stop(at, at + silence + 1)
+        advance(at + wait)
+        pair.put_off_stop(at, NEVER)
+        pair.drive(at, (first, second), step, period)
+    advance(at + 500)
+    assert pair.turned_rad(at) == pytest.approx(tuple(turned), abs=1e-6)
+
+
+def test_stretches_fill_the_time_without_gap_and_end_in_one_of_rest() -> None:
+    pair = MotorPair(0, 127, 127.0)
+    pair.drive(0, (2, -1), 1, 10)
+    pair.put_off_stop(0, 45)
+    stretches = list(pair.stretches(0, 1_000_000_000))
+    assert [(s.since, s.until, s.speeds_rad_s) for s in stretches] == [
+        (0, 10, (0, 0)),
+        (10, 20, (1, -1)),
+        (20, 45, (2, -1)),
+        (45, 1_000_000_000, (0, 0)),
+    ]
+    assert all(one.until == other.since for one, other in pairwise(stretches))
+
+
+def test_motors_stay_stopped_after_silence_until_driven_anew() -> None:
+    pair = MotorPair(0, 127, 12.7)
+    pair.drive(0, (127, 127), 127, 0)
+    pair.put_off_stop(0, 1_000_000_000)
+    assert not pair.stopped_by_silence(999_999_999)
+    assert pair.speeds_rad_s(999_999_999) == pytest.approx((12.7, 12.7))
+    assert pair.stopped_by_silence(1_000_000_000)
+    assert pair.put_off_stop(3_000_000_000, NEVER)
+    assert pair.speeds_rad_s(3_000_000_000) == (0.0, 0.0)
+    assert pair.turned_rad(9_000_000_000) == pytest.approx((12.7, 12.7))
+
+
+def test_before_change_sees_the_old_future_and_only_real_changes() -> None:
+    pair = MotorPair(0, 10, 10.0)
+    seen: list[float] = []
+    pair.before_change = lambda: seen.append(pair.turned_rad(1_000_000_000)[0])
+    pair.drive(0, (10, 10), 10, 0)
+    pair.drive(500_000_000, (10, 10), 10, 0)
+    pair.put_off_stop(500_000_000, NEVER)
+    pair.drive(500_000_000, (0, 0), 10, 0)
+    assert seen == [0.0, pytest.approx(10.0)]
+    assert pair.turned_rad(1_000_000_000)[0] == pytest.approx(5.0)
+
+
+def test_the_time_before_the_last_change_is_gone() -> None:
+    pair = MotorPair(0, 1, math.tau)
+    pair.drive(2_000_000_000, (1, 1), 1, 0)
+    with pytest.raises(ValueError, match=r"asked for 1\.500000000 s, .* change at 2\.000000000 s"):
+        pair.turned_rad(1_500_000_000)

@@ -1,0 +1,208 @@
+"""Serial lines of doubles: in process by bytes, and on a real pseudo-terminal through pyserial."""
+
+import os
+import select
+from collections.abc import Iterator
+
+import pytest
+import serial
+
+from firmware_runtime.hal.errors import BusFault, PortClosed
+from sim_doubles.chips.maxbotix import MaxbotixDouble
+from sim_doubles.chips.sabertooth import SabertoothDouble
+from sim_doubles.clock import ManualClock
+from sim_doubles.serial_line import PtySerialLine, SerialLineDouble, SerialTarget
+
+MILLISECOND = 1_000_000
+EVERY_BYTE = bytes(range(256))
+
+
+class Echo(SerialTarget):
+    """Sends back what it got, 1 ms later."""
+
+    def __init__(self, clock: ManualClock) -> None:
+        self.clock = clock
+        self.got = b""
+        self.waiting: list[tuple[int, bytes]] = []
+
+    def receive(self, data: bytes) -> None:
+        self.got += data
+        self.waiting.append((self.clock() + MILLISECOND, data))
+
+    def transmitted(self, at: int) -> bytes:
+        due = [data for due_at, data in self.waiting if due_at <= at]
+        del self.waiting[: len(due)]
+        return b"".join(due)
+
+    def power_cycle(self) -> None:
+        self.waiting.clear()
+
+
+@pytest.fixture
+def echo(clock: ManualClock) -> Echo:
+    return Echo(clock)
+
+
+@pytest.fixture
+def line(clock: ManualClock, echo: Echo) -> SerialLineDouble:
+    return SerialLineDouble("sonar", clock, echo)
+
+
+@pytest.fixture
+def pty_line(clock: ManualClock, echo: Echo) -> Iterator[PtySerialLine]:
+    line = PtySerialLine(echo, clock)
+    yield line
+    line.close()
+
+
+def wait_for_host(line: PtySerialLine) -> None:
+    """Wait until what the host wrote is there to pump."""
+    assert select.select([line], [], [], 5.0)[0]
+
+
+def test_bytes_go_to_the_target_and_come_back_in_their_time(
+    line: SerialLineDouble, clock: ManualClock, echo: Echo
+) -> None:
+    line.write(b"\x80\x00")
+    assert echo.got == b"\x80\x00"
+    clock.advance(MILLISECOND - 1)
+    assert line.read_available() == b""
+    clock.advance(1)
+    assert line.read_available() == b"\x80\x00"
+    assert line.read_available() == b""
+
+
+def test_the_log_shows_writes_and_reads_for_people(
+    line: SerialLineDouble, clock: ManualClock
+) -> None:
+    line.write(b"\x80\x00")
+    clock.advance(MILLISECOND)
+    line.read_available()
+    assert [str(entry) for entry in line.log] == ["W 80 00", "R 80 00"]
+    assert [entry.at for entry in line.log] == [0, MILLISECOND]
+
+
+def test_what_was_sent_before_opening_is_lost(clock: ManualClock, echo: Echo) -> None:
+    echo.receive(b"old")
+    clock.advance(MILLISECOND)
+    line = SerialLineDouble("sonar", clock, echo)
+    assert line.read_available() == b""
+
+
+def test_a_closed_port_says_so_and_the_target_goes_on(
+    line: SerialLineDouble, clock: ManualClock, echo: Echo
+) -> None:
+    line.write(b"x")
+    line.close()
+    with pytest.raises(PortClosed, match="sonar: used after it was closed"):
+        line.read_available()
+    with pytest.raises(PortClosed):
+        line.write(b"y")
+    clock.advance(MILLISECOND)
+    assert echo.transmitted(clock()) == b"x"
+
+
+def test_an_unplugged_adapter_fails_every_use_until_it_is_back(
+    line: SerialLineDouble, echo: Echo
+) -> None:
+    line.unplugged = True
+    with pytest.raises(BusFault, match="sonar: the adapter is gone"):
+        line.write(b"x")
+    with pytest.raises(BusFault):
+        line.read_available()
+    line.unplugged = False
+    line.write(b"y")
+    assert echo.got == b"y"
+
+
+def test_a_cut_line_loses_bytes_both_ways_without_a_word(
+    line: SerialLineDouble, clock: ManualClock, echo: Echo
+) -> None:
+    line.write(b"a")
+    clock.advance(MILLISECOND)
+    line.cut()
+    line.write(b"b")
+    echo.receive(b"c")
+    clock.advance(MILLISECOND)
+    assert line.read_available() == b"a"
+    line.mend()
+    line.write(b"d")
+    clock.advance(MILLISECOND)
+    assert line.read_available() == b"d"
+    assert echo.got == b"acd"
+
+
+def test_input_of_any_age_can_be_discarded(line: SerialLineDouble, clock: ManualClock) -> None:
+    line.write(b"old")
+    clock.advance(MILLISECOND)
+    line.discard_input()
+    assert line.read_available() == b""
+
+
+def test_every_byte_passes_a_pseudo_terminal_both_ways_unchanged(
+    pty_line: PtySerialLine, clock: ManualClock, echo: Echo
+) -> None:
+    with serial.Serial(pty_line.path, 9600, timeout=5) as port:
+        port.write(EVERY_BYTE)
+        wait_for_host(pty_line)
+        pty_line.pump()
+        assert echo.got == EVERY_BYTE
+        clock.advance(MILLISECOND)
+        pty_line.pump()
+        assert port.read(256) == EVERY_BYTE
+
+
+def test_pumping_without_a_host_does_nothing(pty_line: PtySerialLine, echo: Echo) -> None:
+    pty_line.pump()
+    assert echo.got == b""
+
+
+def test_hosts_may_come_and_go(pty_line: PtySerialLine, echo: Echo) -> None:
+    for greeting in (b"one", b"two"):
+        with serial.Serial(pty_line.path, 9600) as port:
+            port.write(greeting)
+            wait_for_host(pty_line)
+            pty_line.pump()
+    assert echo.got == b"onetwo"
+
+
+def test_what_nobody_fetches_is_lost_and_counted(
+    pty_line: PtySerialLine, clock: ManualClock, echo: Echo
+) -> None:
+    for _ in range(100):
+        echo.receive(bytes(10_000))
+        clock.advance(MILLISECOND)
+        pty_line.pump()
+    assert 800_000 < pty_line.lost < 1_000_000
+
+
+def test_a_sonar_is_read_through_pyserial(clock: ManualClock) -> None:
+    line = PtySerialLine(MaxbotixDouble(clock, lambda _: 1.5), clock)
+    with serial.Serial(line.path, 9600, timeout=5) as port:
+        clock.advance(350 * MILLISECOND)
+        line.pump()
+        text = port.read_until(b"R150\r")
+    assert text == b"XL-MaxSonar-EZ\rMaxBotix Inc.\rRoHS 1.0\rR150\r"
+    line.close()
+
+
+def test_a_motor_driver_is_driven_through_pyserial_and_outlives_its_host(
+    clock: ManualClock,
+) -> None:
+    driver = SabertoothDouble(clock)
+    line = PtySerialLine(driver, clock)
+    with serial.Serial(line.path, 9600) as port:
+        port.write(bytes.fromhex("aa 800e0311 80007f7f 80047f03"))
+        wait_for_host(line)
+        line.pump()
+    clock.advance(299 * MILLISECOND)
+    assert driver.speeds == (1.0, 1.0)
+    clock.advance(MILLISECOND)
+    assert driver.speeds == (0.0, 0.0)
+    line.close()
+
+
+def test_a_closed_line_is_no_path_any_more(clock: ManualClock, echo: Echo) -> None:
+    line = PtySerialLine(echo, clock)
+    line.close()
+    assert not os.path.exists(line.path)  # noqa: PTH110 (a path is a string for pyserial)
