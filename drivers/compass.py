@@ -19,8 +19,13 @@ FAULTS_BEFORE_BRING_UP = 3
 class BearingSensor(Protocol):
     """A compass driver: take the steps of `measurement`, then read the bearing."""
 
-    place: str
-    measurement: tuple[Step, ...]
+    @property
+    def place(self) -> str:
+        """Which chip this is, for the sentence of a fault."""
+
+    @property
+    def measurement(self) -> tuple[Step, ...]:
+        """The steps of one measurement; none if the chip measures all the time."""
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready."""

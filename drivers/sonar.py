@@ -18,10 +18,17 @@ and a loop that is late sends a ping late but asks for its echo on time."""
 class RangeFinder(Protocol):
     """A sonar's driver: a ranging is started, and `ranging_ns` later read, once."""
 
-    place: str
-    ranging_ns: int
-    interval_ns: int
-    """Shortest time from one start to the next."""
+    @property
+    def place(self) -> str:
+        """Which sonar this is, for the sentence of an error."""
+
+    @property
+    def ranging_ns(self) -> int:
+        """From a start until its echo can be read."""
+
+    @property
+    def interval_ns(self) -> int:
+        """Shortest time from one start to the next."""
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready."""

@@ -24,10 +24,15 @@ STANDING = TreadSpeeds(0.0, 0.0)
 
 
 class TreadDriver(Protocol):
-    """A dual motor driver that stops by itself when it hears nothing for `timeout_ns`."""
+    """A dual motor driver that stops its motors by itself when nobody speaks to it."""
 
-    place: str
-    timeout_ns: int
+    @property
+    def place(self) -> str:
+        """Which driver this is, for the sentence of an error."""
+
+    @property
+    def timeout_ns(self) -> int:
+        """Silence after which the motors stop."""
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to stopped and ready."""

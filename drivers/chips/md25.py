@@ -70,9 +70,9 @@ class Md25Settings:
 
     def faults(self) -> tuple[str, ...]:
         """List every setting the chip cannot have, a sentence each."""
-        if 1 <= self.acceleration <= 255:
+        if 1 <= self.acceleration <= 10:
             return ()
-        return (f"acceleration: {self.acceleration}, expected 1 to 255",)
+        return (f"acceleration: {self.acceleration}, expected 1 to 10",)
 
 
 class Md25:

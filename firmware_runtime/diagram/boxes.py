@@ -17,7 +17,7 @@ NAME_SIZE: Final = 13
 PITCH: Final = 20
 """From one port of a box to the next."""
 HEADER: Final = 32
-"""Room for a box's name."""
+"""Room for an atomic model's name."""
 
 
 @dataclass(eq=False, slots=True)

@@ -8,7 +8,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.diagram import columns
-from firmware_runtime.diagram.boxes import HEADER, Box, End, Node, Wire, atomic_box, label_width
+from firmware_runtime.diagram.boxes import Box, End, Node, Wire, atomic_box, label_width
 from firmware_runtime.diagram.routes import Routes
 from firmware_runtime.diagram.rows import arrange
 from firmware_runtime.diagram.svg import Point
@@ -18,6 +18,8 @@ BOX_WEIGHT: Final = 1000.0
 PORT_CLEARANCE: Final = 8
 BEND_CLEARANCE: Final = 12
 PORT_HEIGHT: Final = 16
+TOP: Final = 40
+"""Above everything in a coupled box, room for its name."""
 PADDING: Final = 16
 """Below everything in a coupled box."""
 
@@ -53,9 +55,9 @@ class _Nest:
     def box(self) -> Box:
         """Lay everything out."""
         wires = [wire for chain in self._chains.values() for wire in chain]
-        bottom = HEADER + arrange(self._columns, [each for each in wires if not each.is_feedback])
+        bottom = TOP + arrange(self._columns, [each for each in wires if not each.is_feedback])
         for node in self._all():
-            node.y += HEADER
+            node.y += TOP
         routes = Routes(len(self._columns))
         for wire in wires:
             routes.note(wire)

@@ -5,8 +5,9 @@ so that few wires cross. Feedback goes down on a trunk in the channel right of i
 a lane below everything, and up in the channel left of its end.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations, product
 from math import inf
 from typing import Final
 
@@ -130,19 +131,27 @@ class Routes:
 
 
 def _ordered(tracks: list[Trunk]) -> list[Trunk]:
-    """From left to right; neighbours change places as long as that saves a crossing."""
-    tracks = list(tracks)
-    changed = True
-    while changed:
-        changed = False
-        for number in range(len(tracks) - 1):
-            left, right = tracks[number : number + 2]
-            if _crossings(right, left) < _crossings(left, right):
-                tracks[number : number + 2] = right, left
-                changed = True
-    return tracks
+    """From left to right; a track moves elsewhere as long as that saves a crossing."""
+    best = tracks
+    for _ in tracks:
+        moved = min(_rearranged(best), key=_crossings)
+        if _crossings(moved) >= _crossings(best):
+            break
+        best = moved
+    return best
 
 
-def _crossings(left: Trunk, right: Trunk) -> int:
-    """Crossings of two neighbouring trunks' wires, in this order."""
-    return left.crossed(right.entries) + right.crossed(left.exits)
+def _rearranged(tracks: Sequence[Trunk]) -> Iterator[list[Trunk]]:
+    """Every order that differs in the place of one track, and the present one."""
+    for start, end in product(range(len(tracks)), repeat=2):
+        moved = list(tracks)
+        moved.insert(end, moved.pop(start))
+        yield moved
+
+
+def _crossings(tracks: Sequence[Trunk]) -> int:
+    """How often the wires of these trunks cross if they stand in this order."""
+    return sum(
+        left.crossed(right.entries) + right.crossed(left.exits)
+        for left, right in combinations(tracks, 2)
+    )

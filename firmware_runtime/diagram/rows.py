@@ -38,7 +38,7 @@ def arrange(columns: Columns, wires: Sequence[Wire]) -> float:
     _level(columns, left, right)
     top = min((node.y for node in both), default=0.0)
     for node in both:
-        node.y -= top
+        node.y = round(node.y - top)
     return max((node.y + node.height for node in both), default=0.0)
 
 

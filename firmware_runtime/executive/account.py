@@ -141,15 +141,10 @@ class ModelAccount:
         self._miss()
 
     def skip_to(self, now: int) -> None:
-        """Drop every whole period before `now`; the next deadline keeps the phase.
-
-        The model's time advance grows with its booking, as if it had been longer from the start:
-        the rest of it, after an input, is then still what is left up to the new deadline.
-        """
+        """Drop every deadline before `now`; the next one keeps the phase."""
         missed = -(-(now - self.deadline) // self.period)
         self.skip(missed)
         self.deadline += missed * self.period
-        self.atomic.sigma += missed * self.period
 
     def skip_due(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""

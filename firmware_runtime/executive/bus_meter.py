@@ -39,6 +39,7 @@ class BusMeter:
         self._cells = cells[first : first + len(BUS)]
         self._spent = [0] * DEVICES
         self._before = [0] * DEVICES
+        self.read()  # what went over the bus before the run is in no step
 
     def read(self) -> None:
         """Copy the counters, and note what each device took since the last reading."""

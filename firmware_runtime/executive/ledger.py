@@ -83,16 +83,8 @@ class Ledger:
         step = self._step
         behind = max(self._previous_end - step.at, 0)
         wake = max(step.started - step.at - behind, 0)
-        causes = [
-            step.at,
-            latest.index,
-            latest.lateness,
-            step_time,
-            wake,
-            behind,
-            garbage,
-            *step.own_times,
-        ]
+        row = [step.at, latest.index, latest.lateness, step_time, wake, behind, garbage]
+        row += step.own_times
         for meter in self._meters:
-            causes.extend(meter.devices())
-        self._worst.keep(causes)
+            row += meter.devices()
+        self._worst.keep(row)

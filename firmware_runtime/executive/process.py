@@ -12,7 +12,7 @@ import os
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -54,11 +54,10 @@ class _Refusal(Exception):
 def in_force(settings: ProcessSettings, clock: Clock) -> Iterator[Report]:
     """Within the block, the settings hold as far as they were granted; yields what was."""
     with ExitStack() as undo:
-        asked = {field.name: getattr(settings, field.name) for field in fields(settings)}
-        yield {name: _ask(name, asked[name], clock, undo) for name in _REQUESTS}
+        yield {name: _ask(name, getattr(settings, name), clock, undo) for name in _REQUESTS}
 
 
-def _ask(name: str, asked: Any, clock: Clock, undo: ExitStack) -> dict[str, Any]:  # noqa: ANN401
+def _ask(name: str, asked: object, clock: Clock, undo: ExitStack) -> dict[str, Any]:
     def answer(reason: str | None) -> dict[str, Any]:
         wish = list(asked) if isinstance(asked, tuple) else asked  # as JSON has it
         return {"asked": wish, "granted": reason is None, "reason": reason}

@@ -15,7 +15,6 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.models.state_labels import Accepted, Labels, Sent, Words
 from firmware_runtime.models.state_table import Arrow, Kept, State, StateTableError, check
@@ -106,7 +105,7 @@ class StateDiagram(Atomic):
         for internal in self._rows[self.phase].internal:
             if self._is_open(internal.arrow):
                 return internal
-        raise ModelError(f"{self.path}: no arrow's condition holds after state {self.phase!r}")
+        raise LookupError("no arrow's condition holds")
 
     def _offer(self, port: InPort[Any], value: object) -> None:
         for label, arrow in self._rows[self.phase].external:

@@ -143,7 +143,6 @@ class Statistics:
         return {
             "state": "died" if died else state.name.lower(),
             "complete": self.complete,
-            "pid": self.header["writer"]["pid"],
             "elapsed_s": self.cells[ELAPSED] / 1e9,
             "steps": self.cells[STEPS],
             "inputs_dropped": self.cells[INPUTS_DROPPED],

@@ -180,7 +180,9 @@ def test_a_new_simulator_takes_the_models_ports_over() -> None:
     shell.simulator.listen(shell.clock.ticks, lambda _at, _value: pytest.fail("still listening"))
     second = Simulator(shell.model)
     second.run(20)
-    assert shell.log.bags == []
+    second.inject(shell.inlet, 2)
+    second.advance(20)
+    assert shell.log.bags == [[2]]
 
 
 def test_models_exit_in_reverse_order_and_each_one_though_others_fail() -> None:

@@ -132,6 +132,44 @@ def test_all_outputs_of_a_round_come_before_its_transitions_in_order_of_declarat
     assert order == ["b sends", "a sends", "b transits", "a transits"]
 
 
+def test_receivers_transit_in_order_of_declaration_whatever_the_order_of_the_wires() -> None:
+    order: list[str] = []
+    clock, models = Clock("clock", 1), [Scripted(name) for name in "cab"]
+    root = top(clock, *models)
+    for model in reversed(models):
+        root.couple(clock.ticks, model.inlet)
+        model.on_external = lambda _elapsed, name=model.name: order.append(name)  # type: ignore[misc]
+    Simulator(root).run(1)
+    assert order == ["c", "a", "b"]
+
+
+def test_those_that_follow_at_once_send_in_order_of_declaration_too() -> None:
+    clock, woken = Clock("clock", 5), Echo("woken")
+    eager = Scripted("eager", sigma=5)
+    eager.on_output = lambda: eager.outlet.send(len(eager.calls))
+    eager.on_internal = lambda: eager.hold_in("", 0 if len(eager.calls) < 2 else NEVER)
+    root = top(woken, eager, clock)
+    root.couple(clock.ticks, woken.inlet)
+    assert [path for _, path, _ in traced(Simulator(root), 5)] == [
+        "eager.out",
+        "clock.ticks",
+        "woken.out",
+        "eager.out",
+    ]
+
+
+def test_one_value_may_meet_an_imminent_and_a_waiting_model() -> None:
+    clock, due, waiting = Clock("clock", 5), Scripted("due", sigma=5), Scripted("waiting")
+    root = top(waiting, due, clock)
+    for model in (due, waiting):
+        root.couple(clock.ticks, model.inlet)
+    simulator = Simulator(root)
+    simulator.run(5)
+    assert due.calls == [("internal", 0), ("external", 0)]
+    assert waiting.calls == [("external", 5)]
+    assert (simulator.internal_transitions, simulator.external_transitions) == (2, 2)
+
+
 def test_zero_time_rounds_follow_each_other_at_one_instant() -> None:
     clock, log = Clock("clock", 5), Log("log")
     echoes = [Echo(f"echo_{index}") for index in range(3)]
@@ -203,6 +241,18 @@ def test_several_senders_that_feed_the_same_ports_fill_every_bag_in_order() -> N
     simulator.run(2)
     assert [log.bags for log in logs] == [[[0, 0], [1, 0, 1]]] * 2
     assert simulator.external_transitions == 4
+
+
+def test_a_model_reached_by_overlapping_groups_of_wires_transits_once() -> None:
+    clocks, logs = [Clock("a", 1), Clock("b", 1)], [Log("x"), Log("y"), Log("z")]
+    model = top(*clocks, *logs)
+    for clock, ends in zip(clocks, (logs[:2], logs[1:]), strict=True):
+        for log in ends:
+            model.couple(clock.ticks, log.values)
+    simulator = Simulator(model)
+    simulator.run(1)
+    assert [log.bags for log in logs] == [[[0]], [[0, 0]], [[0]]]
+    assert simulator.external_transitions == 3
 
 
 def test_a_value_that_comes_by_two_routes_comes_twice() -> None:
@@ -295,6 +345,21 @@ def test_a_computed_time_advance_is_asked_for_after_every_kind_of_transition() -
     simulator.inject(table.inlet, 0)
     simulator.advance(6)
     assert (table.step, simulator.next_at) == (0, 9)
+
+
+class TableWithConfluent(Table):
+    """Starts again where two events meet."""
+
+    def confluent(self) -> None:
+        self.step = 4
+
+
+def test_a_computed_time_advance_is_asked_for_after_an_own_confluent_function() -> None:
+    table = TableWithConfluent("table")
+    simulator = Simulator(table)
+    simulator.inject(table.inlet, 0)
+    simulator.advance(3)
+    assert (table.step, simulator.next_at) == (4, 8)
 
 
 def test_initial_conditions_hold_before_anything_runs() -> None:

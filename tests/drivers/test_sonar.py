@@ -21,8 +21,8 @@ class ScriptedSonar(ScriptedChip):
 
     def __init__(self) -> None:
         super().__init__()
-        self.steps: list[None | HalError] = [None]
-        self.pings: list[None | HalError] = [None]
+        self.steps: list[HalError | None] = [None]
+        self.pings: list[HalError | None] = [None]
         self.echoes: list[float | HalError] = [1.0]
 
     def bring_up(self) -> tuple[Step, ...]:

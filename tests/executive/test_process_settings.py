@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,8 @@ def test_what_is_reported_as_granted_holds_and_is_undone() -> None:
         timeout=60,
     )
     granted, before, during, after = json.loads(answer.stdout)
+    assert (during["frozen"], after.pop("frozen")) == (True, False)
+    before.pop("frozen")  # some releases of Python freeze a few objects of their own
     assert after == before
     if granted["fifo_priority"]["granted"]:
         assert during["scheduler"] == os.SCHED_FIFO
@@ -66,7 +69,7 @@ def test_what_is_reported_as_granted_holds_and_is_undone() -> None:
     assert during["cpus"] == [0] or not granted["cpus"]["granted"]
     assert during["slack"] <= 1 or not granted["timer_slack_ns"]["granted"]
     assert granted["freeze_garbage"]["granted"]
-    assert (during["frozen"], during["collects"]) == (True, False)
+    assert during["collects"] is False
     for each in granted.values():
         assert each["granted"] or each["reason"]
 
@@ -74,6 +77,10 @@ def test_what_is_reported_as_granted_holds_and_is_undone() -> None:
 def report(settings: ProcessSettings) -> dict[str, dict[str, Any]]:
     with in_force(settings, MonotonicClock()) as granted:
         return granted
+
+
+def test_every_setting_is_reported() -> None:
+    assert set(report(ProcessSettings())) == {each.name for each in fields(ProcessSettings)}
 
 
 def test_nothing_asked_for_changes_nothing() -> None:

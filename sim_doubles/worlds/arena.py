@@ -1,0 +1,138 @@
+"""The arena the detective robot drives in: its treads and radar motor move it, its sensors see it.
+
+The world is a plane, x east and y north, in m. Inside, angles are in rad and anticlockwise from
+east; outside, bearings are in degrees from north. The vehicle turns about the middle between its
+treads (`arena_vehicle`); there stands the axis of the radar's head (`arena_head`) with one sonar
+and one compass, the other two are on the body, its sonar at the very front. The target is a circle,
+more circles and walls may stand about; all of them echo and all of them stop the vehicle.
+
+**Which way angles grow.** In Figure 6 of the paper the right tread on 1 (clockwise) and the left on
+2 make the compass angle grow. Signal 1 drives a tread forward, so that turns the vehicle
+anticlockwise seen from above, and an ordinary compass, whose angles grow clockwise, would fall.
+Here both compasses are therefore mounted `inverted`, on their faces: north is 0, west 90, and they
+grow as in the figure. With `compass_mounting` `upright` east is 90; then the driver must be told
+that headings count `counterclockwise`. A driver that turns the sense and an inverted mounting undo
+each other: the robot would turn the longer way.
+
+Nothing runs in the background. When a sensor is read, the world at that instant is a formula of
+what the motors have done. `advance` is called just before the wheels or the head get another order;
+what motors do by themselves (ramps, a timeout) `wheels_change_at` foretells. So how often anybody
+asks does not matter, and the same seed gives the same values. The past is remembered: a sensor that
+pings on its own may ask late.
+
+Not modelled: inertia and skidding beyond a lost share of the way, a load that slows the motors,
+pushing obstacles or driving off again after a contact, a target that moves, height and tilt, sound
+that is weakened, takes time, glances off, is shadowed or heard by the other sonar.
+"""
+
+import math
+
+from sim_doubles.worlds.arena_compass import Compass, Direction
+from sim_doubles.worlds.arena_geometry import Beam
+from sim_doubles.worlds.arena_head import HeadDrive, RadarHead, bridge_drive
+from sim_doubles.worlds.arena_parameters import ArenaParameters, CompassMounting
+from sim_doubles.worlds.arena_vehicle import Pose, Vehicle, WheelAngles, WheelsChangeAt
+from sim_doubles.worlds.noise import InstantNoise
+
+__all__ = ["Arena", "ArenaParameters", "CompassMounting", "Pose", "bridge_drive"]
+
+
+class Arena:
+    """The world behind the detective robot's doubles, everything at rest at instant 0.
+
+    `wheel_angles` gives how far the right and the left wheel have turned forward, in rad;
+    `wheels_change_at` when their speeds change next; `head_drive` the share of full voltage at the
+    radar's motor, positive clockwise. Instants are ns; no instant may be asked for before the chips
+    have come to it.
+    """
+
+    def __init__(
+        self,
+        parameters: ArenaParameters,
+        *,
+        wheel_angles: WheelAngles,
+        wheels_change_at: WheelsChangeAt,
+        head_drive: HeadDrive,
+    ) -> None:
+        self.parameters = parameters
+        self._vehicle = Vehicle(parameters, wheel_angles, wheels_change_at)
+        self._head = RadarHead(parameters, head_drive)
+        self._radar_compass = self._compass("radar", self._radar_direction_rad)
+        self._body_compass = self._compass("body", self._body_direction_rad)
+
+    def advance(self, at: int) -> None:
+        """Let new orders count from `at` on. Raises ValueError if a motion changed later."""
+        self._vehicle.advance(at)
+        self._head.advance(at)
+
+    # What is true
+
+    def pose(self, at: int) -> Pose:
+        """Where the vehicle is at `at`."""
+        return self._vehicle.pose(at)
+
+    def head_angle_rad(self, at: int) -> float:
+        """Where the radar looks at `at`, anticlockwise from the vehicle's heading."""
+        return self._head.angle_rad(at)
+
+    def distance_to_target(self, at: int) -> float:
+        """How far the vehicle's front, where its sonar sits, is from the target's surface, in m."""
+        front = self.pose(at).ahead(self.parameters.body_radius_m)
+        return max(0.0, self.parameters.shapes[0].distance(*front))
+
+    @property
+    def collided(self) -> bool:
+        """Whether the vehicle has touched anything, up to the latest instant asked for."""
+        return self._vehicle.collided
+
+    # What the sensors get
+
+    def radar_beam(self, at: int) -> Beam:
+        """The beam of the sonar on the radar's head."""
+        pose, half_angle = self.pose(at), math.radians(self.parameters.radar_half_angle_deg)
+        return Beam(pose.x_m, pose.y_m, self._radar_direction_rad(at), half_angle)
+
+    def body_beam(self, at: int) -> Beam:
+        """The beam of the sonar on the vehicle's front."""
+        pose, half_angle = self.pose(at), math.radians(self.parameters.body_half_angle_deg)
+        return Beam(*pose.ahead(self.parameters.body_radius_m), pose.heading_rad, half_angle)
+
+    def radar_echoes(self, at: int) -> list[float]:
+        """How far everything is that echoes to the radar's sonar, in m, nearest first."""
+        return self._echoes(self.radar_beam(at))
+
+    def body_echoes(self, at: int) -> list[float]:
+        """How far everything is that echoes to the body's sonar, in m, nearest first."""
+        return self._echoes(self.body_beam(at))
+
+    def radar_bearing_deg(self, at: int) -> float:
+        """What the compass on the radar's head shows."""
+        return self._radar_compass.bearing_deg(at)
+
+    def body_bearing_deg(self, at: int) -> float:
+        """What the compass on the body shows."""
+        return self._body_compass.bearing_deg(at)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _body_direction_rad(self, at: int) -> float:
+        return self._vehicle.pose(at).heading_rad
+
+    def _radar_direction_rad(self, at: int) -> float:
+        return self._vehicle.pose(at).heading_rad + self._head.angle_rad(at)
+
+    def _echoes(self, beam: Beam) -> list[float]:
+        nearest, farthest = self.parameters.sonar_nearest_m, self.parameters.sonar_farthest_m
+        echoes = (shape.echo(beam) for shape in self.parameters.shapes)
+        return sorted(echo for echo in echoes if nearest <= echo <= farthest)
+
+    def _compass(self, name: str, direction: Direction) -> Compass:
+        parameters = self.parameters
+        source = f"{name} compass"
+        return Compass(
+            direction,
+            InstantNoise(source, parameters.seed, parameters.compass_noise_deg),
+            mounting=parameters.compass_mounting,
+            offset_deg=getattr(parameters, f"{name}_compass_offset_deg"),
+            stuck_s=getattr(parameters, f"{name}_compass_stuck_s"),
+        )

@@ -1,0 +1,157 @@
+"""The arena in numbers: what stands in it, the vehicle, its radar, its sonars and its compasses."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, Literal, get_args
+
+from sim_doubles.worlds.arena_geometry import Circle, Point, Shape, Wall
+
+__all__ = ["ArenaParameters", "CompassMounting"]
+
+CompassMounting = Literal["inverted", "upright"]
+"""Inverted, a compass lies on its face: its angles grow anticlockwise seen from above."""
+
+_POSITIVE: Final = (
+    "target_radius_m",
+    "wheel_radius_m",
+    "track_width_m",
+    "body_radius_m",
+    "head_speed_deg_s",
+    "sonar_farthest_m",
+)
+_NOT_NEGATIVE: Final = ("head_limit_deg", "sonar_nearest_m", "compass_noise_deg")
+_FINITE: Final = ("start_bearing_deg", "radar_compass_offset_deg", "body_compass_offset_deg")
+_INSTANTS: Final = ("radar_compass_stuck_s", "body_compass_stuck_s")
+_BETWEEN: Final = {
+    "right_slip": (0.0, 0.9),
+    "left_slip": (0.0, 0.9),
+    "slip_std": (0.0, 0.1),
+    "radar_half_angle_deg": (0.1, 80.0),
+    "body_half_angle_deg": (0.1, 80.0),
+}
+
+
+@dataclass(frozen=True)
+class ArenaParameters:
+    """The numbers of the world: lengths in m, x east, y north; angles in degrees.
+
+    Bearings count clockwise from north. Raises ValueError with every fault found.
+    """
+
+    target: tuple[float, float] = (2.0, 1.0)
+    """Centre of what the robot looks for, a circle."""
+    target_radius_m: float = 0.10
+    obstacles: tuple[tuple[float, float, float], ...] = ()
+    """Further circles: x, y, radius."""
+    walls: tuple[tuple[float, float, float, float], ...] = ()
+    """Straight walls: x and y of one end, x and y of the other."""
+    start: tuple[float, float] = (0.0, 0.0)
+    """Where the vehicle's centre stands at first."""
+    start_bearing_deg: float = 0.0
+    """Where it heads at first."""
+
+    wheel_radius_m: float = 0.05
+    track_width_m: float = 0.25
+    """From the middle of one tread to that of the other."""
+    body_radius_m: float = 0.15
+    """The vehicle is a circle round the middle between its treads; its sonar sits on its front."""
+    right_slip: float = 0.0
+    """Share of its way that the right tread loses."""
+    left_slip: float = 0.0
+    slip_std: float = 0.0
+    """Standard deviation of what either tread loses more, or less: the seed draws it, once."""
+
+    head_speed_deg_s: float = 60.0
+    """How fast the radar's head turns at full voltage."""
+    head_limit_deg: float = 90.0
+    """Where its end stops are, to the right and to the left of straight ahead."""
+    radar_half_angle_deg: float = 5.0
+    """Half the width of the radar sonar's beam."""
+    body_half_angle_deg: float = 10.0
+    """Half the width of the body sonar's beam."""
+    sonar_nearest_m: float = 0.03
+    """Echoes from nearer than this are not heard."""
+    sonar_farthest_m: float = 6.0
+    """Echoes from farther than this are not heard."""
+
+    compass_mounting: CompassMounting = "inverted"
+    """How both compasses are mounted."""
+    compass_noise_deg: float = 0.3
+    """Standard deviation of the white noise on each bearing."""
+    radar_compass_offset_deg: float = 0.0
+    """What the radar's compass shows too much."""
+    body_compass_offset_deg: float = 0.0
+    radar_compass_stuck_s: float = math.inf
+    """When the radar's compass begins to show one and the same bearing for ever."""
+    body_compass_stuck_s: float = math.inf
+    seed: int = 1
+    """Chooses the noise and the slip."""
+
+    def __post_init__(self) -> None:
+        faults = [*self._number_faults(), *self._choice_faults(), *self._place_faults()]
+        faults += [] if faults else self._start_faults()
+        if faults:
+            raise ValueError(f"arena: {'; '.join(faults)}")
+
+    @cached_property
+    def shapes(self) -> tuple[Shape, ...]:
+        """The target first, then the obstacles, then the walls."""
+        target = Circle(*self.target, self.target_radius_m)
+        circles = [Circle(*obstacle) for obstacle in self.obstacles]
+        return (target, *circles, *(Wall(*wall) for wall in self.walls))
+
+    def clearance_m(self, centre: Point) -> float:
+        """How far the vehicle could move from there in any direction without touching anything."""
+        return min(shape.distance(*centre) for shape in self.shapes) - self.body_radius_m
+
+    def _number_faults(self) -> Iterator[str]:
+        for name in _POSITIVE:
+            if not 0.0 < getattr(self, name) < math.inf:
+                yield f"{name} is {getattr(self, name)}, expected a finite number above 0"
+        for name in _NOT_NEGATIVE:
+            if not 0.0 <= getattr(self, name) < math.inf:
+                yield f"{name} is {getattr(self, name)}, expected a finite number, 0 or more"
+        for name in _FINITE:
+            if not math.isfinite(getattr(self, name)):
+                yield f"{name} is {getattr(self, name)}, expected a finite number"
+        for name in _INSTANTS:
+            if not getattr(self, name) >= 0.0:
+                yield f"{name} is {getattr(self, name)}, expected 0 or more, inf for never"
+        for name, (least, most) in _BETWEEN.items():
+            if not least <= getattr(self, name) <= most:
+                yield f"{name} is {getattr(self, name)}, expected {least:g} to {most:g}"
+
+    def _choice_faults(self) -> Iterator[str]:
+        if not self.sonar_nearest_m < self.sonar_farthest_m:
+            yield (
+                f"sonar_farthest_m is {self.sonar_farthest_m}, expected more than "
+                f"sonar_nearest_m, which is {self.sonar_nearest_m}"
+            )
+        if self.compass_mounting not in get_args(CompassMounting):
+            choice = get_args(CompassMounting)
+            yield f"compass_mounting is {self.compass_mounting!r}, expected one of {choice}"
+
+    def _place_faults(self) -> Iterator[str]:
+        for name in ("target", "start"):
+            if not _are_finite(getattr(self, name), 2):
+                yield f"{name} is {getattr(self, name)}, expected finite x and y"
+        for each in self.obstacles:
+            if not _are_finite(each, 3) or each[2] <= 0.0:
+                yield f"obstacle {each}: expected finite x and y, and a radius above 0"
+        for wall in self.walls:
+            if not _are_finite(wall, 4) or tuple(wall[:2]) == tuple(wall[2:]):
+                yield f"wall {wall}: expected finite x and y of two different ends"
+
+    def _start_faults(self) -> Iterator[str]:
+        clearance_m = self.clearance_m(self.start)
+        if clearance_m <= 0.0:
+            yield (
+                f"start is {self.start}, expected a place where the vehicle, of radius "
+                f"{self.body_radius_m} m, touches nothing"
+            )
+
+
+def _are_finite(numbers: tuple[float, ...], count: int) -> bool:
+    return len(numbers) == count and all(map(math.isfinite, numbers))

@@ -1,0 +1,42 @@
+"""What is remembered of a motion, so that a sensor may tell late what it measured before."""
+
+from collections import deque
+from typing import Final, Generic, Protocol, TypeVar
+
+from firmware_runtime.devs.time import format_time
+
+__all__ = ["Past"]
+
+KEPT: Final = 20_000
+
+
+class HasBegun(Protocol):
+    """A stretch of a motion."""
+
+    @property
+    def since(self) -> int:
+        """When it began, in ns."""
+
+
+S = TypeVar("S", bound=HasBegun)
+
+
+class Past(Generic[S]):
+    """The stretches of a motion, oldest first; of more than `KEPT` the oldest are forgotten."""
+
+    def __init__(self) -> None:
+        self._stretches: deque[S] = deque(maxlen=KEPT)
+
+    def add(self, stretch: S) -> None:
+        """Remember one that begins no earlier than the last."""
+        self._stretches.append(stretch)
+
+    def at(self, at: int) -> S:
+        """The last one that had begun by an instant. Raises ValueError if it is forgotten."""
+        for stretch in reversed(self._stretches):
+            if stretch.since <= at:
+                return stretch
+        raise ValueError(
+            f"arena: asked for {format_time(at)}, expected an instant of the run no further back "
+            f"than {KEPT} changes of a motion"
+        )

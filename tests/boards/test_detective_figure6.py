@@ -1,0 +1,97 @@
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.ecdpp.event_file import Event, parse_events
+from firmware_runtime.ecdpp.experiment import run_events
+from firmware_runtime.ecdpp.model_file import read_model
+
+EVENTS = """
+00:00:02:00 In1 1
+00:00:05:00 In2 1
+00:00:06:00 In3 200
+00:00:09:00 In4 50
+00:00:09:50 In4 90
+00:00:10:00 In4 150
+00:00:10:50 In4 180
+00:00:11:00 In4 190
+00:00:11:50 In4 200
+00:00:15:00 In5 2
+"""
+
+LINES = """
+00:00:02:020 out2 1
+00:00:02:020 out3 1
+00:00:02:030 out1 1
+00:00:05:030 out1 0
+00:00:05:040 out2 0
+00:00:05:040 out3 0
+00:00:09:030 out2 1
+00:00:09:030 out3 2
+00:00:11:080 out3 1
+00:00:15:030 out2 0
+00:00:15:030 out3 0
+""".strip().splitlines()
+
+
+def from_model_file() -> Coupled:
+    return read_model(MODEL_FILE, ATOMIC_CLASSES)
+
+
+@pytest.mark.parametrize("build", [Detective, from_model_file])
+def test_figure_6_comes_out_line_by_line(build: Callable[[], Coupled]) -> None:
+    model = build()
+    events = parse_events(EVENTS, "figure 6", model)
+    assert [str(line) for line in run_events(model, events, checked=True)] == LINES
+
+
+def test_nothing_is_due_after_figure_6() -> None:
+    model = Detective()
+    events = parse_events(EVENTS, "figure 6", model)
+    assert len(run_events(model, events, until=3600 * SECOND)) == len(LINES)
+
+
+def at(
+    port: str, values: st.SearchStrategy[float], begin_ms: int, end_ms: int
+) -> st.SearchStrategy[Event]:
+    """Events for a port in a span of milliseconds, its end not included."""
+    return st.builds(
+        Event,
+        st.integers(begin_ms * MILLISECOND, end_ms * MILLISECOND - 1),
+        st.just(port),
+        values,
+    )
+
+
+NUMBERS = st.floats(-1000, 1000)
+NOT_ONE = NUMBERS.filter(lambda value: value != 1)
+NO_MATCH = NUMBERS.filter(lambda value: (value - 200) % 360 > 1e-6)
+UNNAMED = st.one_of(
+    at("In1", NOT_ONE, 0, 20_000),
+    at("In1", st.just(1.0), 2_000, 15_020),
+    at("In2", NOT_ONE, 0, 20_000),
+    at("In2", st.just(1.0), 0, 2_010),
+    at("In2", st.just(1.0), 5_001, 20_000),
+    at("In3", NUMBERS, 0, 5_020),
+    at("In3", NUMBERS, 6_001, 20_000),
+    at("In4", NUMBERS, 0, 6_030),
+    at("In4", NUMBERS, 9_001, 9_020),
+    at("In4", NO_MATCH, 9_020, 11_050),
+    at("In4", NUMBERS, 11_051, 20_000),
+    at("In5", st.just(0.0), 0, 20_000),
+    at("In5", NUMBERS, 0, 11_070),
+    at("In5", NUMBERS, 15_001, 20_000),
+)
+
+
+@pytest.mark.slow
+@given(st.lists(UNNAMED, max_size=20))
+def test_inputs_that_no_state_names_change_nothing_in_figure_6(unnamed: list[Event]) -> None:
+    model = Detective()
+    events = sorted([*parse_events(EVENTS, "figure 6", model), *unnamed])
+    assert [str(line) for line in run_events(model, events)] == LINES

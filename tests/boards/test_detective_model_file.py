@@ -1,0 +1,115 @@
+from collections.abc import Iterator
+
+import pytest
+
+from boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
+from boards.detective.parameters import Parameters
+from boards.detective.sensors import Compass2
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import AnyPort
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.wiring import Wiring, sources_of
+from firmware_runtime.ecdpp.model_file import parse_model, read_model
+from firmware_runtime.models.state_diagram import StateDiagram
+
+
+def flat_couplings(model: Coupled) -> Iterator[tuple[str, str]]:
+    """From port to port of atomic models and of the model itself."""
+    wiring = Wiring(model)
+    sources: list[AnyPort] = list(model.in_ports.values())
+    sources += [port for atomic in wiring.atomics for port in atomic.out_ports.values()]
+    for source in sources:
+        yield from ((source.path, end.path) for end in wiring.ends(source))
+    for out in model.out_ports.values():
+        yield from ((source.path, out.path) for source in sources_of(out))
+
+
+def ports(model: Component) -> list[tuple[str, type]]:
+    """Every port at every level and its type."""
+    own = [(port.path, port.type) for port in model.in_ports.values()]
+    own += [(port.path, port.type) for port in model.out_ports.values()]
+    inner = model.components.values() if isinstance(model, Coupled) else ()
+    return own + [each for component in inner for each in ports(component)]
+
+
+def test_the_model_file_builds_the_same_flat_model_as_the_wiring() -> None:
+    built, wired = read_model(MODEL_FILE, ATOMIC_CLASSES), Detective()
+    assert list(flat_couplings(built)) == list(flat_couplings(wired))
+    assert len(list(flat_couplings(wired))) == 20
+
+
+def test_the_model_file_gives_every_port_the_wirings_type() -> None:
+    assert ports(read_model(MODEL_FILE, ATOMIC_CLASSES)) == ports(Detective())
+
+
+def test_the_model_file_states_the_defaults() -> None:
+    def durations(model: Coupled) -> list[tuple[str, dict[str, int]]]:
+        return [
+            (atomic.path, atomic.durations)
+            for atomic in Wiring(model).atomics
+            if isinstance(atomic, StateDiagram)
+        ]
+
+    built = durations(read_model(MODEL_FILE, ATOMIC_CLASSES))
+    assert built == durations(Detective())
+    assert len(built) == 9
+
+
+def test_parameters_of_the_model_file_reach_the_models() -> None:
+    text = MODEL_FILE.read_text(encoding="utf-8")
+    text = text.replace("turnTime : 00:00:03:000", "turnTime : 00:00:04:50")
+    text = text.replace("tolerance : 0", "tolerance : 2.5")
+    model = parse_model(text, "changed.ma", ATOMIC_CLASSES)
+    by_path = {atomic.path: atomic for atomic in Wiring(model).atomics}
+    radar = by_path["top.RadarSystem.radarController"]
+    compass2 = by_path["top.MovingSystem.compass2"]
+    assert isinstance(radar, StateDiagram)
+    assert isinstance(compass2, Compass2)
+    assert radar.durations["Ask motor1 to turn left"] == 4 * SECOND + 50 * MILLISECOND
+    assert compass2.tolerance_deg == 2.5
+
+
+@pytest.mark.parametrize(
+    ("model", "states"),
+    [
+        (
+            "radarController",
+            [
+                "Idle",
+                "Prepare for Working",
+                "Ask motor1 to turn right",
+                "Ask motor1 to turn left",
+                "Ask motor1 and MC to stop",
+                "Wait compass1 degree",
+                "Send mess. degree to MC",
+            ],
+        ),
+        (
+            "movementController",
+            [
+                "Stop",
+                "Prepare to move forward",
+                "Moving forward",
+                "Ask MC to stop",
+                "Wait radar mess",
+                "Prepare to receive",
+                "Wait to receive",
+                "Prepare to turn",
+                "Turn",
+                "Ask to prepare to Move forward",
+                "Move forward",
+                "Ask to prepare to stop",
+            ],
+        ),
+    ],
+)
+def test_the_states_are_those_of_the_papers_set_s(model: str, states: list[str]) -> None:
+    atomics = {atomic.name: atomic for atomic in Wiring(Detective()).atomics}
+    controller = atomics[model]
+    assert isinstance(controller, StateDiagram)
+    assert [state.name for state in controller.states] == states
+
+
+def test_the_parameters_default_to_what_the_readme_lists() -> None:
+    assert Parameters() == Parameters(10 * MILLISECOND, 3 * SECOND, 0.0)

@@ -1,0 +1,149 @@
+"""The detective robot's I2C chips: each driver against its double, by the contract of all chips."""
+
+import pytest
+
+from firmware_runtime.hal.errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
+from sim_doubles.faults import ForcedRegister, NackAddress, StuckSda
+from tests.contracts.test_chip_contract import ADAPTERS, MILLISECOND, Row
+from tests.support.detective_rows import Cmps12Row, Hmc5883lRow, Md25Row, Srf08Row
+
+ROWS: list[type[Row]] = [Srf08Row, Cmps12Row, Hmc5883lRow, Md25Row]
+TOLD_WHEN_POWER_WAS_LOST: list[type[Row]] = [Hmc5883lRow, Md25Row]
+UNHARMED_BY_A_POWER_LOSS: list[type[Row]] = [Srf08Row, Cmps12Row]
+every_chip = pytest.mark.parametrize("row_type", ROWS, ids=lambda row: row.module)
+
+
+@every_chip
+@pytest.mark.parametrize("adapter", ADAPTERS)
+def test_bring_up_and_use_work_on_every_adapter_without_an_objection(
+    row_type: type[Row], adapter: str
+) -> None:
+    row = row_type(adapter)
+    row.bring_up()
+    row.use()
+    row.verify()
+    assert row.warnings() == []
+    assert row.bus.errors == 0
+
+
+@every_chip
+def test_values_come_through_driver_and_double_over_the_whole_range(row_type: type[Row]) -> None:
+    row = row_type()
+    row.bring_up()
+    for true, found, epsilon in row.sweep():
+        assert abs(found - true) <= epsilon, (true, found)
+    assert row.warnings() == []
+    assert row.bus.errors == 0
+
+
+@every_chip
+@pytest.mark.parametrize("adapter", ADAPTERS)
+def test_an_absent_chip_is_told_by_bus_address_and_name(row_type: type[Row], adapter: str) -> None:
+    row = row_type(adapter, absent=True)
+    expected = rf"at 0x{row.address:02x} on i2c-1: no answer, expected "
+    with pytest.raises(NoAcknowledge, match=expected):
+        row.bring_up()
+
+
+@every_chip
+def test_another_chip_is_told_by_what_was_found_and_expected(row_type: type[Row]) -> None:
+    row = row_type()
+    register, value = row.wrong_identity
+    row.faults.add(ForcedRegister(address=row.address, register=register, value=value))
+    expected = rf"at 0x{row.address:02x} on i2c-1: .*{value:02x}.*expected"
+    with pytest.raises(WrongDevice, match=expected):
+        row.bring_up()
+
+
+@every_chip
+def test_a_stuck_bus_is_told_at_once_and_use_goes_on_after_recovery(row_type: type[Row]) -> None:
+    row = row_type()
+    row.bring_up()
+    row.faults.add(StuckSda(address=row.address))
+    attempts = row.wire.transactions
+    with pytest.raises(BusTimeout):
+        row.use()
+    assert row.wire.transactions == attempts + 1
+    row.wire.recover()
+    row.use()
+    row.verify()
+
+
+@every_chip
+def test_a_bus_stuck_from_the_start_ends_the_bring_up(row_type: type[Row]) -> None:
+    row = row_type()
+    row.faults.add(StuckSda())
+    with pytest.raises(BusTimeout):
+        row.bring_up()
+
+
+@every_chip
+def test_a_passing_refusal_is_retried_and_counted(row_type: type[Row]) -> None:
+    row = row_type()
+    row.bring_up()
+    row.faults.add(NackAddress(address=row.address, times=2))
+    row.use()
+    assert (row.bus.errors, row.bus.retries) == (2, 2)
+
+
+@pytest.mark.parametrize("row_type", TOLD_WHEN_POWER_WAS_LOST, ids=lambda row: row.module)
+def test_a_chip_that_lost_power_is_told_until_it_is_brought_up_again(row_type: type[Row]) -> None:
+    row = row_type()
+    row.bring_up()
+    row.use()
+    row.wire.power_cycle()
+    row.clock.advance(100 * MILLISECOND)
+    with pytest.raises(NotReady, match=rf"at 0x{row.address:02x} on i2c-1: .*was reset"):
+        row.use()
+    row.bring_up()
+    row.use()
+    row.verify()
+
+
+@pytest.mark.parametrize("row_type", UNHARMED_BY_A_POWER_LOSS, ids=lambda row: row.module)
+def test_a_chip_with_nothing_to_lose_goes_on_as_set_after_a_power_loss(
+    row_type: type[Row],
+) -> None:
+    row = row_type()
+    row.bring_up()
+    row.use()
+    row.wire.power_cycle()
+    row.clock.advance(100 * MILLISECOND)
+    for true, found, epsilon in row.sweep():
+        assert abs(found - true) <= epsilon, (true, found)
+    assert row.warnings() == []
+
+
+@every_chip
+@pytest.mark.parametrize("times", [2, 3])
+def test_bring_up_works_from_any_state_a_former_program_left(
+    row_type: type[Row], times: int
+) -> None:
+    row = row_type()
+    for _ in range(times):
+        row.bring_up()
+        row.use()
+    row.verify()
+    assert row.warnings() == []
+
+
+@every_chip
+def test_bring_up_cut_short_anywhere_can_be_begun_again(row_type: type[Row]) -> None:
+    for length in range(len(row_type().steps())):
+        row = row_type()
+        for step in row.steps()[:length]:
+            step.action()
+        row.clock.advance(100 * MILLISECOND)
+        row.bring_up()
+        row.use()
+        row.verify()
+
+
+@every_chip
+def test_what_the_accounted_bus_counts_is_what_the_wire_saw(row_type: type[Row]) -> None:
+    row = row_type()
+    row.bring_up()
+    row.use()
+    assert row.bus.transactions == row.wire.transactions
+    assert row.bus.bytes == row.wire.bytes
+    assert row.bus.busy_ns == row.wire.bits * 2500

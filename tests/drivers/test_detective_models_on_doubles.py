@@ -1,0 +1,229 @@
+"""Sonar, compass and treads models on register-level doubles, in virtual time."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivers.chips.cmps12 import Cmps12
+from drivers.chips.hmc5883l import Hmc5883l
+from drivers.chips.maxbotix import Maxbotix
+from drivers.chips.md25 import Md25
+from drivers.chips.sabertooth import Sabertooth
+from drivers.chips.srf08 import Srf08, Srf08Settings
+from drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
+from drivers.sonar import RangeFinder, Sonar, SonarSettings
+from drivers.treads import Treads, TreadSettings
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from sim_doubles.chips.cmps12 import Cmps12Double
+from sim_doubles.chips.hmc5883l import Hmc5883lDouble
+from sim_doubles.chips.maxbotix import MaxbotixDouble
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.sabertooth import SabertoothDouble
+from sim_doubles.chips.srf08 import Srf08Double
+from sim_doubles.faults import AbsentTarget, FaultScript
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.serial_line import SerialLineDouble
+from tests.support.atomic_bench import AtomicBench
+
+
+class World:
+    """Time as the doubles see it: the simulator's, which they outlive."""
+
+    def __init__(self) -> None:
+        self.bench: AtomicBench | None = None
+        self.after_death = 0
+
+    def __call__(self) -> int:
+        return self.after_death + (0 if self.bench is None else self.bench.simulator.now)
+
+    def run(self, model: Atomic) -> AtomicBench:
+        self.bench = AtomicBench(model)
+        return self.bench
+
+
+@pytest.fixture
+def world() -> World:
+    return World()
+
+
+# Sonar --------------------------------------------------------------------------------------------
+
+
+def approaching(at: int) -> float:
+    """A target that comes from 2.5 m at 0.2 m/s."""
+    return 2.5 - 0.2 * at / SECOND
+
+
+def sonar_on(world: World, chip: RangeFinder, period_ms: int) -> AtomicBench:
+    period = period_ms * MILLISECOND
+    return world.run(Sonar("sonar", chip, SonarSettings(period=period, threshold_m=1.0)))
+
+
+def test_an_approaching_target_is_followed_and_detected_without_an_objection(
+    world: World,
+) -> None:
+    double = Srf08Double(world, 0x75, echoes=lambda at: [approaching(at)])
+    bus = I2cBusDouble("i2c-1", world, [double])
+    bench = sonar_on(world, Srf08(bus, 0x75), 65)
+    bench.put(100, start=1)
+    bench.run(10_000)
+    assert len(bench.values("distance")) == 153
+    for at_ms, distance in bench.said["distance"]:
+        assert distance == pytest.approx(approaching(round(at_ms * MILLISECOND)), abs=0.02)
+    assert bench.said["detected"][0][0] == pytest.approx(7500, abs=100)
+    assert bench.faults == []
+    assert list(double.warnings) == []
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 2_000_000), st.booleans()), max_size=40))
+def test_starts_and_stops_at_any_time_never_disturb_a_ranging(
+    orders: list[tuple[int, bool]],
+) -> None:
+    world = World()
+    double = Srf08Double(world, 0x75, echoes=lambda _: [1.5])
+    bus = I2cBusDouble("i2c-1", world, [double])
+    bench = sonar_on(world, Srf08(bus, 0x75, Srf08Settings(max_range_m=11.0)), 66)
+    for at_us, start in sorted(orders):
+        bench.put(at_us / 1000, start=start)
+    bench.run(2200)
+    assert bus.errors == 0
+    assert bench.faults == []
+    assert list(double.warnings) == []
+    assert set(bench.values("distance")) <= {1.5}
+
+
+def test_a_sonar_unplugged_in_mid_run_is_a_fault_each_period_until_it_is_back(
+    world: World,
+) -> None:
+    double = Srf08Double(world, 0x75, echoes=lambda _: [1.5])
+    gone = AbsentTarget(target=double, since=1001 * MILLISECOND, until=1999 * MILLISECOND)
+    bus = I2cBusDouble("i2c-1", world, [double], faults=FaultScript([gone]))
+    bench = sonar_on(world, Srf08(bus, 0x75), 100)
+    bench.put(100, start=1)
+    bench.run(3000)
+    times = [at for at, _ in bench.said["fault"]]
+    assert len(times) == 10
+    assert times[0] < 1100
+    heard = [at for at, _ in bench.said["distance"]]
+    assert not any(1000 < at < 2000 for at in heard)
+    assert heard[-1] > 2900
+
+
+def test_a_serial_sonar_gives_the_same_model_its_distances(world: World) -> None:
+    double = MaxbotixDouble(world, approaching, family="xl")
+    bench = sonar_on(world, Maxbotix(SerialLineDouble("ttyS0", world, double), "xl"), 120)
+    bench.put(500, start=1)
+    bench.run(10_000)
+    assert len(bench.values("distance")) > 70
+    for at_ms, distance in bench.said["distance"]:
+        assert distance == pytest.approx(approaching(round(at_ms * MILLISECOND)), abs=0.05)
+    assert bench.said["detected"][0][0] == pytest.approx(7500, abs=250)
+
+
+# Compass ------------------------------------------------------------------------------------------
+
+
+def turning(at: int) -> float:
+    """A vehicle that turns right by 30 degrees/s."""
+    return 30.0 * at / SECOND % 360
+
+
+def test_a_turning_compass_is_followed(world: World) -> None:
+    double = Cmps12Double(world, 0x62, bearing_deg=turning)
+    bus = I2cBusDouble("i2c-1", world, [double])
+    every_50_ms = CompassSettings(period=50 * MILLISECOND, whole_degrees=True)
+    bench = world.run(Compass("compass2", Cmps12(bus, 0x62), every_50_ms))
+    bench.put(100, request=PERIODIC)
+    bench.run(13_000)
+    assert len(bench.values("heading_deg")) == 259
+    for at_ms, heading in bench.said["heading_deg"]:
+        off = (heading - turning(round(at_ms * MILLISECOND)) + 180) % 360 - 180
+        assert abs(off) <= 0.55
+    assert bench.values("calibration") == [3]
+    assert bench.faults == []
+    assert list(double.warnings) == []
+
+
+def test_a_compass_whose_reading_never_changes_is_reported(world: World) -> None:
+    double = Cmps12Double(world, 0x62, bearing_deg=lambda at: turning(min(at, 5 * SECOND)))
+    bus = I2cBusDouble("i2c-1", world, [double])
+    wary = CompassSettings(period=50 * MILLISECOND, stuck_after=20)
+    bench = world.run(Compass("compass2", Cmps12(bus, 0x62), wary))
+    bench.put(100, request=PERIODIC)
+    bench.run(7000)
+    assert [at for at, _ in bench.said["fault"]] == [5950, 6950]
+
+
+def test_a_magnetometer_answers_the_same_requests_after_its_measuring_time(world: World) -> None:
+    def field(at: int) -> tuple[float, float, float]:
+        angle = math.radians(turning(at))
+        return (20e-6 * math.cos(angle), 20e-6 * math.sin(angle), -40e-6)
+
+    double = Hmc5883lDouble(world, field)
+    bus = I2cBusDouble("i2c-1", world, [double])
+    bench = world.run(Compass("compass", Hmc5883l(bus), CompassSettings(period=100 * MILLISECOND)))
+    bench.put(1000, request=ONCE)
+    bench.run(2000)
+    ((at_ms, heading),) = bench.said["heading_deg"]
+    assert at_ms == 1010
+    assert heading == pytest.approx(30.2, abs=0.5)
+    assert list(double.warnings) == []
+
+
+# Treads -------------------------------------------------------------------------------------------
+
+
+TREADS = TreadSettings(speed=0.5, refresh=100 * MILLISECOND)
+
+
+def test_treads_turn_on_and_on_while_the_model_lives_and_stop_when_it_does_not(
+    world: World,
+) -> None:
+    double = Md25Double(world, full_speed_rad_s=10.0)
+    bus = I2cBusDouble("i2c-1", world, [double])
+    bench = world.run(Treads("treads", Md25(bus), TREADS))
+    bench.put(500, right=1, left=2)
+    bench.run(20_000)
+    assert double.speeds_rad_s == pytest.approx((-5.0, 5.0), abs=0.05)
+    assert bench.values("report")[-1].left_encoder < -5000
+    assert bench.faults == []
+    assert list(double.warnings) == []
+    world.after_death = 2 * SECOND  # nobody runs the model any more
+    assert double.speeds_rad_s == (0.0, 0.0)
+
+
+def test_a_silent_md25_is_told_within_a_refresh_and_stopped_by_its_own_timeout(
+    world: World,
+) -> None:
+    double = Md25Double(world, full_speed_rad_s=10.0)
+    gone = AbsentTarget(target=double, since=5 * SECOND, until=8 * SECOND)
+    bus = I2cBusDouble("i2c-1", world, [double], faults=FaultScript([gone]))
+    bench = world.run(Treads("treads", Md25(bus), TREADS))
+    bench.put(500, right=1, left=1)
+    bench.run(6899)
+    assert bench.said["fault"][0][0] == pytest.approx(5000, abs=100)
+    assert double.speeds_rad_s != (0.0, 0.0)
+    bench.run(6900)
+    assert double.speeds_rad_s == (0.0, 0.0)
+    bench.run(9000)
+    assert bench.model.phase == "still"
+    bench.put(9000, right=1, left=1)
+    bench.run(10_000)
+    assert double.speeds_rad_s == pytest.approx((5.0, 5.0), abs=0.05)
+
+
+def test_a_sabertooth_drives_the_same_model_and_stops_after_its_silence(world: World) -> None:
+    double = SabertoothDouble(world, full_speed_rad_s=10.0)
+    line = SerialLineDouble("ttyS0", world, double)
+    bench = world.run(Treads("treads", Sabertooth(line), TREADS))
+    bench.put(100, right=1, left=2)
+    bench.run(20_000)
+    assert double.speeds == pytest.approx((-0.5, 0.5), abs=0.01)
+    assert bench.faults == []
+    assert list(double.warnings) == []
+    world.after_death = 300 * MILLISECOND
+    assert double.speeds == (0.0, 0.0)

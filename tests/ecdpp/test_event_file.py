@@ -1,0 +1,143 @@
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.ecdpp.event_file import Event, parse_events, read_events
+from firmware_runtime.ecdpp.text import format_time, parse_time
+from firmware_runtime.errors import BoardError
+
+
+def model() -> Component:
+    component = Component("model")
+    component.in_port("In1", float)
+    component.in_port("count", int)
+    component.in_port("Count", int)
+    component.in_port("flag", bool)
+    component.in_port("words", str)
+    return component
+
+
+def parse(text: str) -> list[Event]:
+    return parse_events(text, "test.ev", model())
+
+
+def faults(text: str) -> tuple[str, ...]:
+    with pytest.raises(BoardError) as caught:
+        parse(text)
+    assert caught.value.board == "test.ev"
+    return caught.value.faults
+
+
+def test_the_last_field_of_a_time_is_a_number_of_milliseconds() -> None:
+    times = ["00:00:09:5", "00:00:09:50", "00:00:09:500", "00:01:00:00", "123:59:59:999"]
+    assert [parse_time(text) for text in times] == [
+        9 * SECOND + 5 * MILLISECOND,
+        9 * SECOND + 50 * MILLISECOND,
+        9 * SECOND + 500 * MILLISECOND,
+        60 * SECOND,
+        446_399_999 * MILLISECOND,
+    ]
+
+
+@given(st.integers(0, 3_600_000_000))
+def test_a_time_written_is_read_back(milliseconds: int) -> None:
+    at = milliseconds * MILLISECOND
+    assert parse_time(format_time(at)) == at
+
+
+def test_events_are_read_in_order() -> None:
+    assert parse("00:00:02:00 In1 1\n00:00:02:00 count 3\n00:00:09:50 In1 -2.5") == [
+        Event(2 * SECOND, "In1", 1.0),
+        Event(2 * SECOND, "count", 3),
+        Event(9 * SECOND + 50 * MILLISECOND, "In1", -2.5),
+    ]
+
+
+def test_comments_blank_lines_crlf_tabs_and_spaces_do_not_matter() -> None:
+    text = "\ufeff# begin\r\n\r\n  // then\n% and\n\t00:00:01:000\tIn1   1  \r\n00:00:02:000 In1 2 # two"
+    assert [event.value for event in parse(text.lstrip("\ufeff"))] == [1.0, 2.0]
+
+
+def test_an_empty_file_has_no_events() -> None:
+    assert parse("") == []
+
+
+def test_a_value_arrives_as_its_ports_type() -> None:
+    values = [
+        event.value
+        for event in parse(
+            "00:00:00:000 In1 7\n00:00:00:000 In1 .5\n00:00:00:000 In1 +3.\n"
+            "00:00:00:000 count 4.0\n00:00:00:000 flag 1\n00:00:00:000 flag 0"
+        )
+    ]
+    assert values == [7.0, 0.5, 3.0, 4, True, False]
+    assert [type(value) for value in values] == [float, float, float, int, bool, bool]
+
+
+def test_ports_are_found_without_regard_to_case_but_an_exact_name_comes_first() -> None:
+    events = parse("00:00:01:000 in1 1\n00:00:01:000 IN1 1\n00:00:01:000 Count 1")
+    assert [event.port for event in events] == ["In1", "In1", "Count"]
+
+
+@pytest.mark.parametrize(
+    ("line", "fault"),
+    [
+        ("00:00:01:000 In1", "expected HH:MM:SS:ms Port Value"),
+        ("00:00:01:000 In1 1 2", "expected HH:MM:SS:ms Port Value"),
+        ("In1 00:00:01:000 1", "time 'In1': expected HH:MM:SS:ms"),
+        ("00:00:01 In1 1", "time '00:00:01'"),
+        ("00:00:01.500 In1 1", "time '00:00:01.500'"),
+        ("00:00:61:000 In1 1", "time '00:00:61:000'"),
+        ("00:60:00:000 In1 1", "time '00:60:00:000'"),
+        ("00:00:01:1000 In1 1", "time '00:00:01:1000'"),
+        ("-0:00:01:000 In1 1", "time '-0:00:01:000'"),
+        ("00:00:01:000 In9 1", "unknown port 'In9'; expected one of In1, count"),
+        ("00:00:01:000 In1 one", "value 'one': expected a number"),
+        ("00:00:01:000 In1 nan", "value 'nan': expected a number"),
+        ("00:00:01:000 In1 inf", "value 'inf': expected a number"),
+        ("00:00:01:000 In1 1e3", "value '1e3': expected a number"),
+        ("00:00:01:000 In1 1_000", "value '1_000': expected a number"),
+        ("00:00:01:000 In1 " + "9" * 400, "expected a number"),
+        ("00:00:01:000 count 1.5", "port 'count' carries int"),
+        ("00:00:01:000 flag 2", "port 'flag' carries bool"),
+        ("00:00:01:000 words 1", "port 'words' carries str"),
+        ("end", "expected HH:MM:SS:ms Port Value"),
+    ],
+)
+def test_a_line_that_is_no_event_is_a_fault_with_its_number(line: str, fault: str) -> None:
+    [found] = faults(f"# first\n{line}\n")
+    assert found.startswith("line 2: ")
+    assert fault in found
+
+
+def test_a_time_that_goes_backwards_is_a_fault() -> None:
+    assert faults("00:00:02:000 In1 1\n00:00:01:999 In1 1\n00:00:02:000 In1 1") == (
+        "line 2: time 00:00:01:999 goes backwards; expected 00:00:02:000 or later",
+    )
+
+
+def test_all_faults_of_a_file_are_listed_at_once() -> None:
+    found = faults("00:00:02:000 In1 x\n\n00:00:01:000 In1 1\noops\n00:00:03:000 In7 1")
+    assert [fault.split(":")[0] for fault in found] == ["line 1", "line 4", "line 5"]
+
+
+def test_a_file_is_read_and_named_in_its_faults(tmp_path: Path) -> None:
+    path = tmp_path / "mission.ev"
+    path.write_bytes(b"\xef\xbb\xbf00:00:02:00 In1 1\r\n00:00:03:00 In1 2\r\n")
+    assert [event.at for event in read_events(path, model())] == [2 * SECOND, 3 * SECOND]
+    path.write_text("00:00:02:00 In1 x\n", encoding="utf-8")
+    with pytest.raises(BoardError, match=r"mission\.ev: 1 fault\n  - line 1: value 'x'"):
+        read_events(path, model())
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00"])
+def test_a_file_that_cannot_be_read_is_a_fault(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "mission.ev"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(BoardError, match="cannot be read"):
+        read_events(path, model())

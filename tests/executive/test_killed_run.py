@@ -1,0 +1,96 @@
+"""A run in a process of its own that is stopped, or killed, while another process reads it."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.telemetry.statistics import Statistics
+from firmware_runtime.telemetry.statistics_reader import read_statistics
+
+PROGRAM = """
+import sys
+from pathlib import Path
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.signals import stop_on_signals
+from tests.support.periodic_models import Robot
+
+def make_safe():
+    print("safe", flush=True)
+    return []
+
+robot = Robot(imu=MILLISECOND, compass=3 * MILLISECOND)
+configuration = Configuration(statistics_path=Path(sys.argv[1]))
+executive = Executive(robot, MonotonicClock(), make_safe, configuration)
+with stop_on_signals(executive.request_stop):
+    print("ready", flush=True)
+    print(executive.run(60 * SECOND).reason)
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "robot.stats"
+
+
+@pytest.fixture
+def process(path: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-c", PROGRAM, str(path)]
+    root = Path(__file__).parents[2]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=root) as started:
+        assert started.stdout is not None
+        assert started.stdout.readline() == "ready\n"
+        yield started
+        started.kill()
+
+
+def read_after_steps(path: Path, steps: int) -> Statistics:
+    """Read again and again, as `stats` would, until so many steps were made."""
+    for _ in range(100_000):
+        if path.exists():
+            statistics = read_statistics(path)
+            assert_identity(statistics.as_json())
+            if statistics.as_json()["conditions"]["run"]["steps"] >= steps:
+                return statistics
+    raise AssertionError(f"not {steps} steps in 100,000 readings")
+
+
+def assert_identity(counted: dict[str, Any]) -> None:
+    for each in (counted, *counted["models"].values()):
+        assert each["scheduled"] == each["run"] + each["skipped"] + each["coalesced"]
+
+
+@pytest.mark.slow
+def test_statistics_are_read_during_the_run_and_after_kill_9(
+    process: subprocess.Popen[str], path: Path
+) -> None:
+    during = read_after_steps(path, 50)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    after = read_statistics(path).as_json()
+    assert during.as_json()["conditions"]["run"]["state"] == "running"
+    assert after["conditions"]["run"]["state"] == "died"
+    assert after["run"] >= during.as_json()["run"] > 0
+    assert_identity(after)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_signal_makes_outputs_safe_and_the_statistics_say_so(
+    process: subprocess.Popen[str], path: Path, number: signal.Signals
+) -> None:
+    read_after_steps(path, 5)
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=30)
+    assert said == f"safe\n{number.name}\n"
+    assert process.returncode == 0
+    after = read_statistics(path).as_json()
+    assert after["conditions"]["run"]["state"] == "stopped"
+    assert_identity(after)
