@@ -27,6 +27,14 @@ class BusSettings(Settings, frozen=True):
     """How often a transaction is tried before its failure counts as a fault."""
 
 
+class PortSettings(Settings, frozen=True):
+    """One serial port."""
+
+    device: str
+    """Device node."""
+    baud: Annotated[int, Meta(gt=0)]
+
+
 class ModelPolicy(Settings, frozen=True):
     """What happens when one model's activation comes late."""
 

@@ -8,11 +8,17 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 from boards import strict
-from boards.common import BusSettings, ExecutiveSettings, ModelPolicy, PathDeadlineSettings
+from boards.common import (
+    BusSettings,
+    ExecutiveSettings,
+    ModelPolicy,
+    PathDeadlineSettings,
+    PortSettings,
+)
+from boards.lines import Lines
 from boards.robot import Robot
 from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.budget import BusLoad
-from firmware_runtime.hal.i2c import I2cBus
 
 _FOLDER = Path(__file__).parent
 FILE = "board.toml"
@@ -46,7 +52,9 @@ class Board:
     loads: Mapping[str, BusLoad]
     """What the board asks of each bus."""
     warnings: Sequence[str]
-    build: Callable[[Mapping[str, I2cBus]], Robot]
+    ports: Mapping[str, PortSettings]
+    """The serial ports it uses, if any."""
+    build: Callable[[Lines], Robot]
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
@@ -85,7 +93,8 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
         settings=settings,
         loads=loads,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],
-        build=lambda buses: definition.build(settings, buses),
+        ports=getattr(settings, "ports", {}),
+        build=lambda lines: definition.build(settings, lines),
         fingerprint=_fingerprint(source, assignments),
     )
 

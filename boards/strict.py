@@ -81,7 +81,7 @@ def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
     if get_origin(type_) is tuple and _is_struct(get_args(type_)[0]) and isinstance(value, list):
         inner = get_args(type_)[0]
         return tuple(_value(each, inner, faults, f"{path}[{n}]") for n, each in enumerate(value))
-    if isinstance(value, float) and not math.isfinite(value):
+    if not _is_finite(value):
         faults.append(f"{path}: {value} is not a finite number")
         return None
     try:
@@ -89,6 +89,13 @@ def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
     except msgspec.ValidationError as error:
         faults.append(f"{path}: {value!r}: {_sentence(str(error))}")
         return None
+
+
+def _is_finite(value: Any) -> bool:
+    """Whether a number, or all numbers in a list, are finite; true of anything else."""
+    if isinstance(value, list):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)
 
 
 def _is_struct(type_: Any) -> bool:

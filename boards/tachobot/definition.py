@@ -1,8 +1,7 @@
 """What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
-from collections.abc import Mapping
-
 from boards.faults import Device, address_clashes, setting_fault, unknown_buses
+from boards.lines import Lines
 from boards.robot import Robot
 from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import TachobotSettings
@@ -11,7 +10,6 @@ from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import duty_burst, prescale_for
 from drivers.thrust_pairs import MOTORS
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
-from firmware_runtime.hal.i2c import I2cBus
 
 SETTINGS = TachobotSettings
 
@@ -48,9 +46,9 @@ def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
     }
 
 
-def build(settings: TachobotSettings, buses: Mapping[str, I2cBus]) -> Robot:
+def build(settings: TachobotSettings, lines: Lines) -> Robot:
     """The robot on these buses; nothing is sent yet."""
-    model = Tachobot(settings, buses)
+    model = Tachobot(settings, lines.buses)
     return Robot(
         model=model,
         # Every PCA9685 leaves the ALLCALL address before anything else is said on the bus.

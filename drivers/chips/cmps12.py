@@ -17,7 +17,7 @@ from drivers.chips.bearing import Bearing
 from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
-from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x60, 0x68)
 
@@ -29,6 +29,11 @@ IDENTITY: Final = struct.Struct(">BBH")
 """Software version, bearing in 256ths of a circle, bearing in tenths of a degree."""
 READING: Final = struct.Struct(">H8x")
 """Bearing; then pitch, roll and three axes of raw magnetometer, which only serve as `raw`."""
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
+    (bytes((BEARING,)), READING.size),
+    (bytes((CALIBRATION,)), 1),
+)
+"""Transactions of one reading, for the bus-time budget."""
 CIRCLE: Final = 3600
 MOST_APART: Final = 42
 """Tenths of a degree between the two bearings: rounding, and one refresh while turning fast."""

@@ -23,7 +23,7 @@ from drivers.chips.mounting import Vector, parse_mounting
 from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, NotReady, WrongDevice
-from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESS: Final = 0x1E
 IDENTITY: Final = b"H43"
@@ -42,6 +42,11 @@ MEASUREMENT_NS: Final = 10_000_000
 
 READING: Final = struct.Struct(">3B3h")
 """CRA, CRB, MODE, then X, Z, Y in this order; all six data bytes, so nothing stays locked."""
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
+    (bytes((MODE, SINGLE)),),
+    (bytes((CRA,)), READING.size),
+)
+"""Transactions of one measurement, start and reading, for the bus-time budget."""
 OVERFLOW: Final = -4096
 COUNTS_PER_GAUSS: Final = {
     0.88: 1370,

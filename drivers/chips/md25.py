@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
-from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x58, 0x60)
 
@@ -47,6 +47,11 @@ SETTINGS: Final = struct.Struct("3B")
 """Software revision, acceleration, mode: registers 13 to 15."""
 REPORT: Final = struct.Struct(">2i3Bx2B")
 """Encoders 1 and 2, battery, currents 1 and 2, then acceleration and mode: registers 2 to 15."""
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
+    (bytes((SPEED1, STOP, STOP)),),
+    (bytes((ENCODER1,)), REPORT.size),
+)
+"""Transactions of one setting of the speeds, for the bus-time budget."""
 VOLTS_PER_COUNT: Final = 0.1
 AMPERES_PER_COUNT: Final = 0.1
 

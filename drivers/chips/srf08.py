@@ -20,7 +20,7 @@ from typing import Final
 from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
-from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x70, 0x80)
 
@@ -43,6 +43,11 @@ FIRST_ECHO: Final = struct.Struct(">BxH")
 """Software revision, light sensor, first echo in cm: registers 0 to 3."""
 MOST_CM: Final = 1101
 """The longest range, rounded up; more cannot be an echo."""
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
+    *((bytes(2),) for _ in range(3)),
+    (bytes((REVISION,)), FIRST_ECHO.size),
+)
+"""Transactions of one ranging, start and reading, for the bus-time budget."""
 RELEASED: Final = 0xFF
 """What a bus reads that nobody drives: no revision, but the sign of a chip that still ranges."""
 

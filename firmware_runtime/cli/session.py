@@ -1,9 +1,9 @@
 """One robot put together for one run: board, buses or bench, model, executive."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
 from firmware_runtime.cli.benches import bench_for
@@ -22,7 +22,9 @@ from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.retry import RetryPolicy
+from firmware_runtime.hal.serial import SerialPort
 from sim_doubles.benches.bench import Bench
 
 
@@ -39,8 +41,8 @@ class Session:
         self.board = board
         self._executive: Executive | None = None
         self.bench: Bench | None = bench_for(board, self.world_now) if doubles else None
-        self._buses = _accounted(board, self.bench.buses if self.bench else _open(board))
-        self.robot: Robot = board.build(self._buses)
+        self._lines = _lines_of(board, self.bench)
+        self.robot: Robot = board.build(self._lines)
         if self.bench is not None:
             self.bench.attach(self.robot.model)
         self._executive = Executive(
@@ -69,8 +71,7 @@ class Session:
 
     def close(self) -> None:
         """Release the buses."""
-        for bus in self._buses.values():
-            bus.close()
+        _close(self._lines)
 
     def _configuration(self, statistics_path: Path | None) -> Configuration:
         settings = self.board.settings
@@ -80,7 +81,7 @@ class Session:
                 for path, each in settings.overruns.items()
             },
             deadlines=_deadlines(self.robot.model, settings),
-            buses=tuple(self._buses.values()),
+            buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
             process=_process(settings.executive),
             statistics_path=statistics_path,
             worst=settings.executive.worst,
@@ -103,18 +104,27 @@ def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
     return None if component is None else component.out_ports.get(name)
 
 
-def _accounted(board: Board, buses: Mapping[str, I2cBus]) -> dict[str, AccountedBus]:
-    settings = board.settings.buses
-    return {
-        name: AccountedBus(
-            bus, round(settings[name].speed_hz), RetryPolicy(attempts=settings[name].attempts)
-        )
-        for name, bus in buses.items()
-    }
+def _lines_of(board: Board, bench: Bench | None) -> Lines:
+    """The bench's lines or the real ones, buses with their retries and counters."""
+    buses: dict[str, I2cBus] = {}
+    ports: dict[str, SerialPort] = {}
+    try:
+        for name, bus in board.settings.buses.items():
+            inner = bench.buses[name] if bench else open_i2c(name, bus.device)
+            buses[name] = AccountedBus(inner, round(bus.speed_hz), RetryPolicy(bus.attempts))
+        for name, port in board.ports.items():
+            ports[name] = bench.ports[name] if bench else open_serial(name, port.device, port.baud)
+    except BaseException:
+        _close(Lines(buses, ports))
+        raise
+    return Lines(buses, ports)
 
 
-def _open(board: Board) -> dict[str, I2cBus]:
-    return {name: open_i2c(name, bus.device) for name, bus in board.settings.buses.items()}
+def _close(lines: Lines) -> None:
+    for bus in lines.buses.values():
+        bus.close()
+    for port in lines.ports.values():
+        port.close()
 
 
 def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # noqa: ANN401

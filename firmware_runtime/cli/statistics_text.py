@@ -35,7 +35,7 @@ def summary(statistics: Mapping[str, Any]) -> str:
 
 def _table(statistics: Mapping[str, Any]) -> list[str]:
     models = statistics["models"].items()
-    rows = [("", "p50", "p90", "p99", "p99.9", "max")]
+    rows: list[tuple[str, ...]] = [("", "p50", "p90", "p99", "p99.9", "max")]
     rows += [(f"{path} lateness", *_row(model["lateness_us"])) for path, model in models]
     rows += [(f"{path} own time", *_row(model["step_us"])) for path, model in models]
     rows.append(("whole step", *_row(statistics["step_us"])))

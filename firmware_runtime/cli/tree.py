@@ -3,10 +3,11 @@
 import argparse
 
 import boards.registry
+from boards.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.tree import tree
-from firmware_runtime.hal.absent import AbsentBus
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -18,6 +19,8 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print the tree; no bus is opened."""
     board = boards.registry.load(arguments.board, arguments.assignments)
-    robot = board.build({name: AbsentBus(name) for name in board.loads})
+    buses = {name: AbsentBus(name) for name in board.loads}
+    ports = {name: AbsentPort(name) for name in board.ports}
+    robot = board.build(Lines(buses, ports))
     print(tree(robot.model))
     return Status.OK

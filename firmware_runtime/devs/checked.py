@@ -57,7 +57,7 @@ class Checks:
             if self._sending is not atomic:
                 fault = f"sent on port {port.name!r} outside its output function"
                 raise SentOutsideOutput(atomic.path, self._simulator.now, fault)
-            if not isinstance(value, port.type):
+            if not carries(port.type, type(value)):
                 raise PortTypeError(atomic.path, self._simulator.now, wrong_type(port, value))
             send(value)
 

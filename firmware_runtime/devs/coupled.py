@@ -5,7 +5,7 @@ from typing import TypeVar, cast
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import CouplingError
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Source
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Source, carries
 
 C = TypeVar("C", bound=Component)
 T = TypeVar("T")
@@ -65,7 +65,7 @@ class Coupled(Component):
             self._can_begin(source)
             and self._can_end(destination)
             and source.owner is not destination.owner
-            and (source.type is destination.type or issubclass(source.type, destination.type))
+            and (source.type is destination.type or carries(destination.type, source.type))
         )
 
     def _can_begin(self, port: object) -> bool:

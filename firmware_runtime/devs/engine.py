@@ -16,7 +16,7 @@ from firmware_runtime.devs.errors import (
     TimeAdvanceError,
 )
 from firmware_runtime.devs.functions import Instrument, bind
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import InPort, OutPort, carries
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.devs.wiring import Wiring, sources_of
 
@@ -100,7 +100,7 @@ class Engine(ABC):
         """Put one value into an input port of the root; it arrives with the next `advance`."""
         if port not in self._entrances:
             raise ModelError(f"{port.path}: not an input port of {self.root.path}")
-        if not isinstance(value, port.type):
+        if not carries(port.type, type(value)):
             raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
         self._entrances[port].send(value)
 

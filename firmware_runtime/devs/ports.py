@@ -135,3 +135,11 @@ class Source(Protocol[T_co]):
     @property
     def type(self) -> builtins.type[T_co]:
         """The class of the values carried."""
+
+
+def carries(port_type: type[object], value_type: type[object]) -> bool:
+    """Whether a port of one type takes values of another: of a subclass, or whole numbers as float.
+
+    The latter is the rule type checkers follow (PEP 484, the numeric tower).
+    """
+    return issubclass(value_type, port_type) or (port_type is float and issubclass(value_type, int))

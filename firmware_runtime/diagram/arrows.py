@@ -5,7 +5,7 @@ drawn already.
 """
 
 from collections.abc import Sequence
-from math import hypot
+from math import dist
 from typing import Final, NamedTuple
 
 from firmware_runtime.diagram.curves import (
@@ -14,7 +14,6 @@ from firmware_runtime.diagram.curves import (
     beside,
     between,
     loop,
-    point_on,
     samples,
 )
 from firmware_runtime.diagram.svg import Point, text_width
@@ -37,11 +36,13 @@ class Drawn(NamedTuple):
     kind: str
     """`external` or `internal`."""
     curve: list[Point]
+    points: list[Point]
+    """Points all along the curve."""
     label: list[str]
 
 
 def curves(model: StateDiagram, centres: dict[str, Point], radius: float) -> list[Drawn]:
-    """A curve for all arrows of one kind from one state to another, in order of the table."""
+    """A curve for all arrows of one kind from one state to another, short ones first."""
     groups: dict[tuple[str, str, str], list[Arrow]] = {}
     for state in model.states:
         for arrow in state.arrows:
@@ -49,12 +50,13 @@ def curves(model: StateDiagram, centres: dict[str, Point], radius: float) -> lis
             groups.setdefault((state.name, arrow.to, kind), []).append(arrow)
     drawn: list[Drawn] = []
     # Short arrows have one way to go; the long ones then find their ways between them.
-    for key in sorted(groups, key=lambda key: _distance(centres, key[0], key[1])):
+    for key in sorted(groups, key=lambda key: round(dist(centres[key[0]], centres[key[1]]), 3)):
         start, end, kind = key
-        ways = _ways(centres[start], centres[end], radius)
         others = [centre for name, centre in centres.items() if name not in {start, end}]
-        curve = min(ways, key=lambda way: _hidden(way, others, radius, drawn))
-        drawn.append(Drawn(kind, curve, say_arrows(groups[key], _LETTERS)))
+        ways = _ways(centres[start], centres[end], radius)
+        curve = min(ways, key=lambda way: _hidden(samples(way), others, radius, drawn))
+        label = say_arrows(groups[key], _LETTERS)
+        drawn.append(Drawn(kind, curve, samples(curve), label))
     return drawn
 
 
@@ -62,10 +64,9 @@ def place_label(each: Drawn, drawn: Sequence[Drawn], taken: Sequence[Rectangle])
     """Where a curve's label stands, beside the curve."""
     width = max(text_width(line, LABEL_SIZE) for line in each.label)
     size = Point(width, len(each.label) * LINE)
-    points = [point for other in drawn for point in samples(other.curve)]
 
     def hidden(place: Rectangle) -> float:
-        crossed = sum(place.holds(point) for point in points)
+        crossed = sum(place.holds(point) for other in drawn for point in other.points)
         return sum(place.overlap(other) for other in taken) + 60 * crossed
 
     places = (beside(each.curve, part, side, size) for part in _PARTS for side in (1, -1))
@@ -76,26 +77,20 @@ def _ways(start: Point, end: Point, radius: float) -> list[list[Point]]:
     """The ways an arrow can go, best looking first."""
     if start == end:
         return [loop(start, radius, radius + reach) for reach in (60, 95)]
-    is_short = hypot(end.x - start.x, end.y - start.y) < 2 * radius + 1.2 * GAP
+    is_short = dist(start, end) < 2 * radius + 1.2 * GAP
     bulges = (0.36, 0.72) if is_short else _BULGES
     return [between(start, end, radius, bulge) for bulge in bulges]
 
 
 def _hidden(
-    way: Sequence[Point], others: Sequence[Point], radius: float, drawn: Sequence[Drawn]
+    points: Sequence[Point], others: Sequence[Point], radius: float, drawn: Sequence[Drawn]
 ) -> int:
     """How much of a way lies in other states, or upon arrows drawn already."""
-    points = list(samples(way))
-    in_states = sum(_near(point, centre, radius + 8) for point in points for centre in others)
-    middles = [point_on(each.curve, part) for each in drawn for part in _PARTS]
-    on_arrows = sum(_near(point, middle, 9) for point in points for middle in middles)
+    in_states = sum(dist(point, centre) < radius + 8 for point in points for centre in others)
+    on_arrows = sum(
+        dist(point, other) < 9
+        for each in drawn
+        for other in each.points[6:-6:2]  # where arrows begin and end they may well meet
+        for point in points
+    )
     return 10 * in_states + on_arrows
-
-
-def _near(one: Point, other: Point, distance: float) -> bool:
-    return hypot(one.x - other.x, one.y - other.y) < distance
-
-
-def _distance(centres: dict[str, Point], start: str, end: str) -> float:
-    one, other = centres[start], centres[end]
-    return round(hypot(one.x - other.x, one.y - other.y), 3)

@@ -1,6 +1,6 @@
 """Geometry of a state graph: circles on a ring, curves between them, boxes beside the curves."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from math import cos, hypot, pi, sin
 from typing import Final, NamedTuple
@@ -79,9 +79,9 @@ def point_on(curve: Sequence[Point], part: float) -> Point:
     return points[0]
 
 
-def samples(curve: Sequence[Point]) -> Iterator[Point]:
+def samples(curve: Sequence[Point]) -> list[Point]:
     """Points all along a curve."""
-    return (point_on(curve, number / SAMPLES) for number in range(SAMPLES + 1))
+    return [point_on(curve, number / SAMPLES) for number in range(SAMPLES + 1)]
 
 
 def beside(curve: Sequence[Point], part: float, side: int, size: Point) -> Rectangle:

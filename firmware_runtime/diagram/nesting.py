@@ -8,16 +8,17 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.diagram import columns
-from firmware_runtime.diagram.boxes import Box, End, Node, Wire, atomic_box, label_width
+from firmware_runtime.diagram.boxes import NAME_SIZE, Box, End, Node, Wire, atomic_box, label_width
 from firmware_runtime.diagram.routes import Routes
 from firmware_runtime.diagram.rows import arrange
-from firmware_runtime.diagram.svg import Point
+from firmware_runtime.diagram.svg import BOLD, Point, text_width
 
 BOX_CLEARANCE: Final = 24
 BOX_WEIGHT: Final = 1000.0
-PORT_CLEARANCE: Final = 8
-BEND_CLEARANCE: Final = 12
+PORT_CLEARANCE: Final = 4
+BEND_CLEARANCE: Final = 20
 PORT_HEIGHT: Final = 16
+"""With the clearance as far apart as the ports of an atomic model, so that wires run level."""
 TOP: Final = 40
 """Above everything in a coupled box, room for its name."""
 PADDING: Final = 16
@@ -117,6 +118,7 @@ class _Nest:
             x += width
             if number < len(routes.channels):
                 x = routes.channels[number].place(x)
+        x = max(x, text_width(self._model.name, NAME_SIZE) * BOLD + 24)
         for port, node in self._ports.items():
             node.x = 0.0 if isinstance(port, InPort) else x - node.width
         return x

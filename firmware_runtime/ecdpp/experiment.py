@@ -86,7 +86,10 @@ def run_events(
     """
     simulator = Simulator(Experiment(model, events), checked=checked)
     record = OutputRecord(simulator)
-    simulator.run(end_of(events) if until is None else until)
-    for failure in simulator.exit():
+    try:
+        simulator.run(end_of(events) if until is None else until)
+    finally:
+        failures = simulator.exit()
+    for failure in failures:
         raise failure
     return record.lines

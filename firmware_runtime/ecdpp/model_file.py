@@ -3,8 +3,10 @@
 `components` names coupled models, which have a section of their own, and atomic ones as
 `name@Class`, which may have one for their parameters. `components`, `in` and `out` may be given
 more than once. Models and coupled ports are called as `components`, `in` and `out` write them,
-ports of an atomic model as its class declares them. The file gives ports no types: a coupled model's port
-takes the type of what it is linked to, or float if it is linked to nothing.
+ports of an atomic model as its class declares them.
+
+The file gives ports no types: a coupled model's port takes the type of what it is linked to, or
+float if it is linked to nothing.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,17 +1,21 @@
 """A trace as JSON lines, for other programs: `{"t_ns": ..., "port": "path.port", "value": ...}`.
 
-Numbers, texts, true, false and null are themselves; tuples and lists are arrays; named tuples and
-dataclasses are objects. JSON has no word for numbers that are not finite: they are the texts "nan",
-"inf" and "-inf".
+Numbers, texts, true, false and null are themselves; tuples, lists and numpy arrays are arrays;
+named tuples, dataclasses and dictionaries are objects; a member of an enumeration is its name.
+JSON has no word for numbers that are not finite: they are the texts "nan", "inf" and "-inf".
+Anything else is the text that `str` makes of it.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import msgspec
+import numpy as np
 
 from firmware_runtime.errors import FirmwareRuntimeError
 
@@ -54,14 +58,28 @@ class TraceFile:
 
 def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say
     """The value in JSON's types."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    elif isinstance(value, Enum):
+        value = value.name
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
-    if isinstance(value, tuple) and hasattr(value, "_asdict"):
-        return {name: plain(each) for name, each in value._asdict().items()}
+    if isinstance(value, int | str | None):
+        return value
+    named = _named(value)
+    if named is not None:
+        return {name: plain(each) for name, each in named}
     if isinstance(value, tuple | list):
         return [plain(each) for each in value]
+    return str(value)
+
+
+def _named(value: object) -> Iterable[tuple[str, object]] | None:
+    """Names and values of what becomes an object, else None."""
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return zip(value._fields, value, strict=True)
     if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+        return ((field.name, getattr(value, field.name)) for field in fields(value))
     if isinstance(value, dict):
-        return {str(key): plain(each) for key, each in value.items()}
-    return value if isinstance(value, int | str | None) else str(value)
+        return ((str(key), each) for key, each in value.items())
+    return None

@@ -5,6 +5,7 @@ from typing import Protocol
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.hal.serial import SerialPort
 from sim_doubles.i2c_bus import I2cBusDouble
 
 
@@ -14,6 +15,10 @@ class Bench(Protocol):
     @property
     def buses(self) -> Mapping[str, I2cBusDouble]:
         """The buses by their names in board.toml."""
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """The serial ports by their names in board.toml."""
 
     @property
     def shown(self) -> OutPort[float]:

@@ -1,5 +1,7 @@
 """TachoBot's bench: two PCA9685 and an MPU-9250 on one bus, and the plant that ties them."""
 
+from collections.abc import Mapping
+
 import msgspec
 
 from boards.tachobot.result import yaw_result
@@ -7,6 +9,7 @@ from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
@@ -43,6 +46,11 @@ class TachobotBench:
             name: I2cBusDouble(name, now, targets, bus_hz=round(settings.buses[name].speed_hz))
             for name, targets in wired.items()
         }
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """None: all of its chips are on I2C."""
+        return {}
 
     @property
     def shown(self) -> OutPort[float]:

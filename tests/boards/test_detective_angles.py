@@ -1,5 +1,5 @@
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.detective.angles import are_close, growth, shorter_way_grows
@@ -9,6 +9,7 @@ from boards.detective.sensors import Compass2
 DEGREES = st.decimals(-1000, 1000, places=3).map(float)
 
 
+@settings(deadline=None)
 @given(DEGREES, DEGREES)
 def test_growth_leads_from_start_to_end(start: float, end: float) -> None:
     grown = growth(start, end)
@@ -16,12 +17,14 @@ def test_growth_leads_from_start_to_end(start: float, end: float) -> None:
     assert are_close(start + grown, end, 0)
 
 
+@settings(deadline=None)
 @given(DEGREES, DEGREES)
 def test_the_way_taken_is_no_longer_than_half_a_turn(heading: float, target: float) -> None:
     grown = growth(heading, target)
     assert (grown if shorter_way_grows(heading, target) else (360 - grown) % 360) <= 180
 
 
+@settings(deadline=None)
 @given(DEGREES, st.integers(-3, 3))
 def test_whole_turns_make_no_difference_to_a_match(angle: float, turns: int) -> None:
     assert are_close(angle, angle + 360 * turns, 0)

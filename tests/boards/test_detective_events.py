@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.detective.detective import Detective
@@ -374,6 +374,7 @@ EVENTS = st.builds(
 
 
 @pytest.mark.slow
+@settings(max_examples=50, deadline=None)
 @given(st.lists(EVENTS, max_size=60))
 def test_a_motor_never_puts_out_what_it_already_does(events: list[Event]) -> None:
     lines = run_events(Detective(), sorted(events), checked=True)

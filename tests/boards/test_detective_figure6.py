@@ -1,7 +1,7 @@
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
@@ -90,6 +90,7 @@ UNNAMED = st.one_of(
 
 
 @pytest.mark.slow
+@settings(max_examples=50, deadline=None)
 @given(st.lists(UNNAMED, max_size=20))
 def test_inputs_that_no_state_names_change_nothing_in_figure_6(unnamed: list[Event]) -> None:
     model = Detective()

@@ -2,21 +2,22 @@
 
 import pytest
 
+from firmware_runtime.hal.budget import bits
 from firmware_runtime.hal.errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
 from sim_doubles.faults import ForcedRegister, NackAddress, StuckSda
-from tests.contracts.test_chip_contract import ADAPTERS, MILLISECOND, Row
-from tests.support.detective_rows import Cmps12Row, Hmc5883lRow, Md25Row, Srf08Row
+from tests.contracts.test_chip_contract import ADAPTERS, MILLISECOND
+from tests.support.detective_rows import Cmps12Row, DetectiveRow, Hmc5883lRow, Md25Row, Srf08Row
 
-ROWS: list[type[Row]] = [Srf08Row, Cmps12Row, Hmc5883lRow, Md25Row]
-TOLD_WHEN_POWER_WAS_LOST: list[type[Row]] = [Hmc5883lRow, Md25Row]
-UNHARMED_BY_A_POWER_LOSS: list[type[Row]] = [Srf08Row, Cmps12Row]
+ROWS: list[type[DetectiveRow]] = [Srf08Row, Cmps12Row, Hmc5883lRow, Md25Row]
+TOLD_WHEN_POWER_WAS_LOST: list[type[DetectiveRow]] = [Hmc5883lRow, Md25Row]
+UNHARMED_BY_A_POWER_LOSS: list[type[DetectiveRow]] = [Srf08Row, Cmps12Row]
 every_chip = pytest.mark.parametrize("row_type", ROWS, ids=lambda row: row.module)
 
 
 @every_chip
 @pytest.mark.parametrize("adapter", ADAPTERS)
 def test_bring_up_and_use_work_on_every_adapter_without_an_objection(
-    row_type: type[Row], adapter: str
+    row_type: type[DetectiveRow], adapter: str
 ) -> None:
     row = row_type(adapter)
     row.bring_up()
@@ -27,7 +28,9 @@ def test_bring_up_and_use_work_on_every_adapter_without_an_objection(
 
 
 @every_chip
-def test_values_come_through_driver_and_double_over_the_whole_range(row_type: type[Row]) -> None:
+def test_values_come_through_driver_and_double_over_the_whole_range(
+    row_type: type[DetectiveRow],
+) -> None:
     row = row_type()
     row.bring_up()
     for true, found, epsilon in row.sweep():
@@ -38,7 +41,9 @@ def test_values_come_through_driver_and_double_over_the_whole_range(row_type: ty
 
 @every_chip
 @pytest.mark.parametrize("adapter", ADAPTERS)
-def test_an_absent_chip_is_told_by_bus_address_and_name(row_type: type[Row], adapter: str) -> None:
+def test_an_absent_chip_is_told_by_bus_address_and_name(
+    row_type: type[DetectiveRow], adapter: str
+) -> None:
     row = row_type(adapter, absent=True)
     expected = rf"at 0x{row.address:02x} on i2c-1: no answer, expected "
     with pytest.raises(NoAcknowledge, match=expected):
@@ -46,7 +51,7 @@ def test_an_absent_chip_is_told_by_bus_address_and_name(row_type: type[Row], ada
 
 
 @every_chip
-def test_another_chip_is_told_by_what_was_found_and_expected(row_type: type[Row]) -> None:
+def test_another_chip_is_told_by_what_was_found_and_expected(row_type: type[DetectiveRow]) -> None:
     row = row_type()
     register, value = row.wrong_identity
     row.faults.add(ForcedRegister(address=row.address, register=register, value=value))
@@ -56,7 +61,9 @@ def test_another_chip_is_told_by_what_was_found_and_expected(row_type: type[Row]
 
 
 @every_chip
-def test_a_stuck_bus_is_told_at_once_and_use_goes_on_after_recovery(row_type: type[Row]) -> None:
+def test_a_stuck_bus_is_told_at_once_and_use_goes_on_after_recovery(
+    row_type: type[DetectiveRow],
+) -> None:
     row = row_type()
     row.bring_up()
     row.faults.add(StuckSda(address=row.address))
@@ -70,7 +77,7 @@ def test_a_stuck_bus_is_told_at_once_and_use_goes_on_after_recovery(row_type: ty
 
 
 @every_chip
-def test_a_bus_stuck_from_the_start_ends_the_bring_up(row_type: type[Row]) -> None:
+def test_a_bus_stuck_from_the_start_ends_the_bring_up(row_type: type[DetectiveRow]) -> None:
     row = row_type()
     row.faults.add(StuckSda())
     with pytest.raises(BusTimeout):
@@ -78,7 +85,7 @@ def test_a_bus_stuck_from_the_start_ends_the_bring_up(row_type: type[Row]) -> No
 
 
 @every_chip
-def test_a_passing_refusal_is_retried_and_counted(row_type: type[Row]) -> None:
+def test_a_passing_refusal_is_retried_and_counted(row_type: type[DetectiveRow]) -> None:
     row = row_type()
     row.bring_up()
     row.faults.add(NackAddress(address=row.address, times=2))
@@ -87,7 +94,9 @@ def test_a_passing_refusal_is_retried_and_counted(row_type: type[Row]) -> None:
 
 
 @pytest.mark.parametrize("row_type", TOLD_WHEN_POWER_WAS_LOST, ids=lambda row: row.module)
-def test_a_chip_that_lost_power_is_told_until_it_is_brought_up_again(row_type: type[Row]) -> None:
+def test_a_chip_that_lost_power_is_told_until_it_is_brought_up_again(
+    row_type: type[DetectiveRow],
+) -> None:
     row = row_type()
     row.bring_up()
     row.use()
@@ -102,7 +111,7 @@ def test_a_chip_that_lost_power_is_told_until_it_is_brought_up_again(row_type: t
 
 @pytest.mark.parametrize("row_type", UNHARMED_BY_A_POWER_LOSS, ids=lambda row: row.module)
 def test_a_chip_with_nothing_to_lose_goes_on_as_set_after_a_power_loss(
-    row_type: type[Row],
+    row_type: type[DetectiveRow],
 ) -> None:
     row = row_type()
     row.bring_up()
@@ -117,7 +126,7 @@ def test_a_chip_with_nothing_to_lose_goes_on_as_set_after_a_power_loss(
 @every_chip
 @pytest.mark.parametrize("times", [2, 3])
 def test_bring_up_works_from_any_state_a_former_program_left(
-    row_type: type[Row], times: int
+    row_type: type[DetectiveRow], times: int
 ) -> None:
     row = row_type()
     for _ in range(times):
@@ -128,7 +137,7 @@ def test_bring_up_works_from_any_state_a_former_program_left(
 
 
 @every_chip
-def test_bring_up_cut_short_anywhere_can_be_begun_again(row_type: type[Row]) -> None:
+def test_bring_up_cut_short_anywhere_can_be_begun_again(row_type: type[DetectiveRow]) -> None:
     for length in range(len(row_type().steps())):
         row = row_type()
         for step in row.steps()[:length]:
@@ -140,10 +149,22 @@ def test_bring_up_cut_short_anywhere_can_be_begun_again(row_type: type[Row]) -> 
 
 
 @every_chip
-def test_what_the_accounted_bus_counts_is_what_the_wire_saw(row_type: type[Row]) -> None:
+def test_what_the_accounted_bus_counts_is_what_the_wire_saw(row_type: type[DetectiveRow]) -> None:
     row = row_type()
     row.bring_up()
     row.use()
     assert row.bus.transactions == row.wire.transactions
     assert row.bus.bytes == row.wire.bytes
     assert row.bus.busy_ns == row.wire.bits * 2500
+
+
+@every_chip
+def test_the_traffic_stated_for_the_budget_is_what_one_use_costs(
+    row_type: type[DetectiveRow],
+) -> None:
+    row = row_type()
+    row.bring_up()
+    before, transactions = row.wire.bits, row.wire.transactions
+    row.use()
+    assert row.wire.bits - before == sum(map(bits, row_type.traffic))
+    assert row.wire.transactions - transactions == len(row_type.traffic)

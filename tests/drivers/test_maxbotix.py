@@ -138,11 +138,24 @@ def test_each_family_has_its_unit_and_its_word_for_nothing(
 def test_what_arrived_before_a_ranging_is_never_given(port: ScriptedPort, sonar: Maxbotix) -> None:
     port.arrived = b"R100\rR1"
     sonar.start_ranging()
+    port.arrived += b"01\r"
+    with pytest.raises(NotReady):
+        sonar.read_distance()
+    port.arrived += b"R102\r"
+    assert sonar.read_distance() == 1.02
+
+
+def test_a_frame_that_began_before_a_ranging_does_not_count(
+    port: ScriptedPort, sonar: Maxbotix
+) -> None:
+    sonar.start_ranging()
+    port.arrived = b"R1"
+    with pytest.raises(NotReady):
+        sonar.read_distance()
+    sonar.start_ranging()
     port.arrived = b"01\r"
     with pytest.raises(NotReady):
         sonar.read_distance()
-    port.arrived = b"R102\r"
-    assert sonar.read_distance() == 1.02
 
 
 def test_of_several_frames_the_newest_is_given(port: ScriptedPort, sonar: Maxbotix) -> None:

@@ -172,9 +172,11 @@ def test_an_error_while_reading_is_not_asked_again(bench: AtomicBench, chip: Scr
 
 def test_a_failed_bring_up_is_told_and_begun_again(bench: AtomicBench, chip: ScriptedSonar) -> None:
     chip.steps = [SILENT, SILENT, None]
+    chip.pings = [SILENT, None]
     bench.put(5, start=1)
     bench.run(300)
-    assert [(at, fault.consecutive) for at, fault in bench.said["fault"]] == [(0, 1), (100, 2)]
+    faults = [(at, fault.consecutive) for at, fault in bench.said["fault"]]
+    assert faults == [(0, 1), (100, 2), (210, 1)]
     assert chip.times("ping")[0] == 210
 
 

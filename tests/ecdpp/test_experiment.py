@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.errors import ModelFailure
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event
@@ -40,7 +41,6 @@ class Ticker(Atomic):
         super().__init__("ticker")
         self.tick = self.out_port("tick", bool)
         self.sigma = SECOND
-        self.exited = False
 
     def initialize(self) -> None:
         self.hold_in("ticking", SECOND)
@@ -96,7 +96,7 @@ def test_a_run_without_a_stated_end_goes_on_a_while_after_the_last_event() -> No
 
 
 def test_a_failing_exit_is_not_hidden() -> None:
-    with pytest.raises(OSError, match="device lost"):
+    with pytest.raises(ModelFailure, match=r"experiment\.ticker .* device lost"):
         run_events(Ticker(), [])
 
 

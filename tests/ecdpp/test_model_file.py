@@ -182,7 +182,10 @@ def test_what_cannot_be_built_is_a_fault_with_its_line(text: str, fault: str) ->
 
 
 def test_all_faults_are_listed_at_once_but_not_what_follows_from_them() -> None:
-    text = "[top]\ncomponents : a@Motor b@Relay\nin : x\nLink : x in@a\nLink : out@a in@b\nLink : y in@b"
+    text = (
+        "[top]\ncomponents : a@Motor b@Relay\nin : x\n"
+        "Link : x in@a\nLink : out@a in@b\nLink : y in@b"
+    )
     assert [fault.split(":")[0] for fault in faults(text)] == ["line 2", "line 6"]
 
 

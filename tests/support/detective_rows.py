@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
+from drivers.chips import cmps12, hmc5883l, md25, srf08
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
 from drivers.chips.md25 import Md25, Md25Settings
 from drivers.chips.srf08 import Srf08, Srf08Settings
 from drivers.chips.step import Step
+from firmware_runtime.hal.i2c import Message
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.md25 import Md25Double
@@ -16,8 +19,15 @@ from sim_doubles.i2c_target import Target
 from tests.contracts.test_chip_contract import MILLISECOND, Row, each
 
 
-class Srf08Row(Row):
+class DetectiveRow(Row):
+    """A row that also knows the traffic of one `use`, as a board's budget counts it."""
+
+    traffic: ClassVar[tuple[tuple[Message, ...], ...]]
+
+
+class Srf08Row(DetectiveRow):
     module = "srf08"
+    traffic = srf08.TRAFFIC
     address = 0x75
     wrong_identity = (0x00, 0xFF)
 
@@ -52,8 +62,9 @@ class Srf08Row(Row):
         return list(self.double.warnings)
 
 
-class Cmps12Row(Row):
+class Cmps12Row(DetectiveRow):
     module = "cmps12"
+    traffic = cmps12.TRAFFIC
     address = 0x62
     wrong_identity = (0x02, 0xE2)
 
@@ -86,8 +97,9 @@ class Cmps12Row(Row):
         return list(self.double.warnings)
 
 
-class Hmc5883lRow(Row):
+class Hmc5883lRow(DetectiveRow):
     module = "hmc5883l"
+    traffic = hmc5883l.TRAFFIC
     address = 0x1E
     wrong_identity = (0x0B, 0x35)
 
@@ -128,8 +140,9 @@ class Hmc5883lRow(Row):
         return list(self.double.warnings)
 
 
-class Md25Row(Row):
+class Md25Row(DetectiveRow):
     module = "md25"
+    traffic = md25.TRAFFIC
     address = 0x5A
     wrong_identity = (0x0F, 0x7F)
 

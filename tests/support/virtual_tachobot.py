@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import boards.registry
+from boards.lines import Lines
 from boards.robot import Robot
 from boards.tachobot.wiring import Tachobot
 from drivers.fault import Fault
@@ -54,7 +55,8 @@ def virtual_tachobot(*assignments: str) -> VirtualTachobot:
     board = boards.registry.load("tachobot", assignments)
     clock: list[Simulator] = []
     bench = TachobotBench(board.settings, lambda: clock[0].now if clock else 0)
-    robot = board.build({name: AccountedBus(bus, 400_000) for name, bus in bench.buses.items()})
+    buses = {name: AccountedBus(bus, 400_000) for name, bus in bench.buses.items()}
+    robot = board.build(Lines(buses))
     robot.find_chips()
     bench.attach(robot.model)
     clock.append(Simulator(robot.model, checked=True))

@@ -1,0 +1,90 @@
+"""The detective robot's schematic: the paper's model, and the hardware at its eight ports."""
+
+from boards.detective import chips
+from boards.detective.detective import Detective
+from boards.detective.mission import Gate, Mission
+from boards.detective.parameters import Parameters
+from boards.detective.settings import DetectiveSettings
+from boards.lines import Lines
+from drivers.compass import Compass
+from drivers.radar_motor import RadarMotor
+from drivers.sonar import Sonar
+from drivers.treads import Treads
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import seconds
+
+
+class DetectiveRobot(Coupled):
+    """sonars, compasses -> model (the nine atomic models of the paper) -> gates -> treads, radar.
+
+    The model is the one that event files run on; it cannot tell what feeds its ports.
+    """
+
+    def __init__(self, settings: DetectiveSettings, lines: Lines) -> None:
+        super().__init__("detective")
+        bridge_chip = chips.bridge_chip(settings.radar_motor, lines)
+        bridge = chips.bridge(settings.radar_motor, bridge_chip)
+        mission = settings.mission
+        self.bridge_chip = bridge_chip
+        self.radar_motor = self.add(
+            RadarMotor("radar_motor", bridge, chips.radar_motor_settings(settings))
+        )
+        self.treads = self.add(
+            Treads(
+                "treads",
+                chips.treads(settings.treads, lines),
+                chips.tread_settings(settings.treads),
+            )
+        )
+        self.radar_sonar = self.add(_sonar("radar_sonar", settings, lines))
+        self.body_sonar = self.add(_sonar("body_sonar", settings, lines))
+        self.radar_compass = self.add(_compass("radar_compass", settings, lines))
+        self.body_compass = self.add(_compass("body_compass", settings, lines))
+        self.model = self.add(Detective("model", _parameters(settings)))
+        self.mission = self.add(Mission("mission", seconds(mission.start_s), mission.faults))
+        self._wire()
+
+    def _wire(self) -> None:
+        model, mission = self.model, self.mission
+        self.couple(mission.in1, model.in1)
+        self.couple(self.radar_sonar.detected_out, model.in2)
+        self.couple(self.radar_compass.heading_out, model.in3)
+        self.couple(self.body_compass.heading_out, model.in4)
+        self.couple(self.body_sonar.detected_out, model.in5)
+        for name, order, motor in (
+            ("radar_gate", model.out1, self.radar_motor.turn),
+            ("right_gate", model.out2, self.treads.right),
+            ("left_gate", model.out3, self.treads.left),
+        ):
+            gate = self.add(Gate(name))
+            self.couple(order, gate.order)
+            self.couple(mission.failed_out, gate.failed)
+            self.couple(gate.passed, motor)
+        for sonar in (self.radar_sonar, self.body_sonar):
+            self.couple(mission.sonars, sonar.start)
+        for compass in (self.radar_compass, self.body_compass):
+            self.couple(mission.compasses, compass.request)
+        for device in (
+            self.radar_motor,
+            self.treads,
+            self.radar_sonar,
+            self.body_sonar,
+            self.radar_compass,
+            self.body_compass,
+        ):
+            self.couple(device.fault_out, mission.fault)
+
+
+def _sonar(name: str, settings: DetectiveSettings, lines: Lines) -> Sonar:
+    table = getattr(settings, name)
+    return Sonar(name, chips.sonar(table, lines), chips.sonar_settings(table))
+
+
+def _compass(name: str, settings: DetectiveSettings, lines: Lines) -> Compass:
+    table = getattr(settings, name)
+    return Compass(name, chips.compass(table, lines), chips.compass_settings(table))
+
+
+def _parameters(settings: DetectiveSettings) -> Parameters:
+    model = settings.model
+    return Parameters(seconds(model.hop_s), seconds(model.half_sweep_s), model.tolerance_deg)

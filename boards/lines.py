@@ -1,0 +1,15 @@
+"""What a robot hangs on: its I2C buses and serial ports, by their names in board.toml."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.serial import SerialPort
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Real ones, doubles, or absent ones: a board's wiring cannot tell."""
+
+    buses: Mapping[str, I2cBus]
+    ports: Mapping[str, SerialPort] = field(default_factory=dict)

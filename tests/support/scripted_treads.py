@@ -1,0 +1,47 @@
+"""A dual motor driver that answers as scripted, and the treads model on it."""
+
+from drivers.chips.md25 import Md25Report
+from drivers.chips.step import Step
+from drivers.treads import Treads, TreadSettings
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.hal.errors import HalError
+from tests.support.atomic_bench import AtomicBench
+from tests.support.scripted_chip import ScriptedChip
+
+STOP = "stop"
+
+
+class ScriptedDriver(ScriptedChip):
+    """Notes the speeds it was given as calls."""
+
+    timeout_ns = 1000 * MILLISECOND
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps: list[HalError | None] = [None]
+        self.drives: list[Md25Report | HalError | None] = [None]
+        self.stops: list[HalError | None] = [None]
+
+    def bring_up(self) -> tuple[Step, ...]:
+        return (Step("identify", lambda: self.answer("step", self.steps), 10 * MILLISECOND),)
+
+    def set_speeds(self, left: float, right: float) -> Md25Report | None:
+        return self.answer((left, right), self.drives)
+
+    def stop(self) -> None:
+        self.answer(STOP, self.stops)
+
+    @property
+    def driven(self) -> list[tuple[object, float]]:
+        return [call for call in self.calls if call[0] != "step"]
+
+
+def settings(**changes: object) -> TreadSettings:
+    given = {"speed": 0.5, "refresh": 200 * MILLISECOND} | changes
+    return TreadSettings(**given)  # type: ignore[arg-type]
+
+
+def bench_of(driver: ScriptedDriver, treads: TreadSettings) -> AtomicBench:
+    bench = AtomicBench(Treads("treads", driver, treads))
+    driver.now = lambda: bench.simulator.now
+    return bench
