@@ -10,7 +10,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import OutputChangedState, PortTypeError, SentOutsideOutput
 from firmware_runtime.devs.functions import Functions
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
 
 _DEPTH = 4
 """How deep the state is looked into; what lies below is taken as unchanged."""
