@@ -30,10 +30,6 @@ class DelayedAtomic(Atomic):
         """Send a value nobody looks at."""
         self.outlet.send(0)
 
-    def internal(self) -> None:
-        """Wait."""
-        self.passivate()
-
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the state has no duration
         """Answer."""
         self.activate()

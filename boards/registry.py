@@ -51,6 +51,8 @@ class Board:
     """The board's own settings class; satisfies `BoardSettings`."""
     loads: Mapping[str, BusLoad]
     """What the board asks of each bus."""
+    doubles_run_s: float
+    """How long a run on doubles takes when nobody says."""
     warnings: Sequence[str]
     ports: Mapping[str, PortSettings]
     """The serial ports it uses, if any."""
@@ -92,6 +94,7 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
         source=source,
         settings=settings,
         loads=loads,
+        doubles_run_s=definition.DOUBLES_RUN_S,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],
         ports=getattr(settings, "ports", {}),
         build=lambda lines: definition.build(settings, lines),

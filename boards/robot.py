@@ -3,7 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from boards.ending import Ending
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.errors import HalError
 
 
@@ -18,6 +20,8 @@ class Robot:
     """Each writes one chip's safe state, which is full-off, not neutral. Raises HalError."""
     result: Callable[[], dict[str, object]]
     """How the run ended, by what the robot itself knows; None where it knows nothing."""
+    ended: OutPort[Ending] | None
+    """Where the model says that the run is over, if it ever does."""
     warnings: Sequence[str]
     """What works less well than it should, found while the chips were brought up."""
 

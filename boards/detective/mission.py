@@ -1,30 +1,41 @@
-"""Starts the sensors and the mission, and ends it when hardware fails."""
+"""Starts the sensors and the mission, and judges when it is over."""
 
+from boards.ending import Ending
 from drivers.compass import PERIODIC
 from drivers.fault import Fault
 from drivers.motors import STILL
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.ports import InPort
+
+STOPS = 2
+"""Both treads stop once when the radar sees the target, and once in front of it."""
 
 
 class Mission(Atomic):
-    """Wakes the sensors, gives the start signal, and watches for faults.
+    """Wakes the sensors, gives the start signal, watches faults and the treads' orders.
 
-    waking (0) --sensors! 1, compasses! periodic--> starting (start_after) --in1! 1--> watching
-    watching, `faults` faults of one device in a row --> failing (0) --failed!, stop! 0--> failed
+    waking (0) --sonars! 1, compasses! periodic--> starting (start_after) --in1! 1--> watching
+    watching, both treads stopped twice --> ending (0) --ended!--> ended
+    watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
 
-    `failed` carries the reason. From then on the gate of every motor is shut: see `Gate`.
+    `failed` shuts the gate of every motor: see `Gate`.
     """
 
     def __init__(self, name: str, start_after: int, faults: int) -> None:
         super().__init__(name)
         self.fault = self.in_port("fault", Fault)
+        self.right = self.in_port("right", int)
+        self.left = self.in_port("left", int)
         self.sonars = self.out_port("sonars", int)
         self.compasses = self.out_port("compasses", int)
         self.in1 = self.out_port("in1", float)
-        self.failed_out = self.out_port("failed", str)
+        self.failed = self.out_port("failed", Ending)
+        self.ended = self.out_port("ended", Ending)
         self.start_after = start_after
         self.faults = faults
-        self.reason = ""
+        self.ending: Ending | None = None
+        self._orders = [STILL, STILL]
+        self._stops = 0
 
     def initialize(self) -> None:
         """Wake the sensors at once."""
@@ -37,24 +48,43 @@ class Mission(Atomic):
             self.compasses.send(PERIODIC)
         elif self.phase == "starting":
             self.in1.send(1.0)
-        elif self.phase == "failing":
-            self.failed_out.send(self.reason)
+        elif self.ending is not None:
+            self.ended.send(self.ending)
+            if self.ending.failed:
+                self.failed.send(self.ending)
 
     def internal(self) -> None:
         """Go on to the next phase."""
         if self.phase == "waking":
             self.hold_in("starting", self.start_after)
         else:
-            self.passivate("failed" if self.phase == "failing" else "watching")
+            self.passivate("ended" if self.phase == "ending" else "watching")
 
     def external(self, elapsed: int) -> None:
-        """Look at the faults; a device that failed often enough ends the mission."""
-        failures = [fault for fault in self.fault if fault.consecutive >= self.faults]
-        if failures and not self.reason:
-            self.reason = failures[0].reason
-            self.activate("failing")
-        else:
-            self.continue_(elapsed)
+        """Look at faults and orders; either may end the mission, once."""
+        self._follow(self.right, self.left)
+        if self.ending is None:
+            self.ending = self._judge()
+            if self.ending is not None:
+                self.activate("ending")
+                return
+        self.continue_(elapsed)
+
+    def _follow(self, *orders: InPort[int]) -> None:
+        """Count how often both treads came to a stop."""
+        was_moving = any(self._orders)
+        for number, port in enumerate(orders):
+            if port:
+                self._orders[number] = port[-1]
+        self._stops += was_moving and not any(self._orders)
+
+    def _judge(self) -> Ending | None:
+        for fault in self.fault:
+            if fault.consecutive >= self.faults:
+                return Ending(fault.reason, failed=True)
+        if self._stops == STOPS:
+            return Ending("the target was reached", failed=False)
+        return None
 
 
 class Gate(Atomic):
@@ -67,7 +97,7 @@ class Gate(Atomic):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.order = self.in_port("order", int)
-        self.failed = self.in_port("failed", str)
+        self.failed = self.in_port("failed", Ending)
         self.passed = self.out_port("passed", int)
         self.is_shut = False
         self.signal = STILL

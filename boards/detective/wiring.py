@@ -44,6 +44,12 @@ class DetectiveRobot(Coupled):
         self.mission = self.add(Mission("mission", seconds(mission.start_s), mission.faults))
         self._wire()
 
+    @property
+    def has_found(self) -> bool:
+        """Whether the mission ended in front of the target."""
+        ending = self.mission.ending
+        return ending is not None and not ending.failed
+
     def _wire(self) -> None:
         model, mission = self.model, self.mission
         self.couple(mission.in1, model.in1)
@@ -58,8 +64,10 @@ class DetectiveRobot(Coupled):
         ):
             gate = self.add(Gate(name))
             self.couple(order, gate.order)
-            self.couple(mission.failed_out, gate.failed)
+            self.couple(mission.failed, gate.failed)
             self.couple(gate.passed, motor)
+        self.couple(model.out2, mission.right)
+        self.couple(model.out3, mission.left)
         for sonar in (self.radar_sonar, self.body_sonar):
             self.couple(mission.sonars, sonar.start)
         for compass in (self.radar_compass, self.body_compass):

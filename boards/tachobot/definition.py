@@ -12,6 +12,8 @@ from drivers.thrust_pairs import MOTORS
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 
 SETTINGS = TachobotSettings
+DOUBLES_RUN_S = 10.0
+"""How long a run on doubles takes when nobody says."""
 
 
 def faults(settings: TachobotSettings) -> list[str]:
@@ -61,6 +63,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         ),
         stop=(model.thrust_chip.stop_all, model.esc_chip.stop_all),
         result=lambda: yaw_result(settings, model.controller.attitude.motion),
+        ended=None,
         warnings=model.imu_chip.warnings,
     )
 

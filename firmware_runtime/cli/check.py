@@ -19,8 +19,9 @@ def execute(arguments: argparse.Namespace) -> int:
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz")
-        for each in load.transactions:
-            print(f"    {each.what} every {each.period_ns / 1e6:g} ms")
+        recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
+        for what, period_ns in recurring:
+            print(f"    {what} every {period_ns / 1e6:g} ms")
     for warning in board.warnings:
         print(f"  warning: {warning}")
     return Status.OK

@@ -26,9 +26,6 @@ from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.trace_file import TraceFile
 
-ON_DOUBLES_S = 10.0
-"""How long a run on doubles takes when nobody says."""
-
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
@@ -51,7 +48,7 @@ def add_to(verbs: SubParsers) -> None:
         type=_positive,
         metavar="SECONDS",
         dest="duration_s",
-        help=f"robot time to run for; default {ON_DOUBLES_S:g} on doubles, else until stopped",
+        help="robot time to run for; default on doubles as the board says, else until stopped",
     )
     verb.add_argument(
         "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
@@ -83,7 +80,7 @@ def execute(arguments: argparse.Namespace) -> int:
         report.end(outcome)
     finally:
         session.close()
-    return _status(outcome)
+    return _status(outcome, session)
 
 
 class Report:
@@ -93,7 +90,9 @@ class Report:
         self._session = session
         self._clock = arguments.clock
         self._json = arguments.json
-        duration_s = arguments.duration_s or (ON_DOUBLES_S if arguments.doubles else None)
+        duration_s = arguments.duration_s
+        if duration_s is None and arguments.doubles:
+            duration_s = session.board.doubles_run_s
         self.until = NEVER if duration_s is None else seconds(duration_s)
         self._shown: list[tuple[int, float]] = []
         if not self._json and session.bench is not None:
@@ -112,7 +111,7 @@ class Report:
 
     def end(self, outcome: Outcome) -> None:
         """Print the result; sentences on what went wrong go to standard error."""
-        if outcome.state in {RunState.FAILED, RunState.OVERRUN}:
+        if outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.has_failed:
             print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
         for fault in outcome.faults:
             print(f"firmware-runtime: not made safe: {fault}", file=sys.stderr)
@@ -184,12 +183,14 @@ def _tracing(session: Session, path: Path | None) -> Iterator[None]:
         yield
 
 
-def _status(outcome: Outcome) -> Status:
+def _status(outcome: Outcome, session: Session) -> Status:
     if outcome.faults:
         return Status.NOT_SAFE
-    if outcome.state is RunState.STOPPED:
+    if outcome.state in {RunState.FAILED, RunState.OVERRUN} or session.has_failed:
+        return Status.MODEL_ERROR
+    if outcome.state is RunState.STOPPED and session.ending is None:
         return Status.INTERRUPTED if outcome.reason == "SIGINT" else Status.TERMINATED
-    return Status.OK if outcome.state is RunState.ENDED else Status.MODEL_ERROR
+    return Status.OK
 
 
 def _positive(text: str) -> float:

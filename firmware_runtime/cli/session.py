@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from boards.ending import Ending
 from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
@@ -51,7 +52,15 @@ class Session:
             self.robot.make_safe,
             self._configuration(statistics_path),
         )
+        self.ending: Ending | None = None
+        if self.robot.ended is not None:
+            self._executive.simulator.listen(self.robot.ended, self._end)
         self.robot.find_chips()
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether the robot itself ended the run because something went wrong."""
+        return self.ending is not None and self.ending.failed
 
     @property
     def executive(self) -> Executive:
@@ -72,6 +81,10 @@ class Session:
     def close(self) -> None:
         """Release the buses."""
         _close(self._lines)
+
+    def _end(self, _at: int, ending: Ending) -> None:
+        self.ending = ending
+        self.executive.request_stop(ending.reason)
 
     def _configuration(self, statistics_path: Path | None) -> Configuration:
         settings = self.board.settings

@@ -32,8 +32,9 @@ class Atomic(Component):
         """Send outputs; must not change the state (lambda)."""
 
     def internal(self) -> None:
-        """The time advance ran out (delta int)."""
-        self.passivate()
+        """The time advance ran out (delta int); by default, passivate."""
+        self.phase = "passive"
+        self.sigma = NEVER
 
     def external(self, elapsed: int) -> None:
         """Input is in the ports, `elapsed` ns after the last transition (delta ext)."""

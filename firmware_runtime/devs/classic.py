@@ -85,7 +85,7 @@ class ClassicSimulator(Engine):
         """Read the new time advance; `imminent` stays in order of declaration."""
         self._last[number] = at
         sigma = self._models[number].sigma
-        if sigma.__class__ is not int or sigma < 0:
+        if type(sigma) is not int or sigma < 0:
             self._refuse_time_advance(number)
         place = bisect_left(imminent, number)
         was_imminent = place < len(imminent) and imminent[place] == number

@@ -1,7 +1,7 @@
 """The coupled model: components, and couplings drawn one wire a line."""
 
 from collections.abc import Sequence
-from typing import TypeVar, cast
+from typing import TypeVar
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import CouplingError
@@ -39,9 +39,16 @@ class Coupled(Component):
 
     def couple(self, source: Source[T], destination: InPort[T] | OutPort[T]) -> None:
         """Draw one wire from `source`, an input or output port, to `destination`."""
-        wire = (cast("AnyPort", source), cast("AnyPort", destination))
-        if wire in self.couplings or not self._fits(*wire):
-            raise CouplingError(self._misfit(*wire))
+        wire: tuple[AnyPort, AnyPort] = (source, destination)  # type: ignore[assignment]
+        begin, end = wire
+        if not (
+            self._can_begin(begin)
+            and self._can_end(end)
+            and begin.owner is not end.owner
+            and (begin.type is end.type or carries(end.type, begin.type))
+            and wire not in self.couplings
+        ):
+            raise CouplingError(self._misfit(begin, end))
         self.couplings[wire] = None
 
     def select(self, imminent: Sequence[Component]) -> Component:
@@ -58,15 +65,6 @@ class Coupled(Component):
             ancestry.append(model)
             model = model.parent
         return ancestry
-
-    def _fits(self, source: AnyPort, destination: AnyPort) -> bool:
-        """Both ends are ports at the right places, of two models and of fitting types."""
-        return (
-            self._can_begin(source)
-            and self._can_end(destination)
-            and source.owner is not destination.owner
-            and (source.type is destination.type or carries(destination.type, source.type))
-        )
 
     def _can_begin(self, port: object) -> bool:
         if isinstance(port, OutPort):

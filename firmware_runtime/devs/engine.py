@@ -80,7 +80,7 @@ class Engine(ABC):
             for number, atomic in enumerate(self.atomics):
                 atomic.initialize()
                 sigma = atomic.sigma = atomic.time_advance()
-                if sigma.__class__ is not int or sigma < 0:
+                if type(sigma) is not int or sigma < 0:
                     self._refuse_time_advance(number)
                 if sigma != NEVER:
                     book(number, sigma)

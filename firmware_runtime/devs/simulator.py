@@ -24,7 +24,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.delivery import Delivery
 from firmware_runtime.devs.engine import Connect, Engine
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import NEVER, ZERO
 
 
 class Simulator(Engine):
@@ -89,14 +89,14 @@ class Simulator(Engine):
                 else:
                     model.internal()
                 sigma = model.sigma
-                if sigma.__class__ is not int or sigma < 0:
-                    self._refuse_time_advance(number)
-                if sigma == 0:
+                if sigma is ZERO:
                     following.append(number)
-                else:
-                    last[number] = at
-                    if sigma != NEVER:
-                        book(number, at + sigma)
+                    continue
+                if type(sigma) is not int or sigma < 0:
+                    self._refuse_time_advance(number)
+                last[number] = at
+                if sigma is not NEVER:
+                    book(number, at + sigma)
         except ModelError:
             raise
         except Exception as error:
@@ -116,14 +116,14 @@ class Simulator(Engine):
                 model.external(at - last[number])
                 mark.clear()
                 sigma = model.sigma
-                if sigma.__class__ is not int or sigma < 0:
-                    self._refuse_time_advance(number)
-                if sigma == 0:
+                if sigma is ZERO:
                     due_at[number] = NEVER
                     following.append(number)
-                else:
-                    last[number] = at
-                    book(number, at + sigma)
+                    continue
+                if type(sigma) is not int or sigma < 0:
+                    self._refuse_time_advance(number)
+                last[number] = at
+                book(number, at + sigma)
         except ModelError:
             raise
         except Exception as error:

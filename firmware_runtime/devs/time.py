@@ -9,6 +9,9 @@ from typing import Final
 NEVER: Final = (1 << 63) - 1
 """The instant that does not come, and the duration of a passive state."""
 
+ZERO: Final = 0
+"""The duration of a state that is left at the instant it is entered."""
+
 NANOSECOND: Final = 1
 MICROSECOND: Final = 1_000
 MILLISECOND: Final = 1_000_000

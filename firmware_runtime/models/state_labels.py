@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
 from firmware_runtime.models.state_table import Kept, Mark, StateTableError
 
 Word: TypeAlias = type | Callable[..., Any]
@@ -52,7 +52,7 @@ class Labels:
         port = _port(self._model.in_ports, mark, "input")
         word = self._words.get(mark.value)
         if isinstance(word, type):
-            return Accepted(port, lambda value, _kept: isinstance(value, word), mark.value)
+            return Accepted(port, lambda value, _kept: carries(word, type(value)), mark.value)
         if word is not None:
             return Accepted(port, word, None)
         number = self._number(port, mark)

@@ -17,7 +17,7 @@ _SENSE: Final = {"upright": 1.0, "inverted": -1.0}
 
 
 class Compass:
-    """Shows the bearing from north, 0 to 360 degrees, and from `stuck_s` on the one it showed then."""
+    """Shows bearings from north, 0 to 360 degrees, and from `stuck_s` on the one it showed then."""
 
     def __init__(
         self,

@@ -33,7 +33,7 @@ class _Turn(NamedTuple):
 
 
 class RadarHead:
-    """Looks straight ahead at instant 0; `advance` must be called before its drive changes."""
+    """Looks where it starts at instant 0; `advance` must be called before its drive changes."""
 
     def __init__(self, parameters: ArenaParameters, drive: HeadDrive) -> None:
         self._drive = drive
@@ -41,7 +41,7 @@ class RadarHead:
         self._limit_rad = math.radians(parameters.head_limit_deg)
         self._past: Past[_Turn] = Past()
         self._since = 0
-        self._start_rad = 0.0
+        self._start_rad = math.radians(parameters.head_start_deg)
 
     def angle_rad(self, at: int) -> float:
         """Where it looks, or looked, at an instant, anticlockwise from the vehicle's heading.

@@ -22,7 +22,12 @@ _POSITIVE: Final = (
     "sonar_farthest_m",
 )
 _NOT_NEGATIVE: Final = ("head_limit_deg", "sonar_nearest_m", "compass_noise_deg")
-_FINITE: Final = ("start_bearing_deg", "radar_compass_offset_deg", "body_compass_offset_deg")
+_FINITE: Final = (
+    "start_bearing_deg",
+    "head_start_deg",
+    "radar_compass_offset_deg",
+    "body_compass_offset_deg",
+)
 _INSTANTS: Final = ("radar_compass_stuck_s", "body_compass_stuck_s")
 _BETWEEN: Final = {
     "right_slip": (0.0, 0.9),
@@ -67,9 +72,11 @@ class ArenaParameters:
     """How fast the radar's head turns at full voltage."""
     head_limit_deg: float = 90.0
     """Where its end stops are, to the right and to the left of straight ahead."""
-    radar_half_angle_deg: float = 5.0
+    head_start_deg: float = 0.0
+    """Where it looks at first, to the left of straight ahead."""
+    radar_half_angle_deg: float = 2.0
     """Half the width of the radar sonar's beam."""
-    body_half_angle_deg: float = 10.0
+    body_half_angle_deg: float = 25.0
     """Half the width of the body sonar's beam."""
     sonar_nearest_m: float = 0.03
     """Echoes from nearer than this are not heard."""
@@ -116,14 +123,19 @@ class ArenaParameters:
         for name in _FINITE:
             if not math.isfinite(getattr(self, name)):
                 yield f"{name} is {getattr(self, name)}, expected a finite number"
+
+    def _choice_faults(self) -> Iterator[str]:
         for name in _INSTANTS:
             if not getattr(self, name) >= 0.0:
                 yield f"{name} is {getattr(self, name)}, expected 0 or more, inf for never"
         for name, (least, most) in _BETWEEN.items():
             if not least <= getattr(self, name) <= most:
                 yield f"{name} is {getattr(self, name)}, expected {least:g} to {most:g}"
-
-    def _choice_faults(self) -> Iterator[str]:
+        if abs(self.head_start_deg) > self.head_limit_deg:
+            yield (
+                f"head_start_deg is {self.head_start_deg}, expected a place between the end stops "
+                f"at {self.head_limit_deg} to either side"
+            )
         if not self.sonar_nearest_m < self.sonar_farthest_m:
             yield (
                 f"sonar_farthest_m is {self.sonar_farthest_m}, expected more than "

@@ -1,0 +1,137 @@
+"""What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from boards.detective.settings import CompassTable, DetectiveSettings, SonarTable
+from boards.detective.wiring import DetectiveRobot
+from boards.faults import Device, address_clashes, setting_fault, unknown_buses
+from boards.lines import Lines
+from boards.robot import Robot
+from drivers.chips import cmps12, hmc5883l, md25, srf08
+from drivers.chips.pca9685 import prescale_for
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
+from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.i2c import Message
+
+SETTINGS = DetectiveSettings
+DOUBLES_RUN_S = 240.0
+"""How long a run on doubles may take when nobody says; it ends in front of the target."""
+
+_SONARS = ("radar_sonar", "body_sonar")
+_COMPASSES = ("radar_compass", "body_compass")
+
+
+def faults(settings: DetectiveSettings) -> list[str]:
+    """Everything wrong that no single value shows, each with its key."""
+    devices = list(_devices(settings))
+    radar = settings.radar_motor
+    found = [
+        *_missing(settings),
+        *unknown_buses(devices, settings.buses),
+        *address_clashes(devices),
+        *setting_fault(
+            "radar_motor.frequency_hz", lambda: prescale_for(radar.frequency_hz, radar.osc_hz)
+        ),
+    ]
+    # Chips and models judge the rest; they can only be built on lines that have a name.
+    return found or setting_fault("settings", lambda: build(settings, _absent(settings)))
+
+
+def loads(settings: DetectiveSettings) -> dict[str, BusLoad]:
+    """What the sensors and the treads cost on each bus."""
+    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
+    for bus, what, traffic, period_s in _periodic(settings):
+        asked[bus] += (PeriodicTransaction(what, each, seconds(period_s)) for each in traffic)
+    return {
+        name: BusLoad(name, round(settings.buses[name].speed_hz), transactions)
+        for name, transactions in asked.items()
+    }
+
+
+def build(settings: DetectiveSettings, lines: Lines) -> Robot:
+    """The robot on these lines; nothing is sent yet."""
+    model = DetectiveRobot(settings, lines)
+    return Robot(
+        model=model,
+        # The PCA9685 leaves the ALLCALL address before anything else is said on the bus.
+        probe=(model.bridge_chip.silence, model.bridge_chip.identify, *_identities(model)),
+        stop=(model.treads.driver.stop, model.bridge_chip.stop_all),
+        result=lambda: {"found": model.has_found},
+        ended=model.mission.ended,
+        warnings=(),
+    )
+
+
+def _identities(model: DetectiveRobot) -> Iterator[Callable[[], None]]:
+    """What each chip can be asked; a Sabertooth answers nothing."""
+    devices: Sequence[object] = (
+        model.treads.driver,
+        model.radar_sonar.chip,
+        model.body_sonar.chip,
+        model.radar_compass.chip,
+        model.body_compass.chip,
+    )
+    for device in devices:
+        identify = getattr(device, "identify", None)
+        if identify is not None:
+            yield identify
+
+
+def _devices(settings: DetectiveSettings) -> Iterator[Device]:
+    """Every chip on an I2C bus whose bus and address are known."""
+    radar, treads = settings.radar_motor, settings.treads
+    yield Device("radar_motor", "PCA9685", radar.bus, radar.address)
+    if treads.driver == "md25" and treads.bus and treads.address is not None:
+        yield Device("treads", "MD25", treads.bus, treads.address)
+    for key in _SONARS:
+        sonar: SonarTable = getattr(settings, key)
+        if sonar.chip == "srf08" and sonar.bus and sonar.address is not None:
+            yield Device(key, "SRF08", sonar.bus, sonar.address)
+    for key in _COMPASSES:
+        compass: CompassTable = getattr(settings, key)
+        address = hmc5883l.ADDRESS if compass.chip == "hmc5883l" else compass.address
+        if address is not None:
+            yield Device(key, compass.chip.upper(), compass.bus, address)
+
+
+def _missing(settings: DetectiveSettings) -> Iterator[str]:
+    """What the chosen chip needs and the file does not say, and ports it does not describe."""
+    tables = [("treads", settings.treads, settings.treads.driver)]
+    tables += [(key, getattr(settings, key), getattr(settings, key).chip) for key in _SONARS]
+    for key, table, chip in tables:
+        wanted = ("port",) if chip in {"sabertooth", "maxbotix"} else ("bus", "address")
+        for name in wanted:
+            if getattr(table, name) is None:
+                yield f"{key}.{name}: missing; a chip {chip!r} needs it"
+        if "port" in wanted and table.port is not None and table.port not in settings.ports:
+            known = ", ".join(settings.ports) or "none, there is no table [ports]"
+            yield f"{key}.port: {table.port!r}: expected one of {known}"
+    for key in _COMPASSES:
+        compass: CompassTable = getattr(settings, key)
+        if compass.chip == "cmps12" and compass.address is None:
+            yield f"{key}.address: missing; a chip 'cmps12' needs it"
+
+
+def _periodic(
+    settings: DetectiveSettings,
+) -> Iterator[tuple[str, str, tuple[tuple[Message, ...], ...], float]]:
+    """Bus, what, transactions and period of everything that recurs."""
+    treads = settings.treads
+    if treads.driver == "md25":
+        yield str(treads.bus), "treads speeds", md25.TRAFFIC, treads.refresh_s
+    for key in _SONARS:
+        sonar: SonarTable = getattr(settings, key)
+        if sonar.chip == "srf08":
+            yield str(sonar.bus), f"{key} ranging", srf08.TRAFFIC, sonar.period_s
+    for key in _COMPASSES:
+        compass: CompassTable = getattr(settings, key)
+        traffic = cmps12.TRAFFIC if compass.chip == "cmps12" else hmc5883l.TRAFFIC
+        yield compass.bus, f"{key} heading", traffic, compass.period_s
+
+
+def _absent(settings: DetectiveSettings) -> Lines:
+    return Lines(
+        {name: AbsentBus(name) for name in settings.buses},
+        {name: AbsentPort(name) for name in settings.ports},
+    )

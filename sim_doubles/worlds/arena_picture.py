@@ -1,0 +1,81 @@
+"""The picture of a run in the arena, as SVG: map, distance to the target, echoes, states.
+
+It needs nothing but Python. Text is set in the reader's own letters, colours follow the reader's
+light or dark scheme.
+"""
+
+from typing import Final
+
+from sim_doubles.worlds.arena_geometry import Point
+from sim_doubles.worlds.arena_log import ArenaLog
+from sim_doubles.worlds.arena_picture_map import ArenaMap
+from sim_doubles.worlds.arena_picture_page import Box, Page
+from sim_doubles.worlds.arena_picture_time import Timeline, hues_of
+
+__all__ = ["draw_run"]
+
+_WIDTH: Final = 1040.0
+_MAP: Final = Box(72.0, 58.0, 740.0, 560.0)
+_KEY: Final = Box(832.0, 58.0, 188.0, 560.0)
+_TIMELINE: Final = Box(150.0, 676.0, 870.0, 0.0)
+_MARGIN: Final = 20.0
+
+_KEY_LINES: Final = (
+    ("target", "the target"),
+    ("goal", "0.5 m around it"),
+    ("vehicle", "the vehicle, its front"),
+    ("path", "its path"),
+    ("sweep", "radar, no echo"),
+    ("radar", "radar, echo"),
+    ("body", "body sonar, last echo"),
+    ("obstacle", "an obstacle, a wall"),
+    ("line", "distance to the target"),
+)
+
+
+def draw_run(log: ArenaLog, until: int, title: str) -> str:
+    """The run up to instant `until` as the text of an SVG file.
+
+    The path has the colours of the states of the model that entered the log first.
+    """
+    page = Page(_WIDTH)
+    models = log.stays(until)
+    leading = next(iter(models.values()), [])
+    page.text((_MARGIN, 36.0), title, "title")
+    ArenaMap(page, _MAP, log, until).draw(leading, hues_of(leading, until))
+    _draw_key(page)
+    bottom = Timeline(page, _TIMELINE, log, until).draw(models)
+    return page.render(bottom + _MARGIN, title)
+
+
+def _draw_key(page: Page) -> None:
+    """Say what the figures on the map stand for."""
+    for index, (figure, words) in enumerate(_KEY_LINES):
+        x, y = _KEY.left + 14, _KEY.top + 14 + 28 * index
+        _draw_figure(page, figure, (x, y))
+        page.text((x + 24, y + 4), words, "small")
+
+
+def _draw_figure(page: Page, figure: str, at: Point) -> None:
+    x, y = at
+    fan = [(x - 12, y + 5), (x + 10, y - 8), (x + 12, y + 2)]
+    if figure == "target":
+        page.circle(at, 7, "target")
+    elif figure == "goal":
+        page.circle(at, 9, "goal-zone")
+        page.circle(at, 9, "goal")
+    elif figure == "vehicle":
+        page.circle(at, 9, "vehicle")
+        page.polygon([(x + 8.5, y), (x + 4, y - 3), (x + 4, y + 3)], "nose")
+    elif figure == "path":
+        page.line((x - 10, y), (x + 10, y), "path hue0")
+    elif figure == "line":
+        page.line((x - 10, y), (x + 10, y), "line")
+    elif figure == "sweep":
+        page.polygon(fan, "sweep")
+    elif figure == "obstacle":
+        page.circle((x - 5, y), 5, "obstacle")
+        page.line((x + 6, y - 6), (x + 6, y + 6), "wall")
+    else:
+        page.polygon(fan, f"beam {figure}")
+        page.line(fan[1], fan[2], f"edge {figure}-edge")

@@ -1,0 +1,33 @@
+"""Writes a picture to a file: SVG as it is, PNG through resvg, which the extra `plot` brings."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Final
+
+__all__ = ["write_picture"]
+
+_PNG_ZOOM: Final = 2
+
+
+def write_picture(path: Path, svg: str) -> None:
+    """Write an SVG's text to a file whose name ends in .svg or .png; the PNG shows light colours.
+
+    Raises ValueError for another ending, or for .png without the extra; OSError as files do.
+    """
+    if path.suffix == ".svg":
+        path.write_text(svg, encoding="utf-8")
+    elif path.suffix == ".png":
+        path.write_bytes(_png(svg))
+    else:
+        raise ValueError(f"picture {path}: ends in {path.suffix!r}, expected .svg or .png")
+
+
+def _png(svg: str) -> bytes:
+    try:
+        resvg = import_module("resvg_py")
+    except ImportError as error:
+        raise ValueError(
+            "picture: PNG needs resvg, expected the extra: pip install 'firmware-runtime[plot]'; "
+            "SVG needs nothing"
+        ) from error
+    return bytes(resvg.svg_to_bytes(svg_string=svg, zoom=_PNG_ZOOM))
