@@ -48,6 +48,11 @@ class SonarSettings:
     """Ns from ping to ping."""
     threshold_m: float
     """An echo at this distance or nearer is a detection."""
+    only_entering: bool = False
+    """A detection is only what was not there, or farther, at the ping before.
+
+    For a sonar that sweeps: what stands in its beam when it begins is already half past.
+    """
 
 
 class Sonar(HardwareModel):
@@ -78,6 +83,8 @@ class Sonar(HardwareModel):
         self.settings = settings
         self.is_started = False
         self.distance: float | None = None
+        self.is_near = True
+        self.is_detection = False
         self._since_ping = 0
         self._readings = 0
 
@@ -93,7 +100,7 @@ class Sonar(HardwareModel):
         super().output()
         if self.distance is not None:
             self.distance_out.send(self.distance)
-            if self.distance <= self.settings.threshold_m:
+            if self.is_detection:
                 self.detected_out.send(1)
 
     def proceed(self) -> None:
@@ -147,7 +154,13 @@ class Sonar(HardwareModel):
             self._fail(error)
         else:
             self.consecutive_faults = 0
+            self._judge(self.distance)
             self.activate("reporting")
+
+    def _judge(self, distance: float) -> None:
+        """Tell a detection; before the first ping something is taken to stand in the beam."""
+        was_near, self.is_near = self.is_near, distance <= self.settings.threshold_m
+        self.is_detection = self.is_near and not (was_near and self.settings.only_entering)
 
     def _rest(self) -> None:
         self.hold_in("resting", max(0, self.settings.period - self._since_ping))

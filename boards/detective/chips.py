@@ -62,7 +62,7 @@ def bridge(table: RadarMotorTable, chip: Pca9685) -> HBridge:
 
 def sonar_settings(table: SonarTable) -> SonarSettings:
     """How often to range, and what counts as near."""
-    return SonarSettings(seconds(table.period_s), table.threshold_m)
+    return SonarSettings(seconds(table.period_s), table.threshold_m, table.only_entering)
 
 
 def compass_settings(table: CompassTable) -> CompassSettings:

@@ -28,6 +28,8 @@ class SonarTable(Settings, frozen=True):
     """From ping to ping."""
     threshold_m: Positive
     """An echo from here or nearer is a detection."""
+    only_entering: bool = False
+    """A detection is only what was not there, or farther, at the ping before."""
     bus: str | None = None
     address: Address | None = None
     max_range_m: Positive = 3.0

@@ -1,0 +1,173 @@
+"""The picture of a run: well-formed, to scale, complete, and readable in both schemes."""
+
+import math
+import re
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from sim_doubles.worlds.arena import ArenaParameters
+from sim_doubles.worlds.arena_log import ArenaLog, Stay
+from sim_doubles.worlds.arena_picture import draw_run
+from sim_doubles.worlds.arena_picture_file import write_picture
+from sim_doubles.worlds.arena_picture_page import Axis
+from tests.support.arena_mission import ArenaMission
+from tests.support.arena_rig import ArenaRig
+
+TITLE = "found <it> & stopped"
+
+
+@pytest.fixture(scope="module")
+def mission() -> ArenaMission:
+    parameters = ArenaParameters(
+        target=(1.5, 1.2), obstacles=((-2.0, 1.0, 0.3),), walls=((-3.0, -1.0, 3.0, -1.0),)
+    )
+    done = ArenaMission(parameters)
+    done.run()
+    return done
+
+
+@pytest.fixture(scope="module")
+def svg(mission: ArenaMission) -> ET.Element:
+    return ET.fromstring(draw_run(mission.log, mission.at, TITLE))  # noqa: S314 -- it is our own
+
+
+def shapes(svg: ET.Element, css: str) -> list[ET.Element]:
+    """Everything that has this class."""
+    return [element for element in svg.iter() if css in element.get("class", "").split()]
+
+
+def texts(svg: ET.Element) -> list[str | None]:
+    return [element.text for element in svg.iter() if element.tag.endswith("}text")]
+
+
+def pixels_per_m(svg: ET.Element, mission: ArenaMission) -> float:
+    _, key = shapes(svg, "target")[0], shapes(svg, "target")[-1]
+    assert key is not None
+    return float(shapes(svg, "target")[0].get("r", "")) / (
+        mission.rig.arena.parameters.target_radius_m
+    )
+
+
+def test_title_axes_with_units_and_models_are_written_out(svg: ET.Element) -> None:
+    assert {TITLE, "x, east (m)", "y, north (m)", "distance (m)", "time (s)", "mission"} <= {
+        text for text in texts(svg) if text
+    }
+
+
+def test_every_state_is_named_once(svg: ET.Element) -> None:
+    for state in ("search", "turn", "approach", "stop"):
+        assert texts(svg).count(state) == 1
+
+
+def test_both_schemes_colour_the_same_classes(mission: ArenaMission) -> None:
+    style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
+    light, _, dark = style.partition("@media (prefers-color-scheme: dark)")
+    coloured = set(re.findall(r"(\S+) \{ (?:fill|stroke):", light))
+    assert coloured == set(re.findall(r"(\S+) \{ (?:fill|stroke):", dark))
+    assert len(coloured) > 20
+
+
+def test_every_class_used_has_a_rule(mission: ArenaMission, svg: ET.Element) -> None:
+    style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
+    used = {css for element in svg.iter() for css in element.get("class", "").split()}
+    assert {css for css in used if not re.search(rf"\.{css}\b", style)} == set()
+
+
+def test_radar_echoes_are_drawn_one_by_one_and_the_rest_as_one_fan(
+    mission: ArenaMission, svg: ET.Element
+) -> None:
+    echoes = sum(ping.echo_m < math.inf for ping in mission.log.radar_pings)
+    assert echoes == 1
+    key = 1
+    assert len(shapes(svg, "radar-edge")) == echoes + key
+    fan = shapes(svg, "sweep")[0].get("d", "")
+    assert fan.count("Z") == len(mission.log.radar_pings) - echoes
+
+
+def test_the_map_has_one_scale_and_holds_the_whole_path(
+    mission: ArenaMission, svg: ET.Element
+) -> None:
+    target, vehicle = shapes(svg, "target")[0], shapes(svg, "vehicle")[-2]
+    scale = float(target.get("r", "")) / 0.10
+    end = mission.rig.arena.pose(mission.at)
+    east, north = (float(target.get("cx", "")), float(target.get("cy", "")))
+    assert float(vehicle.get("cx", "")) - east == pytest.approx((end.x_m - 1.5) * scale, abs=1.0)
+    assert north - float(vehicle.get("cy", "")) == pytest.approx((end.y_m - 1.2) * scale, abs=1.0)
+    frame = shapes(svg, "frame")[0]
+    left, width = float(frame.get("x", "")), float(frame.get("width", ""))
+    for path in shapes(svg, "path"):
+        xs = [float(pair.split(",")[0]) for pair in re.findall(r"[\d.]+,[\d.]+", path.get("d", ""))]
+        assert all(left <= x <= left + width for x in xs[: len(xs) if path is not None else 0])
+
+
+def test_a_run_without_pings_and_states_is_drawn_too() -> None:
+    rig = ArenaRig()
+    rig.drive(0, 10, 10)
+    svg = ET.fromstring(draw_run(ArenaLog(rig.arena), 3 * SECOND, "drive"))  # noqa: S314
+    assert len(shapes(svg, "path")) == 2
+    assert len(shapes(svg, "radar-edge")) == 1
+
+
+def test_the_log_gives_the_arenas_echoes_and_the_stays_between_entries() -> None:
+    rig = ArenaRig(ArenaParameters(target=(0.0, 1.0)))
+    log = ArenaLog(rig.arena)
+    assert log.body_echoes(0) == rig.arena.body_echoes(0)
+    assert log.radar_echoes(5) == rig.arena.radar_echoes(5)
+    assert [ping.echo_m for ping in log.body_pings] == [pytest.approx(0.75)]
+    assert [(ping.at, ping.beam) for ping in log.radar_pings] == [(5, rig.arena.radar_beam(5))]
+    log.enter(0, "radar", "Idle")
+    log.enter(4, "radar", "Passing")
+    log.enter(4, "radar", "Turning")
+    assert log.stays(9) == {"radar": [Stay("Idle", 0, 4), Stay("Turning", 4, 9)]}
+
+
+def test_ticks_are_round_and_far_enough_apart() -> None:
+    assert Axis(-1.0, 2.0, 0.0, 300.0).ticks(60.0) == [-1.0, 0.0, 1.0, 2.0]
+    assert Axis(0.0, 0.9, 0.0, 300.0).ticks(60.0) == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8])
+    assert Axis(0.0, 100.0, 50.0, 550.0).ticks(60.0) == [0, 20, 40, 60, 80, 100]
+
+
+def test_svg_is_written_as_it_is(tmp_path: Path) -> None:
+    write_picture(tmp_path / "run.svg", "<svg/>")
+    assert (tmp_path / "run.svg").read_text() == "<svg/>"
+
+
+def test_png_is_written_by_resvg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[dict[str, object]] = []
+
+    def svg_to_bytes(**options: object) -> list[int]:
+        asked.append(options)
+        return [1, 2]
+
+    monkeypatch.setitem(sys.modules, "resvg_py", SimpleNamespace(svg_to_bytes=svg_to_bytes))
+    write_picture(tmp_path / "run.png", "<svg/>")
+    assert (tmp_path / "run.png").read_bytes() == b"\1\2"
+    assert asked == [{"svg_string": "<svg/>", "zoom": 2}]
+
+
+def test_png_without_the_extra_is_refused_with_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    with pytest.raises(ValueError, match=r"pip install 'firmware-runtime\[plot\]'"):
+        write_picture(tmp_path / "run.png", "<svg/>")
+
+
+def test_another_ending_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"ends in '\.gif', expected \.svg or \.png"):
+        write_picture(tmp_path / "run.gif", "<svg/>")
+
+
+def test_hops_of_ten_milliseconds_share_a_colour_without_a_name() -> None:
+    log = ArenaLog(ArenaRig().arena)
+    log.enter(0, "controller", "Long")
+    log.enter(SECOND, "controller", "Hop")
+    log.enter(SECOND + 10 * MILLISECOND, "controller", "Long")
+    svg = ET.fromstring(draw_run(log, 10 * SECOND, "hops"))  # noqa: S314
+    assert "Hop" not in texts(svg)
+    assert len([each for each in shapes(svg, "hue-brief") if each.tag.endswith("rect")]) == 1

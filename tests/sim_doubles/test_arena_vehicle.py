@@ -1,0 +1,178 @@
+"""How treads move the vehicle: arcs by hand, slip, contact, memory, independence of reading."""
+
+import math
+import random
+from dataclasses import replace
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from sim_doubles.worlds.arena import ArenaParameters, Pose
+from tests.support.arena_rig import M_PER_UNIT_S, ArenaRig
+
+OPEN = ArenaParameters(target=(50.0, 50.0), compass_noise_deg=0.0)
+NORTH = math.pi / 2
+
+
+def test_both_treads_forward_drive_straight_ahead() -> None:
+    rig = ArenaRig(replace(OPEN, start=(1.0, 2.0), start_bearing_deg=90.0))
+    rig.drive(0, 20, 20)
+    assert rig.arena.pose(SECOND) == pytest.approx((1.0 + 20 * M_PER_UNIT_S, 2.0, 0.0))
+
+
+@pytest.mark.parametrize(("right", "left", "turn"), [(20, -20, 1), (-20, 20, -1)])
+def test_right_forward_and_left_backward_turn_anticlockwise_on_the_spot(
+    right: int, left: int, turn: int
+) -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(0, right, left)
+    x, y, heading = rig.arena.pose(SECOND)
+    assert (x, y) == (0.0, 0.0)
+    assert heading - NORTH == pytest.approx(turn * 2 * 20 * M_PER_UNIT_S / 0.25)
+
+
+def test_a_standing_left_tread_is_the_centre_of_the_turn() -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(0, 40, 0)
+    quarter = round(0.25 * (math.pi / 2) / (40 * M_PER_UNIT_S) * SECOND)
+    assert rig.arena.pose(quarter) == pytest.approx((-0.125, 0.125, math.pi), abs=1e-8)
+
+
+def test_headings_count_whole_turns() -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(0, 60, -60)
+    turned = rig.arena.pose(20 * SECOND).heading_rad - NORTH
+    assert turned == pytest.approx(20 * 2 * 60 * M_PER_UNIT_S / 0.25)
+    assert turned > 10 * math.tau
+
+
+def test_a_ramp_is_followed_step_by_step() -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(0, 30, 30, step=10)  # 25 ms at 0, 25 ms at 10, 25 ms at 20, then 30
+    driven = (10 + 20) * 0.025 + 30 * 0.925
+    assert rig.arena.pose(SECOND).y_m == pytest.approx(driven * M_PER_UNIT_S)
+
+
+def test_motors_that_stop_by_themselves_stop_the_vehicle_then() -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(0, 20, 20)
+    rig.motors.put_off_stop(0, 2 * SECOND)
+    assert rig.arena.pose(9 * SECOND).y_m == pytest.approx(2 * 20 * M_PER_UNIT_S)
+
+
+def test_slip_is_lost_from_the_way_of_its_side() -> None:
+    rig = ArenaRig(replace(OPEN, right_slip=0.1))
+    rig.drive(0, 20, 20)
+    pose = rig.arena.pose(SECOND)
+    assert pose.heading_rad - NORTH == pytest.approx(-0.1 * 20 * M_PER_UNIT_S / 0.25)
+    straight = ArenaRig(replace(OPEN, right_slip=0.2, left_slip=0.2))
+    straight.drive(0, 20, 20)
+    assert straight.arena.pose(SECOND).y_m == pytest.approx(0.8 * 20 * M_PER_UNIT_S)
+
+
+def test_the_seed_draws_the_slip_of_both_sides() -> None:
+    ends = set()
+    for seed in (1, 1, 2):
+        rig = ArenaRig(replace(OPEN, slip_std=0.02, seed=seed))
+        rig.drive(0, 20, 20)
+        ends.add(rig.arena.pose(10 * SECOND))
+    assert len(ends) == 2
+    assert all(0.0 < abs(heading - NORTH) < 10 * 0.2 * 20 * M_PER_UNIT_S for _, _, heading in ends)
+
+
+def drive_at_random(reads: int) -> list[Pose]:
+    """Poses before each of 60 orders, the arena being read at odd instants in between."""
+    orders, odd = random.Random(5), random.Random(reads)  # noqa: S311 -- not for secrets
+    rig = ArenaRig(replace(OPEN, obstacles=((0.4, 0.6, 0.1),), right_slip=0.03))
+    at, poses = 0, []
+    for _ in range(60):
+        span = orders.randrange(3 * MILLISECOND, 400 * MILLISECOND)
+        for inside in sorted(odd.randrange(span) for _ in range(reads)):
+            rig.arena.body_echoes(at + inside)
+            rig.arena.radar_bearing_deg(at + inside)
+        at += span
+        poses.append(rig.arena.pose(at))
+        rig.drive(at, orders.randint(-127, 127), orders.randint(-127, 127), orders.randint(0, 10))
+    return poses
+
+
+def test_how_often_it_is_read_changes_no_bit_of_the_motion() -> None:
+    poses = drive_at_random(reads=0)
+    assert poses == drive_at_random(reads=1) == drive_at_random(reads=7)
+    assert math.dist(poses[0][:2], poses[-1][:2]) > 0.3
+
+
+def test_the_past_is_remembered() -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(0, 30, 10, step=3)
+    instants = range(0, 3 * SECOND, 37 * MILLISECOND)
+    seen = {at: (rig.arena.pose(at), rig.arena.head_angle_rad(at)) for at in instants}
+    rig.turn_head(3 * SECOND, 0.5)
+    rig.drive(3 * SECOND, -50, 90, step=10)
+    rig.arena.pose(8 * SECOND)
+    for at, (pose, angle) in seen.items():
+        assert rig.arena.pose(at) == pytest.approx(pose, abs=1e-14)
+        assert rig.arena.head_angle_rad(at) == pytest.approx(angle, abs=1e-14)
+
+
+def test_orders_do_not_come_before_the_last_change() -> None:
+    rig = ArenaRig(OPEN)
+    rig.drive(2 * SECOND, 10, 10)
+    with pytest.raises(ValueError, match=r"advanced to 1\.000000000 s, expected .* 2\.000000000 s"):
+        rig.arena.advance(SECOND)
+
+
+# Contact
+
+
+def test_a_vehicle_that_touches_the_target_stands_there_for_good() -> None:
+    rig = ArenaRig(replace(OPEN, target=(0.0, 2.0)))
+    rig.drive(0, 20, 20)
+    touch_s = (2.0 - 0.10 - 0.15) / (20 * M_PER_UNIT_S)
+    assert not rig.arena.collided
+    before = rig.arena.pose(round((touch_s - 0.01) * SECOND))
+    assert before.y_m < 1.75
+    assert not rig.arena.collided
+    assert rig.arena.pose(60 * SECOND) == pytest.approx((0.0, 1.75, NORTH), abs=1e-4)
+    assert rig.arena.collided
+    assert rig.arena.distance_to_target(60 * SECOND) == pytest.approx(0.0, abs=1e-4)
+    rig.drive(60 * SECOND, -20, -20)
+    assert rig.arena.pose(90 * SECOND).y_m == pytest.approx(1.75, abs=1e-4)
+    assert rig.arena.pose(round((touch_s - 0.01) * SECOND)) == pytest.approx(before, abs=1e-12)
+
+
+def test_contact_found_late_is_where_contact_found_at_once_is() -> None:
+    places = set()
+    for instants in ((99 * SECOND,), range(0, 100 * SECOND, 99 * MILLISECOND)):
+        rig = ArenaRig(replace(OPEN, walls=((-0.9, -3.0, -0.9, 3.0),)))
+        rig.drive(0, 25, 20, step=4)
+        poses = [rig.arena.pose(at) for at in instants]
+        assert rig.arena.collided
+        places.add(tuple(round(value, 12) for value in poses[-1]))
+        assert -0.9 + 0.15 <= poses[-1].x_m <= -0.9 + 0.15 + 1e-4
+    assert len(places) == 1
+
+
+def test_a_vehicle_that_passes_by_touches_nothing() -> None:
+    clear = 0.15 + 0.001
+    rig = ArenaRig(
+        replace(OPEN, walls=((clear, -1.0, clear, 3.0),), obstacles=((-0.5, 1.0, 0.34),))
+    )
+    rig.drive(0, 20, 20)
+    assert rig.arena.pose(20 * SECOND).y_m == pytest.approx(20 * 20 * M_PER_UNIT_S)
+    assert not rig.arena.collided
+
+
+def test_a_grazed_corner_stops_it() -> None:
+    rig = ArenaRig(replace(OPEN, walls=((0.149, 1.0, 0.5, 1.0),)))
+    rig.drive(0, 20, 20)
+    contact = 1.0 - math.sqrt(0.15**2 - 0.149**2)
+    assert rig.arena.pose(20 * SECOND).y_m == pytest.approx(contact, abs=2e-3)
+    assert rig.arena.collided
+
+
+def test_turning_on_the_spot_beside_a_wall_touches_nothing() -> None:
+    rig = ArenaRig(replace(OPEN, walls=((0.1505, -1.0, 0.1505, 1.0),)))
+    rig.drive(0, 20, -20)
+    rig.arena.pose(20 * SECOND)
+    assert not rig.arena.collided
