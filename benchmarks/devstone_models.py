@@ -12,14 +12,19 @@ J. L. Risco-Martin, G. Wainer, "The DEVStone metric: performance analysis of DEV
 engines", ACM TOMACS 32 (3), 2022.
 """
 
+from itertools import pairwise
 from typing import ClassVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import NEVER, ZERO
 
 
 class DelayedAtomic(Atomic):
-    """Answers a bag of input with one output, at once."""
+    """Answers a bag of input with one output, at once.
+
+    It has no phases that anybody would want named, so it sets the time advance and nothing else.
+    """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -30,9 +35,13 @@ class DelayedAtomic(Atomic):
         """Send a value nobody looks at."""
         self.outlet.send(0)
 
-    def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the state has no duration
+    def internal(self) -> None:
+        """Wait."""
+        self.sigma = NEVER
+
+    def external(self, elapsed: int) -> None:  # noqa: ARG002 -- waiting has no duration to use up
         """Answer."""
-        self.activate()
+        self.sigma = ZERO
 
 
 class Level(Coupled):
@@ -67,7 +76,7 @@ class Level(Coupled):
 
     def chain(self, atomics: list[DelayedAtomic]) -> None:
         """Let each atomic feed the next."""
-        for source, destination in zip(atomics, atomics[1:], strict=False):
+        for source, destination in pairwise(atomics):
             self.couple(source.outlet, destination.inlet)
 
 
@@ -113,7 +122,7 @@ class HOmod(Level):
     inlet_count = 2
 
     def fill(self) -> None:
-        """Add a first row of width - 1 atomics, and below it rows of width - 1, width - 2, ... 1."""
+        """Add a row of width - 1 atomics, and below it rows of width - 1, width - 2, ... 1."""
         first = self.row("row_1", self.width - 1)
         for atomic in first:
             self.couple(self.inlets[1], atomic.inlet)
@@ -154,7 +163,7 @@ SHAPES: dict[str, type[Level]] = {"LI": LI, "HI": HI, "HO": HO, "HOmod": HOmod}
 
 
 def devstone(shape: str, width: int, depth: int) -> Coupled:
-    """A whole DEVStone model: a seeder, and the model of the shape, all of whose inputs it feeds."""
+    """A whole DEVStone model: a seeder that feeds every input of the model of the shape."""
     top = Coupled("devstone")
     seeder = top.add(Seeder())
     model = top.add(SHAPES[shape](width, depth))

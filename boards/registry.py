@@ -5,6 +5,7 @@ import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Protocol, cast
 
 from boards import strict
@@ -17,6 +18,7 @@ from boards.common import (
 )
 from boards.lines import Lines
 from boards.robot import Robot
+from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.budget import BusLoad
 
@@ -57,6 +59,8 @@ class Board:
     ports: Mapping[str, PortSettings]
     """The serial ports it uses, if any."""
     build: Callable[[Lines], Robot]
+    event_model: Callable[[Path | None], Component] | None
+    """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
@@ -98,8 +102,17 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
         warnings=[text for load_ in loads.values() if (text := load_.warning())],
         ports=getattr(settings, "ports", {}),
         build=lambda lines: definition.build(settings, lines),
+        event_model=_event_model(definition, settings),
         fingerprint=_fingerprint(source, assignments),
     )
+
+
+def _event_model(
+    definition: ModuleType, settings: object
+) -> Callable[[Path | None], Component] | None:
+    build: Callable[[object, Path | None], Component] | None
+    build = getattr(definition, "event_model", None)
+    return None if build is None else lambda model_file: build(settings, model_file)
 
 
 def _locate(board: str) -> Path:

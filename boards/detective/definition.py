@@ -1,7 +1,10 @@
 """What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
+from boards.detective.detective import ATOMIC_CLASSES, Detective
+from boards.detective.parameters import Parameters
 from boards.detective.settings import CompassTable, DetectiveSettings, SonarTable
 from boards.detective.wiring import DetectiveRobot
 from boards.faults import Device, address_clashes, setting_fault, unknown_buses
@@ -9,7 +12,9 @@ from boards.lines import Lines
 from boards.robot import Robot
 from drivers.chips import cmps12, hmc5883l, md25, srf08
 from drivers.chips.pca9685 import prescale_for
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.ecdpp.model_file import read_model
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 from firmware_runtime.hal.i2c import Message
@@ -47,6 +52,18 @@ def loads(settings: DetectiveSettings) -> dict[str, BusLoad]:
         name: BusLoad(name, round(settings.buses[name].speed_hz), transactions)
         for name, transactions in asked.items()
     }
+
+
+def event_model(settings: DetectiveSettings, model_file: Path | None) -> Coupled:
+    """The model alone, for event files: the board's own wiring, or what a `.ma` file says.
+
+    Raises BoardError for a model file with faults.
+    """
+    if model_file is not None:
+        return read_model(model_file, ATOMIC_CLASSES)
+    model = settings.model
+    parameters = Parameters(seconds(model.hop_s), seconds(model.half_sweep_s), model.tolerance_deg)
+    return Detective("top", parameters)
 
 
 def build(settings: DetectiveSettings, lines: Lines) -> Robot:

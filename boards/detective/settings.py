@@ -87,7 +87,7 @@ class RadarMotorTable(Settings, frozen=True):
 
 
 class ModelTable(Settings, frozen=True):
-    """What the paper leaves open; see README.md."""
+    """What the paper leaves open, as event files run it; see README.md."""
 
     hop_s: NotNegative
     half_sweep_s: Positive
@@ -95,8 +95,10 @@ class ModelTable(Settings, frozen=True):
 
 
 class MissionTable(Settings, frozen=True):
-    """When it starts, and what it does when hardware fails."""
+    """What the model's parameters are on a robot, when it starts, and when hardware has failed."""
 
+    half_sweep_s: Positive
+    tolerance_deg: NotNegative
     start_s: NotNegative
     faults: Annotated[int, Meta(ge=1)]
     """Faults of one device in a row that count as its failure."""

@@ -94,5 +94,8 @@ def _compass(name: str, settings: DetectiveSettings, lines: Lines) -> Compass:
 
 
 def _parameters(settings: DetectiveSettings) -> Parameters:
-    model = settings.model
-    return Parameters(seconds(model.hop_s), seconds(model.half_sweep_s), model.tolerance_deg)
+    """The model's parameters on a robot: its head and its compasses are not the paper's."""
+    mission = settings.mission
+    return Parameters(
+        seconds(settings.model.hop_s), seconds(mission.half_sweep_s), mission.tolerance_deg
+    )

@@ -1,8 +1,11 @@
 """Arguments that several verbs share."""
 
 import argparse
+import math
 from collections.abc import Callable
 from typing import TypeAlias
+
+from firmware_runtime.ecdpp.text import parse_time
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 Execute: TypeAlias = Callable[[argparse.Namespace], int]
@@ -30,3 +33,22 @@ def add_board(verb: argparse.ArgumentParser) -> None:
         dest="assignments",
         help="override one number of board.toml, such as controller.yaw.kp=0.8; may be repeated",
     )
+
+
+def positive(text: str) -> float:
+    """A positive, finite number of the command line."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a positive number")
+    return value
+
+
+def instant(text: str) -> int:
+    """An instant of the command line, `HH:MM:SS:mmm`, in ns."""
+    at = parse_time(text)
+    if at is None:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected HH:MM:SS:mmm")
+    return at

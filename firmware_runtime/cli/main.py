@@ -6,14 +6,14 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from firmware_runtime.cli import boards, check, run, stats, tree
+from firmware_runtime.cli import boards, check, diagram, run, stats, tree
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
 
-_VERBS = (run, check, boards, tree, stats)
+_VERBS = (run, check, boards, tree, diagram, stats)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

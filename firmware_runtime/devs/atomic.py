@@ -32,9 +32,8 @@ class Atomic(Component):
         """Send outputs; must not change the state (lambda)."""
 
     def internal(self) -> None:
-        """The time advance ran out (delta int); by default, passivate."""
-        self.phase = "passive"
-        self.sigma = NEVER
+        """The time advance ran out (delta int); by default, wait for input."""
+        self.passivate()
 
     def external(self, elapsed: int) -> None:
         """Input is in the ports, `elapsed` ns after the last transition (delta ext)."""

@@ -72,7 +72,7 @@ class Engine(ABC):
         self._entrances: dict[InPort[Any], OutPort[Any]] = {}
         for entry in self.root.in_ports.values():
             entrance = self._entrances[entry] = OutPort(self.root, entry.name, entry.type)
-            connect(entrance, wiring.ends(entry))
+            connect(entrance, [entry] if isinstance(self.root, Atomic) else wiring.ends(entry))
 
     def _initialize(self) -> None:
         number, book = 0, self._agenda.book

@@ -26,15 +26,25 @@ class Wiring:
 
     def __init__(self, root: Component) -> None:
         self.atomics: list[Atomic] = []
-        self._drawn: defaultdict[AnyPort, list[AnyPort]] = defaultdict(list)
-        self._ends: dict[AnyPort, Ends] = {}
+        self._drawn: defaultdict[AnyPort, list[Any]] = defaultdict(list)
+        self._through: dict[AnyPort, Ends] = {}
         self._take_in(root)
 
     def ends(self, port: AnyPort) -> Ends:
-        """Where a value goes that is put into `port`, an output of an atomic or an input."""
-        if isinstance(port, InPort) and isinstance(port.owner, Atomic):
-            return [port]
-        return self._follow(port)
+        """Where a value goes that is put into `port`, an output port or a coupled model's input."""
+        ends: Ends = []
+        for destination in self._drawn.get(port, ()):
+            if isinstance(destination.owner, Atomic):
+                ends.append(destination)
+            else:
+                ends += self._ends_through(destination)
+        return ends
+
+    def _ends_through(self, port: AnyPort) -> Ends:
+        """The ends behind a coupled model's port, found once however many wires lead through it."""
+        if port not in self._through:
+            self._through[port] = self.ends(port)
+        return self._through[port]
 
     def _take_in(self, component: Component) -> None:
         if isinstance(component, Atomic):
@@ -46,21 +56,6 @@ class Wiring:
                 self._take_in(child)
         else:
             raise CouplingError(f"{component.path}: a component is an Atomic or a Coupled model")
-
-    def _follow(self, port: AnyPort) -> Ends:
-        ends: Ends = []
-        for destination in self._drawn.get(port, ()):
-            if isinstance(destination, InPort) and isinstance(destination.owner, Atomic):
-                ends.append(destination)
-            else:
-                ends.extend(self._through(destination))
-        return ends
-
-    def _through(self, port: AnyPort) -> Ends:
-        """The ends behind a coupled model's port, found once however many wires lead through it."""
-        if port not in self._ends:
-            self._ends[port] = self._follow(port)
-        return self._ends[port]
 
 
 def sources_of(port: OutPort[Any]) -> Iterator[OutPort[Any]]:

@@ -78,7 +78,7 @@ class Arena:
     def distance_to_target(self, at: int) -> float:
         """How far the vehicle's front, where its sonar sits, is from the target's surface, in m."""
         front = self.pose(at).ahead(self.parameters.body_radius_m)
-        return max(0.0, self.parameters.shapes[0].distance(*front))
+        return max(0.0, self.parameters.circles[0].distance(*front))
 
     @property
     def collided(self) -> bool:

@@ -5,7 +5,7 @@ slope: real sound glances off a smooth wall that is met at an angle.
 """
 
 import math
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 __all__ = ["Beam", "Circle", "Point", "Shape", "Wall"]
 
@@ -26,16 +26,6 @@ class Beam(NamedTuple):
         dx, dy = x_m - self.x_m, y_m - self.y_m
         cosine, sine = math.cos(self.direction_rad), math.sin(self.direction_rad)
         return (cosine * dx + sine * dy, cosine * dy - sine * dx)
-
-
-class Shape(Protocol):
-    """Something that reflects sound and stops a vehicle."""
-
-    def distance(self, x_m: float, y_m: float) -> float:
-        """How far a point is from the surface; 0 or less inside."""
-
-    def echo(self, beam: Beam) -> float:
-        """How far the nearest point of the surface in the beam is; infinity if there is none."""
 
 
 class Circle(NamedTuple):
@@ -89,6 +79,10 @@ class Wall(NamedTuple):
             elif after < 0.0:
                 last = min(last, before / (before - after))
         return _nearest(start, end, first, last) if first <= last else math.inf
+
+
+Shape: TypeAlias = Circle | Wall
+"""Something that echoes and that stops a vehicle."""
 
 
 def _inside(point: Point, half_angle_rad: float, side: float) -> float:

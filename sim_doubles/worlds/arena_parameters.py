@@ -71,7 +71,7 @@ class ArenaParameters:
     head_speed_deg_s: float = 60.0
     """How fast the radar's head turns at full voltage."""
     head_limit_deg: float = 90.0
-    """Where its end stops are, to the right and to the left of straight ahead."""
+    """Where its end stops are, to either side of straight ahead; only at 180 it looks behind."""
     head_start_deg: float = 0.0
     """Where it looks at first, to the left of straight ahead."""
     radar_half_angle_deg: float = 2.0
@@ -103,11 +103,15 @@ class ArenaParameters:
             raise ValueError(f"arena: {'; '.join(faults)}")
 
     @cached_property
+    def circles(self) -> tuple[Circle, ...]:
+        """The target, then the obstacles."""
+        obstacles = (Circle(*obstacle) for obstacle in self.obstacles)
+        return (Circle(*self.target, self.target_radius_m), *obstacles)
+
+    @cached_property
     def shapes(self) -> tuple[Shape, ...]:
-        """The target first, then the obstacles, then the walls."""
-        target = Circle(*self.target, self.target_radius_m)
-        circles = [Circle(*obstacle) for obstacle in self.obstacles]
-        return (target, *circles, *(Wall(*wall) for wall in self.walls))
+        """Everything that stands about: circles, then walls."""
+        return (*self.circles, *(Wall(*wall) for wall in self.walls))
 
     def clearance_m(self, centre: Point) -> float:
         """How far the vehicle could move from there in any direction without touching anything."""

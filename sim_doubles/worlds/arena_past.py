@@ -5,9 +5,10 @@ from typing import Final, Generic, Protocol, TypeVar
 
 from firmware_runtime.devs.time import format_time
 
-__all__ = ["Past"]
+__all__ = ["KEPT", "Past"]
 
 KEPT: Final = 20_000
+"""How many stretches are remembered; each step of a ramp begins one."""
 
 
 class HasBegun(Protocol):

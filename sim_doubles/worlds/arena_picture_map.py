@@ -6,7 +6,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
 from sim_doubles.worlds.arena import Arena, Pose
-from sim_doubles.worlds.arena_geometry import Circle, Point, Wall
+from sim_doubles.worlds.arena_geometry import Circle, Point
 from sim_doubles.worlds.arena_log import ArenaLog, Ping, Stay
 from sim_doubles.worlds.arena_picture_page import Axis, Box, Page, point
 
@@ -34,6 +34,7 @@ class ArenaMap:
         self._box = box
         self._log = log
         self._arena: Arena = log.arena
+        self._parameters = log.arena.parameters
         self._until = until
         self._poses = [self._arena.pose(at) for at in [*range(0, until, _SAMPLE), until]]
         self._x, self._y = self._axes()
@@ -68,13 +69,14 @@ class ArenaMap:
 
     def _extent(self) -> list[Point]:
         """Corners of what is to be seen."""
-        around = self._arena.parameters.body_radius_m + _AROUND_M
+        around = self._parameters.body_radius_m + _AROUND_M
         circles = [(pose.x_m, pose.y_m, around) for pose in self._poses]
-        for shape in self._arena.parameters.shapes:
-            if isinstance(shape, Circle):
-                circles.append((shape.x_m, shape.y_m, shape.radius_m + GOAL_M[1] + 0.1))
-            elif isinstance(shape, Wall):
-                circles += [(shape.x1_m, shape.y1_m, 0.1), (shape.x2_m, shape.y2_m, 0.1)]
+        circles += [
+            (circle.x_m, circle.y_m, circle.radius_m + GOAL_M[1] + 0.1)
+            for circle in self._parameters.circles
+        ]
+        for x1, y1, x2, y2 in self._parameters.walls:
+            circles += [(x1, y1, 0.1), (x2, y2, 0.1)]
         lower = [(x - radius, y - radius) for x, y, radius in circles]
         return lower + [(x + radius, y + radius) for x, y, radius in circles]
 
@@ -91,25 +93,23 @@ class ArenaMap:
 
     def _draw_sweep(self) -> None:
         """All the radar's beams that brought no echo, as one figure."""
-        farthest_m = self._arena.parameters.sonar_farthest_m
+        farthest_m = self._parameters.sonar_farthest_m
         pings = [ping for ping in self._log.radar_pings if ping.echo_m == math.inf]
         self._page.path(" ".join(self._sector(ping, farthest_m) for ping in pings), "sweep")
 
     def _draw_things(self) -> None:
-        target, *others = self._arena.parameters.shapes
-        for shape in others:
-            if isinstance(shape, Circle):
-                centre = self._at(shape.x_m, shape.y_m)
-                self._page.circle(centre, self._x.length(shape.radius_m), "obstacle")
-            elif isinstance(shape, Wall):
-                ends = self._at(shape.x1_m, shape.y1_m), self._at(shape.x2_m, shape.y2_m)
-                self._page.line(*ends, "wall")
-        if isinstance(target, Circle):
-            centre = self._at(target.x_m, target.y_m)
-            goal = self._x.length(target.radius_m + GOAL_M[1])
-            self._page.circle(centre, goal, "goal-zone")
-            self._page.circle(centre, goal, "goal")
-            self._page.circle(centre, self._x.length(target.radius_m), "target")
+        for x1, y1, x2, y2 in self._parameters.walls:
+            self._page.line(self._at(x1, y1), self._at(x2, y2), "wall")
+        target, *obstacles = self._parameters.circles
+        self._draw_disc(target, GOAL_M[1], "goal-zone")
+        self._draw_disc(target, GOAL_M[1], "goal")
+        self._draw_disc(target, 0.0, "target")
+        for obstacle in obstacles:
+            self._draw_disc(obstacle, 0.0, "obstacle")
+
+    def _draw_disc(self, circle: Circle, wider_m: float, css: str) -> None:
+        centre = self._at(circle.x_m, circle.y_m)
+        self._page.circle(centre, self._x.length(circle.radius_m + wider_m), css)
 
     def _draw_path(self, stays: list[Stay], hues: dict[str, str]) -> None:
         for state, since, until in stays or [Stay("", 0, self._until)]:
@@ -181,12 +181,12 @@ class ArenaMap:
         return f"{left} A{point((radius, radius))} 0 0 1 {right}"
 
     def _draw_body(self, pose: Pose, css: str) -> None:
-        radius = self._x.length(self._arena.parameters.body_radius_m)
+        radius = self._x.length(self._parameters.body_radius_m)
         self._page.circle(self._at(pose.x_m, pose.y_m), radius, f"vehicle {css}")
 
     def _draw_nose(self, pose: Pose, css: str) -> None:
         """A mark at the vehicle's front."""
-        radius = self._x.length(self._arena.parameters.body_radius_m)
+        radius = self._x.length(self._parameters.body_radius_m)
         self._page.polygon(self._turned(pose, radius, _NOSE), f"nose {css}")
 
     def _turned(self, pose: Pose, size: float, corners: Sequence[Point]) -> list[Point]:

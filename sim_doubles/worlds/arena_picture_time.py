@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.arena_log import ArenaLog, Ping, Stay
 from sim_doubles.worlds.arena_picture_map import GOAL_M
 from sim_doubles.worlds.arena_picture_page import HUES, Axis, Box, Page, text_width
@@ -36,7 +36,7 @@ class Timeline:
         self._log = log
         self._until = until
         self._strip = box._replace(height=_STRIP)
-        self._time = Axis(0.0, until / SECOND, box.left, box.right)
+        self._time = Axis(0.0, max(until, MILLISECOND) / SECOND, box.left, box.right)
 
     def draw(self, models: dict[str, list[Stay]]) -> float:
         """Draw everything; return the y below it."""

@@ -74,6 +74,17 @@ def test_only_what_is_near_enough_is_a_detection(bench: AtomicBench, chip: Scrip
     assert bench.faults == []
 
 
+def test_a_sweeping_sonar_detects_only_what_enters_its_beam(chip: ScriptedSonar) -> None:
+    settings = SonarSettings(100 * MILLISECOND, threshold_m=0.5, only_entering=True)
+    bench = AtomicBench(Sonar("sonar", chip, settings))
+    chip.now = lambda: bench.simulator.now
+    chip.echoes = [0.3, 0.3, math.inf, 0.4, 0.3, 0.6, 0.5]
+    bench.put(50, start=1)
+    bench.run(749)
+    assert bench.values("distance") == [0.3, 0.3, math.inf, 0.4, 0.3, 0.6, 0.5]
+    assert bench.said["detected"] == [(386, 1), (686, 1)]
+
+
 def test_a_start_may_be_a_bool_too(bench: AtomicBench, chip: ScriptedSonar) -> None:
     bench.put(50, start=True)
     bench.put(120, start=False)

@@ -65,8 +65,10 @@ def test_every_fault_is_told_at_once() -> None:
     ]
 
 
-def test_the_target_is_the_first_of_the_shapes() -> None:
+def test_shapes_are_the_target_then_obstacles_then_walls() -> None:
     parameters = ArenaParameters(obstacles=((3.0, 3.0, 0.5),), walls=((5.0, 0.0, 5.0, 1.0),))
-    assert parameters.shapes[0].distance(2.0, 1.0) == -0.10
-    assert len(parameters.shapes) == 3
+    target, obstacle, wall = parameters.shapes
+    assert parameters.circles == (target, obstacle)
+    assert target.distance(2.0, 1.0) == -0.10
+    assert wall.distance(6.0, 0.5) == 1.0
     assert parameters.clearance_m((3.0, 2.0)) == pytest.approx(1.0 - 0.5 - 0.15)

@@ -45,14 +45,6 @@ def texts(svg: ET.Element) -> list[str | None]:
     return [element.text for element in svg.iter() if element.tag.endswith("}text")]
 
 
-def pixels_per_m(svg: ET.Element, mission: ArenaMission) -> float:
-    _, key = shapes(svg, "target")[0], shapes(svg, "target")[-1]
-    assert key is not None
-    return float(shapes(svg, "target")[0].get("r", "")) / (
-        mission.rig.arena.parameters.target_radius_m
-    )
-
-
 def test_title_axes_with_units_and_models_are_written_out(svg: ET.Element) -> None:
     assert {TITLE, "x, east (m)", "y, north (m)", "distance (m)", "time (s)", "mission"} <= {
         text for text in texts(svg) if text
@@ -67,8 +59,8 @@ def test_every_state_is_named_once(svg: ET.Element) -> None:
 def test_both_schemes_colour_the_same_classes(mission: ArenaMission) -> None:
     style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
     light, _, dark = style.partition("@media (prefers-color-scheme: dark)")
-    coloured = set(re.findall(r"(\S+) \{ (?:fill|stroke):", light))
-    assert coloured == set(re.findall(r"(\S+) \{ (?:fill|stroke):", dark))
+    coloured = set(re.findall(r"(\S+) \{ (?:fill|stroke): #", light))
+    assert coloured == set(re.findall(r"(\S+) \{ (?:fill|stroke): #", dark))
     assert len(coloured) > 20
 
 
@@ -89,7 +81,7 @@ def test_radar_echoes_are_drawn_one_by_one_and_the_rest_as_one_fan(
     assert fan.count("Z") == len(mission.log.radar_pings) - echoes
 
 
-def test_the_map_has_one_scale_and_holds_the_whole_path(
+def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     mission: ArenaMission, svg: ET.Element
 ) -> None:
     target, vehicle = shapes(svg, "target")[0], shapes(svg, "vehicle")[-2]
@@ -98,11 +90,16 @@ def test_the_map_has_one_scale_and_holds_the_whole_path(
     east, north = (float(target.get("cx", "")), float(target.get("cy", "")))
     assert float(vehicle.get("cx", "")) - east == pytest.approx((end.x_m - 1.5) * scale, abs=1.0)
     assert north - float(vehicle.get("cy", "")) == pytest.approx((end.y_m - 1.2) * scale, abs=1.0)
+
+
+def test_the_map_holds_the_whole_path(svg: ET.Element) -> None:
     frame = shapes(svg, "frame")[0]
     left, width = float(frame.get("x", "")), float(frame.get("width", ""))
-    for path in shapes(svg, "path"):
-        xs = [float(pair.split(",")[0]) for pair in re.findall(r"[\d.]+,[\d.]+", path.get("d", ""))]
-        assert all(left <= x <= left + width for x in xs[: len(xs) if path is not None else 0])
+    *states, _key = shapes(svg, "path")
+    xs = [float(x) for path in states for x in re.findall(r"[ML]([\d.]+),", path.get("d", ""))]
+    assert len(states) == 5
+    assert all(left < x < left + width for x in xs)
+    assert len(xs) > 100
 
 
 def test_a_run_without_pings_and_states_is_drawn_too() -> None:
@@ -111,6 +108,14 @@ def test_a_run_without_pings_and_states_is_drawn_too() -> None:
     svg = ET.fromstring(draw_run(ArenaLog(rig.arena), 3 * SECOND, "drive"))  # noqa: S314
     assert len(shapes(svg, "path")) == 2
     assert len(shapes(svg, "radar-edge")) == 1
+
+
+def test_a_run_that_ended_at_once_is_drawn_too() -> None:
+    log = ArenaLog(ArenaRig().arena)
+    log.enter(0, "controller", "Idle")
+    svg = ET.fromstring(draw_run(log, 0, "nothing"))  # noqa: S314
+    assert "nothing" in texts(svg)
+    assert len(shapes(svg, "target")) == 2
 
 
 def test_the_log_gives_the_arenas_echoes_and_the_stays_between_entries() -> None:
@@ -171,3 +176,15 @@ def test_hops_of_ten_milliseconds_share_a_colour_without_a_name() -> None:
     svg = ET.fromstring(draw_run(log, 10 * SECOND, "hops"))  # noqa: S314
     assert "Hop" not in texts(svg)
     assert len([each for each in shapes(svg, "hue-brief") if each.tag.endswith("rect")]) == 1
+
+
+def test_names_that_find_no_room_are_listed_in_as_many_lines_as_they_need() -> None:
+    log = ArenaLog(ArenaRig().arena)
+    names = [f"a state with quite a long name, number {n}" for n in range(5)]
+    for number, name in enumerate(names):
+        log.enter(number * SECOND, "controller", name)
+    log.enter(5 * SECOND, "controller", "End")
+    svg = ET.fromstring(draw_run(log, 60 * SECOND, "names"))  # noqa: S314
+    lines = {text.get("y") for text in svg.iter() if text.text in names}
+    assert set(names) <= set(texts(svg))
+    assert len(lines) == 3

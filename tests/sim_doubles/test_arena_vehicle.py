@@ -8,6 +8,8 @@ import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.arena import ArenaParameters, Pose
+from sim_doubles.worlds.arena_log import Stay
+from sim_doubles.worlds.arena_past import KEPT, Past
 from tests.support.arena_rig import M_PER_UNIT_S, ArenaRig
 
 OPEN = ArenaParameters(target=(50.0, 50.0), compass_noise_deg=0.0)
@@ -176,3 +178,15 @@ def test_turning_on_the_spot_beside_a_wall_touches_nothing() -> None:
     rig.drive(0, 20, -20)
     rig.arena.pose(20 * SECOND)
     assert not rig.arena.collided
+
+
+def test_only_so_much_of_the_past_is_kept() -> None:
+    past: Past[Stay] = Past()
+    for since in range(10, KEPT + 11):
+        past.add(Stay("moving", since, since + 1))
+    assert past.at(12).since == 12
+    assert past.at(KEPT * 2).since == KEPT + 10
+    with pytest.raises(
+        ValueError, match=r"asked for 0\.000000010 s, expected .* than 20000 changes"
+    ):
+        past.at(10)

@@ -1,0 +1,33 @@
+"""The clock that the command line asks for."""
+
+import argparse
+
+from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
+
+
+def choose_clock(arguments: argparse.Namespace) -> None:
+    """Settle `--clock` where it was left out, and refuse what contradicts itself.
+
+    Event files run in virtual time, robots in real time. Raises BoardError.
+    """
+    if arguments.clock is None:
+        arguments.clock = "monotonic" if arguments.events is None else "virtual"
+    faults = []
+    if (arguments.clock == "scaled") != (arguments.speed is not None):
+        faults.append("--speed N belongs to --clock scaled, and only to it")
+    if arguments.clock != "monotonic" and not arguments.doubles and arguments.events is None:
+        faults.append(f"--clock {arguments.clock} needs --doubles: chips live in real time")
+    if arguments.events is not None and arguments.doubles:
+        faults.append("--events runs the model alone: leave --doubles out")
+    if arguments.events is None and (arguments.outputs or arguments.model or arguments.until):
+        faults.append("--outputs, --model and --until belong to --events")
+    if faults:
+        raise BoardError("run", faults)
+
+
+def clock_of(arguments: argparse.Namespace) -> Clock:
+    """The clock chosen."""
+    if arguments.clock == "virtual":
+        return VirtualClock()
+    return ScaledClock(arguments.speed) if arguments.clock == "scaled" else MonotonicClock()

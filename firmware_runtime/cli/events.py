@@ -1,0 +1,97 @@
+"""`run BOARD --events FILE`: a board's model alone, fed by an E-CD++ event file."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from boards.registry import Board
+from firmware_runtime.cli.arguments import instant
+from firmware_runtime.cli.clock import clock_of
+from firmware_runtime.cli.status import Status
+from firmware_runtime.ecdpp.event_file import read_events
+from firmware_runtime.ecdpp.experiment import Experiment, end_of
+from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
+from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.telemetry.statistics import RunState
+
+
+def add_event_options(verb: argparse.ArgumentParser) -> None:
+    """Add what belongs to event files."""
+    events = verb.add_argument_group(
+        "event files", "the model alone, in virtual time unless --clock says otherwise"
+    )
+    events.add_argument(
+        "--events",
+        type=Path,
+        metavar="FILE.ev",
+        help="feed the model's input ports from this file; no hardware is built",
+    )
+    events.add_argument(
+        "--outputs", type=Path, metavar="FILE.out", help="write its outputs here, not to the screen"
+    )
+    events.add_argument(
+        "--until",
+        type=instant,
+        metavar="HH:MM:SS:mmm",
+        help="run up to this instant; default 10 s after the last event",
+    )
+    events.add_argument(
+        "--model", type=Path, metavar="FILE.ma", help="run on the model that this file describes"
+    )
+
+
+def run_event_file(arguments: argparse.Namespace, board: Board) -> Status:
+    """Run the file; outputs go to `--outputs`, else to the screen."""
+    if board.event_model is None:
+        raise BoardError(board.name, ["--events: this board's model takes no event files"])
+    model = board.event_model(arguments.model)
+    events = read_events(arguments.events, model)
+    experiment = Experiment(model, events)
+    configuration = Configuration(
+        statistics_path=arguments.statistics, conditions={"board": board.name}
+    )
+    executive = Executive(experiment, clock_of(arguments), list, configuration)
+    record = OutputRecord(executive.simulator)
+    until = end_of(events) if arguments.until is None else arguments.until
+    with stop_on_signals(executive.request_stop):
+        outcome = executive.run(until)
+    _report(arguments, board, executive, outcome, record.lines)
+    return Status.OK if outcome.state is RunState.ENDED else Status.MODEL_ERROR
+
+
+def _report(
+    arguments: argparse.Namespace,
+    board: Board,
+    executive: Executive,
+    outcome: Outcome,
+    lines: list[OutputLine],
+) -> None:
+    if outcome.state is not RunState.ENDED:
+        print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
+    if arguments.outputs is not None:
+        _write(arguments.outputs, lines)
+    if arguments.json:
+        document = {
+            "board": board.name,
+            "clock": arguments.clock,
+            "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
+            "result": {"outputs": [str(line) for line in lines]},
+            "statistics": executive.statistics.as_json(),
+        }
+        print(json.dumps(document, allow_nan=False))
+    elif arguments.outputs is None:
+        for line in lines:
+            print(line)
+
+
+def _write(path: Path, lines: list[OutputLine]) -> None:
+    try:
+        write_outputs(path, lines)
+    except OSError as error:
+        fault = f"--outputs: the file cannot be written ({error.strerror})"
+        raise BoardError(str(path), [fault]) from error

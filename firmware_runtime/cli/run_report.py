@@ -1,0 +1,85 @@
+"""What a run prints: for people as it goes and at its end, or one JSON object at its end."""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from firmware_runtime.cli.chart import chart
+from firmware_runtime.cli.session import Session
+from firmware_runtime.cli.statistics_text import statistics_text
+from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.telemetry.statistics import RunState
+
+
+class Report:
+    """Begins with what is about to run, ends with how it went."""
+
+    def __init__(self, session: Session, arguments: argparse.Namespace) -> None:
+        self._session = session
+        self._clock = arguments.clock
+        self._json = arguments.json
+        duration_s = arguments.duration_s
+        if duration_s is None and arguments.doubles:
+            duration_s = session.board.doubles_run_s
+        self.until = NEVER if duration_s is None else seconds(duration_s)
+        self._shown: list[tuple[int, float]] = []
+        if not self._json and session.bench is not None:
+            port = session.bench.shown
+            session.executive.simulator.listen(port, self._remember)
+
+    def begin(self) -> None:
+        """Say what runs, for how long, and on what."""
+        if self._json:
+            return
+        board, chips = self._session.board, "doubles" if self._session.bench else "its chips"
+        span = "until stopped" if self.until == NEVER else f"for {self.until / 1e9:g} s"
+        print(f"{board.name} on {chips}, {self._clock} time, {span}; Ctrl-C stops it", flush=True)
+        for warning in board.warnings:
+            print(f"warning: {warning}", flush=True)
+
+    def end(self, outcome: Outcome) -> None:
+        """Print the result; sentences on what went wrong go to standard error."""
+        if outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.has_failed:
+            print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
+        for fault in outcome.faults:
+            print(f"firmware-runtime: not made safe: {fault}", file=sys.stderr)
+        for warning in self._session.robot.warnings:
+            print(f"firmware-runtime: warning: {warning}", file=sys.stderr)
+        if self._json:
+            print(json.dumps(self._as_json(outcome), allow_nan=False))
+        else:
+            print("\n".join(self._as_text()))
+
+    def _as_json(self, outcome: Outcome) -> dict[str, Any]:
+        session = self._session
+        outputs = {} if session.bench is None else {"outputs_on": session.bench.outputs}
+        return {
+            "board": session.board.name,
+            "clock": self._clock,
+            "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
+            "result": session.result(),
+            **outputs,
+            "statistics": session.executive.statistics.as_json(),
+        }
+
+    def _as_text(self) -> Iterator[str]:
+        session = self._session
+        if session.bench is not None:
+            until = session.world_now()
+            yield ""
+            yield from chart(self._shown, session.bench.shown.path, until)
+        yield ""
+        for name, value in session.result().items():
+            yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
+        if session.bench is not None:
+            on = ", ".join(f"{name} {count}" for name, count in session.bench.outputs.items())
+            yield f"outputs still on: {on}"
+        yield ""
+        yield from statistics_text(session.executive.statistics.as_json())
+
+    def _remember(self, at: int, value: object) -> None:
+        if isinstance(value, float):
+            self._shown.append((at, value))
