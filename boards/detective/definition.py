@@ -1,6 +1,6 @@
 """What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from boards.detective.detective import ATOMIC_CLASSES, Detective
@@ -11,7 +11,11 @@ from boards.faults import Device, address_clashes, setting_fault, unknown_buses
 from boards.lines import Lines
 from boards.robot import Robot
 from drivers.chips import cmps12, hmc5883l, md25, srf08
+from drivers.chips.cmps12 import Cmps12
+from drivers.chips.hmc5883l import Hmc5883l
+from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import prescale_for
+from drivers.chips.srf08 import Srf08
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.model_file import read_model
@@ -81,8 +85,8 @@ def build(settings: DetectiveSettings, lines: Lines) -> Robot:
 
 
 def _identities(model: DetectiveRobot) -> Iterator[Callable[[], None]]:
-    """What each chip can be asked; a Sabertooth answers nothing."""
-    devices: Sequence[object] = (
+    """What each chip on a bus can be asked; nothing on a serial port answers at once."""
+    devices = (
         model.treads.driver,
         model.radar_sonar.chip,
         model.body_sonar.chip,
@@ -90,9 +94,8 @@ def _identities(model: DetectiveRobot) -> Iterator[Callable[[], None]]:
         model.body_compass.chip,
     )
     for device in devices:
-        identify = getattr(device, "identify", None)
-        if identify is not None:
-            yield identify
+        if isinstance(device, Md25 | Srf08 | Cmps12 | Hmc5883l):
+            yield device.identify
 
 
 def _devices(settings: DetectiveSettings) -> Iterator[Device]:

@@ -74,7 +74,7 @@ class ArenaParameters:
     """Where its end stops are, to either side of straight ahead; only at 180 it looks behind."""
     head_start_deg: float = 0.0
     """Where it looks at first, to the left of straight ahead."""
-    radar_half_angle_deg: float = 2.0
+    radar_half_angle_deg: float = 3.0
     """Half the width of the radar sonar's beam."""
     body_half_angle_deg: float = 25.0
     """Half the width of the body sonar's beam."""

@@ -1,0 +1,78 @@
+"""The detective robot, whole, on its doubles in virtual time, for tests."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import boards.registry
+from boards.detective.wiring import DetectiveRobot
+from boards.ending import Ending
+from boards.lines import Lines
+from boards.robot import Robot
+from drivers.fault import Fault
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.retry import ONE_ATTEMPT
+from sim_doubles.benches.detective import DetectiveBench
+
+LONGEST_S = 200
+
+
+@dataclass
+class VirtualDetective:
+    """A robot under way; `endings` and `faults` are what it said."""
+
+    bench: DetectiveBench
+    robot: Robot
+    simulator: Simulator
+    endings: list[tuple[int, Ending]] = field(default_factory=list)
+    faults: list[tuple[int, Fault]] = field(default_factory=list)
+
+    @property
+    def model(self) -> DetectiveRobot:
+        assert isinstance(self.robot.model, DetectiveRobot)
+        return self.robot.model
+
+    def run(self, until_s: float) -> None:
+        self.simulator.run(round(until_s * SECOND))
+
+    def run_mission(self) -> dict[str, Any]:
+        """Run until it says it is over, or for `LONGEST_S`; return how it ended."""
+        for second in range(1, LONGEST_S):
+            self.run(second)
+            if self.endings:
+                break
+        return self.bench.result(self.simulator.now)
+
+    def are_treads_still(self) -> bool:
+        return not any(self.bench.motors.speeds_rad_s(self.simulator.now))
+
+
+def virtual_detective(*assignments: str, board: str | Path = "detective") -> VirtualDetective:
+    """Build one with `KEY=VALUE` overrides."""
+    loaded = boards.registry.load(str(board), assignments)
+    clock: list[Simulator] = []
+    bench = DetectiveBench(loaded.settings, lambda: clock[0].now if clock else 0)
+    buses = {name: AccountedBus(bus, 400_000, ONE_ATTEMPT) for name, bus in bench.buses.items()}
+    robot = loaded.build(Lines(buses, bench.ports))
+    robot.find_chips()
+    bench.attach(robot.model)
+    clock.append(Simulator(robot.model))
+    built = VirtualDetective(bench, robot, clock[0])
+    built.simulator.listen(
+        built.model.mission.ended, lambda at, ending: built.endings.append((at, ending))
+    )
+    for atomic in built.simulator.atomics:
+        if "fault" in atomic.out_ports:
+            built.simulator.listen(
+                atomic.out_ports["fault"], lambda at, fault: built.faults.append((at, fault))
+            )
+    return built
+
+
+def target_at(bearing_deg: float, distance_m: float) -> str:
+    """The override that puts the target at a bearing from north, as seen from the start."""
+    bearing = math.radians(bearing_deg)
+    return f"world.target=[{distance_m * math.sin(bearing)}, {distance_m * math.cos(bearing)}]"
