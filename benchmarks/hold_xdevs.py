@@ -7,9 +7,10 @@ import json
 import sys
 from time import process_time
 
-from benchmarks.hold_plan import end, periods
 from xdevs.models import Atomic, Coupled
 from xdevs.sim import Coordinator
+
+from benchmarks.hold_plan import end, periods
 
 
 class Waiting(Atomic):  # type: ignore[misc]  # xdevs.py is untyped

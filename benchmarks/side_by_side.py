@@ -1,10 +1,12 @@
 """Measures two engines on the same work: one run of each in turn, every run in a fresh process.
 
-An engine is a module that takes the work's arguments, does it once and prints a JSON object: CPU
-seconds by part, and a count that tells what was done. Taking turns spreads whatever else the
-machine does over both; medians drop the worst of it.
+An engine is a module that takes the work's arguments, does it once and prints a JSON object:
+`seconds`, CPU time by part (building the model, building the simulator for it, running it), and
+`counts`, which tell what was done. Taking turns spreads whatever else the machine does over both;
+medians drop the worst of it.
 """
 
+import argparse
 import json
 import os
 import platform
@@ -20,7 +22,6 @@ PROJECT = Path(__file__).parents[1]
 OURS = "firmware-runtime"
 PEER = "xdevs.py"
 PARTS = ("model", "simulator", "run")
-"""Building the model, building the simulator for it, and running it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +94,20 @@ def conditions() -> dict[str, object]:
         "load": round(os.getloadavg()[0], 2),
         PEER: peer_version(),
     }
+
+
+def conditions_text(found: Mapping[str, object]) -> str:
+    """The conditions in one line."""
+    line = "{python} on {system} {machine}, {cpu}, {cpus} CPUs, load {load}".format(**found)
+    return f"{line}; {PEER} {found[PEER]}"
+
+
+def positive(text: str) -> int:
+    """A command line's whole number from 1 on."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text}: expected 1 or more")
+    return value
 
 
 def _cpu_name() -> str:

@@ -8,11 +8,11 @@ from boards.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.component import Component
-from firmware_runtime.diagram.draw import diagram
+from firmware_runtime.diagram.draw import Form, diagram
 from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 
-FORMS = {".svg": "svg", ".mmd": "mmd"}
+FORMS: dict[str, Form] = {".svg": "svg", ".mmd": "mmd"}
 
 
 def add_to(verbs: SubParsers) -> None:

@@ -9,6 +9,7 @@ import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
+from firmware_runtime.cli.plot import check_plot, write_plot
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.status import Status
@@ -52,6 +53,12 @@ def add_to(verbs: SubParsers) -> None:
         metavar="FILE",
         help="where to keep the statistics; default: where `stats` looks, none in virtual time",
     )
+    verb.add_argument(
+        "--plot",
+        type=Path,
+        metavar="FILE.svg",
+        help="draw the run of the detective in its arena; FILE.png needs the extra `plot`",
+    )
     verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
     add_event_options(verb)
 
@@ -66,15 +73,17 @@ def execute(arguments: argparse.Namespace) -> int:
     session = Session(
         board, clock, doubles=arguments.doubles, statistics_path=_statistics_path(arguments, board)
     )
-    report = Report(session, arguments)
     executive = session.executive
     try:
+        check_plot(session, arguments.plot)
+        report = Report(session, arguments)
         with _tracing(session, arguments.trace), stop_on_signals(executive.request_stop):
             report.begin()
             outcome = executive.run(report.until)
         if isinstance(outcome.error, StatisticsFileError):
             raise outcome.error  # the run never began: where to keep its statistics was bad input
         report.end(outcome)
+        write_plot(session, arguments.plot)
     finally:
         session.close()
     return _status(outcome, session)

@@ -1,10 +1,9 @@
 """The agenda: which models are due at which instant.
 
-A heap holds each instant once; a dictionary maps it to the models booked for it. Rebooking leaves
-the old entry behind; it is passed over when its instant comes, because `due_at` no longer agrees
-(lazy deletion). Many models with one period cost one heap operation, not one each. When the entries
-left behind outnumber the models, all are dropped at once, so a timeout that is always rebooked and
-never comes does not fill the memory.
+A heap of pairs (instant, model), so models due together come in order of declaration. Rebooking
+leaves the old pair behind; it is passed over when it comes to the top, because `due_at` no longer
+agrees (lazy deletion). When the pairs left behind outnumber the models, all are dropped at once, so
+a timeout that is always rebooked and never comes does not fill the memory.
 """
 
 from heapq import heappop, heappush
@@ -12,7 +11,7 @@ from heapq import heappop, heappush
 from firmware_runtime.devs.time import NEVER
 
 _SPARE = 64
-"""Instants beyond two a model that the heap may hold before it is rid of stale ones."""
+"""Pairs beyond two a model that the heap may hold before it is rid of stale ones."""
 
 
 class Agenda:
@@ -20,9 +19,8 @@ class Agenda:
 
     def __init__(self, models: int) -> None:
         self.due_at: list[int] = [NEVER] * models
-        self._booked: dict[int, list[int]] = {}
-        self._instants: list[int] = []
-        self._most_instants = 2 * models + _SPARE
+        self._heap: list[tuple[int, int]] = []
+        self._most_pairs = 2 * models + _SPARE
 
     def book(self, model: int, at: int) -> None:
         """Make `at` the one instant at which `model` is due; from NEVER on it is never due."""
@@ -30,40 +28,31 @@ class Agenda:
             self.due_at[model] = NEVER
         elif self.due_at[model] != at:
             self.due_at[model] = at
-            if at in self._booked:
-                self._booked[at].append(model)
-            else:
-                self._booked[at] = [model]
-                heappush(self._instants, at)
-                if len(self._instants) > self._most_instants:
-                    self._drop_stale()
+            heappush(self._heap, (at, model))
+            if len(self._heap) > self._most_pairs:
+                self._drop_stale()
 
     def next_at(self) -> int:
         """The earliest instant somebody is due at, or NEVER."""
-        instants, due_at = self._instants, self.due_at
-        while instants:
-            at = instants[0]
-            for model in self._booked.get(at, ()):
-                if due_at[model] == at:
-                    return at
-            heappop(instants)
-            self._booked.pop(at, None)
+        heap, due_at = self._heap, self.due_at
+        while heap:
+            at, model = heap[0]
+            if due_at[model] == at:
+                return at
+            heappop(heap)
         return NEVER
 
     def take(self, at: int) -> list[int]:
-        """Remove and return the models due at `at`, in order of declaration."""
-        due_at = self.due_at
+        """Remove and return the models due at `at`, which is not past `next_at`, in order."""
+        heap, due_at = self._heap, self.due_at
         due: list[int] = []
-        for model in self._booked.pop(at, ()):
-            if due_at[model] == at:
+        while heap and heap[0][0] <= at:
+            instant, model = heappop(heap)
+            if due_at[model] == instant:
                 due_at[model] = NEVER
                 due.append(model)
-        due.sort()
         return due
 
     def _drop_stale(self) -> None:
-        self._booked.clear()
-        for model, at in enumerate(self.due_at):
-            if at != NEVER:
-                self._booked.setdefault(at, []).append(model)
-        self._instants[:] = sorted(self._booked)
+        bookings = ((at, model) for model, at in enumerate(self.due_at) if at != NEVER)
+        self._heap[:] = sorted(bookings)

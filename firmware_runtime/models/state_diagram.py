@@ -9,7 +9,7 @@ by the state that is then the present one. An arrow that leads back to its own s
 duration anew.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -56,6 +56,8 @@ class StateDiagram(Atomic):
         self.states: Sequence[State] = ()
         self.durations: dict[str, int] = {}
         self.kept: Kept = {}
+        self.watch: Callable[[str], None] | None = None
+        """Told every state that is entered, for a picture of a run; it may only look."""
         self._rows: dict[str, _Row] = {}
 
     def follow(self, states: Sequence[State], words: Words = _NO_WORDS, **durations: int) -> None:
@@ -100,6 +102,8 @@ class StateDiagram(Atomic):
 
     def _enter(self, state: str) -> None:
         self.hold_in(state, self.durations[state])
+        if self.watch is not None:
+            self.watch(state)
 
     def _due(self) -> _Internal:
         for internal in self._rows[self.phase].internal:

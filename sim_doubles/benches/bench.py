@@ -1,7 +1,7 @@
 """What every bench offers to whoever runs a robot on doubles."""
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
@@ -33,3 +33,11 @@ class Bench(Protocol):
     @property
     def outputs(self) -> dict[str, int]:
         """How many outputs of each actuating chip are on."""
+
+
+@runtime_checkable
+class Drawn(Protocol):
+    """A bench that can show a run as a picture."""
+
+    def draw(self, until: int) -> str:
+        """The run up to an instant, as SVG."""

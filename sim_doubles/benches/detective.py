@@ -8,10 +8,12 @@ import msgspec
 
 from boards.detective.settings import CompassTable, DetectiveSettings, SonarTable
 from boards.detective.wiring import DetectiveRobot
+from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.models.state_diagram import StateDiagram
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.maxbotix import MaxbotixDouble
@@ -25,12 +27,14 @@ from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.serial_line import SerialLineDouble
 from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
+from sim_doubles.worlds.arena_log import ArenaLog
+from sim_doubles.worlds.arena_picture import draw_run
 from sim_doubles.worlds.arena_probe import ArenaProbe
 
 FIELD_LEVEL_T = 20e-6
 FIELD_UP_T = -40e-6
-NEAR_M = 0.5
-"""A robot that stopped farther from the target's surface has not found it."""
+NEAR_M = (0.05, 0.5)
+"""A robot that stopped nearer or farther than this before the target has not found it."""
 
 
 class _Sampler(Protocol):
@@ -60,8 +64,9 @@ class DetectiveBench:
             head_drive=self._head_drive,
         )
         self.radar.before_change = self.motors.before_change = self._before_change
-        self._sonar(settings.radar_sonar, self.arena.radar_echoes)
-        self._sonar(settings.body_sonar, self.arena.body_echoes)
+        self.log = ArenaLog(self.arena)
+        self._sonar(settings.radar_sonar, self.log.radar_echoes)
+        self._sonar(settings.body_sonar, self.log.body_echoes)
         self._compass(settings.radar_compass, self.arena.radar_bearing_deg)
         self._compass(settings.body_compass, self.arena.body_bearing_deg)
         self.buses: Mapping[str, I2cBusDouble] = {
@@ -82,6 +87,8 @@ class DetectiveBench:
         self._robot = robot
         robot.add(self._probe)
         robot.couple(robot.body_compass.heading_out, self._probe.tick)
+        self._watch(robot.model.components["MovingSystem"], "movementController")
+        self._watch(robot.model.components["RadarSystem"], "radarController")
 
     def result(self, at: int) -> dict[str, object]:
         """How the mission ended: by the robot's word, and by the true state of the arena."""
@@ -89,7 +96,7 @@ class DetectiveBench:
         says_so = self._robot is not None and self._robot.has_found
         heading_deg = math.degrees(self.arena.pose(at).heading_rad)
         return {
-            "found": says_so and stopped_m <= NEAR_M,
+            "found": says_so and NEAR_M[0] < stopped_m < NEAR_M[1] and not self.arena.collided,
             "stopped_m": stopped_m,
             "turned_deg": heading_deg - (90.0 - self._settings.world.start_bearing_deg),
             "time_s": at / SECOND,
@@ -103,6 +110,16 @@ class DetectiveBench:
             "radar_motor": sum(duty > 0 for duty in self.radar.duties),
             "treads": sum(speed != 0 for speed in in_a_while),
         }
+
+    def draw(self, until: int) -> str:
+        """A picture of the run up to an instant, as SVG."""
+        return draw_run(self.log, until, "Detective robot in its arena")
+
+    def _watch(self, system: Component, name: str) -> None:
+        """Let a controller's states go into the log."""
+        controller = system.components[name] if isinstance(system, Coupled) else None
+        if isinstance(controller, StateDiagram):
+            controller.watch = lambda state: self.log.enter(self._now(), name, state)
 
     # The chips ----------------------------------------------------------------------------------
 
