@@ -21,7 +21,9 @@ class Robot:
     result: Callable[[], dict[str, object]]
     """How the run ended, by what the robot itself knows; None where it knows nothing."""
     ended: OutPort[Ending] | None
-    """Where the model says that the run is over, if it ever does."""
+    """Where the model says that its task is over, if it ever does."""
+    ends_on_failure: bool
+    """Whether a task that failed ends the run; otherwise it goes on with everything stopped."""
     warnings: Sequence[str]
     """What works less well than it should, found while the chips were brought up."""
 

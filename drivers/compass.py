@@ -62,7 +62,8 @@ class Compass(HardwareModel):
     A request stays until it is answered: one that comes while measuring is answered by that
     measurement, one that fails is tried again. `calibration` is sent when it changes, never by a
     chip that does not judge itself. A reading equal to the last bit to many before is sent all the
-    same, with a fault: a robot at rest may give it too, but real sensors are noisy.
+    same, with a fault: a robot at rest may give it too, but real sensors are noisy. The same again
+    counts as the next fault in a row.
     """
 
     def __init__(self, name: str, chip: BearingSensor, settings: CompassSettings) -> None:
@@ -170,6 +171,7 @@ class Compass(HardwareModel):
         self._repeats = self._repeats + 1 if raw == self._raw else 1
         self._raw = raw
         if self._repeats % self.settings.stuck_after == 0:
+            self.consecutive_faults = self._repeats // self.settings.stuck_after - 1
             self.note(
                 NotReady(
                     f"{self.chip.place}: {self._repeats} readings are equal to the last bit, "

@@ -80,6 +80,7 @@ def build(settings: DetectiveSettings, lines: Lines) -> Robot:
         stop=(model.treads.driver.stop, model.bridge_chip.stop_all),
         result=lambda: {"found": model.has_found},
         ended=model.mission.ended,
+        ends_on_failure=settings.mission.on_failure == "end",
         warnings=(),
     )
 

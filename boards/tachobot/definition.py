@@ -64,6 +64,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         stop=(model.thrust_chip.stop_all, model.esc_chip.stop_all),
         result=lambda: yaw_result(settings, model.controller.attitude.motion),
         ended=None,
+        ends_on_failure=True,
         warnings=model.imu_chip.warnings,
     )
 

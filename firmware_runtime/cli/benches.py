@@ -1,12 +1,16 @@
-"""Which bench stands for which board when a robot runs on doubles."""
+"""Which bench stands for which board when a robot runs on doubles, here or in another process."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from boards.registry import Board
+from firmware_runtime.errors import BoardError
 from sim_doubles.benches.bench import Bench
 from sim_doubles.benches.detective import DetectiveBench
 from sim_doubles.benches.tachobot import TachobotBench
 from sim_doubles.clock import Now
+from sim_doubles.served.client import ServedDoubles
+from sim_doubles.served.connection import Connection
 
 _BENCHES: dict[str, Callable[..., Bench]] = {
     "detective": DetectiveBench,
@@ -17,3 +21,15 @@ _BENCHES: dict[str, Callable[..., Bench]] = {
 def bench_for(board: Board, now: Now) -> Bench:
     """The board's doubles, on their buses and tied to their world, on this clock."""
     return _BENCHES[board.name](board.settings, now)
+
+
+def served_doubles(board: Board, path: Path) -> ServedDoubles:
+    """The board's doubles that are served at a path.
+
+    Raises BusAbsent if there are none, BoardError if they are another board's.
+    """
+    doubles = ServedDoubles(Connection(path).ask, board.settings.buses, board.ports)
+    served = doubles.standing.board
+    if served != board.name:
+        raise BoardError(board.name, [f"--doubles: {path} serves the doubles of {served}"])
+    return doubles

@@ -1,6 +1,7 @@
 """The clock that the command line asks for."""
 
 import argparse
+from pathlib import Path
 
 from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
@@ -18,6 +19,8 @@ def choose_clock(arguments: argparse.Namespace) -> None:
         faults.append("--speed N belongs to --clock scaled, and only to it")
     if arguments.clock != "monotonic" and not arguments.doubles and arguments.events is None:
         faults.append(f"--clock {arguments.clock} needs --doubles: chips live in real time")
+    if arguments.clock != "monotonic" and isinstance(arguments.doubles, Path):
+        faults.append(f"--clock {arguments.clock} and --doubles PATH: served doubles live in real time")
     if arguments.events is not None and arguments.doubles:
         faults.append("--events runs the model alone: leave --doubles out")
     if arguments.events is None and (arguments.outputs or arguments.model or arguments.until):

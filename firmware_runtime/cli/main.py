@@ -6,14 +6,15 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from firmware_runtime.cli import boards, check, diagram, run, stats, tree
+from firmware_runtime.cli import boards, check, diagram, doubles, run, stats, tree
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
+from sim_doubles.served.errors import ServingError
 
-_VERBS = (run, check, boards, tree, diagram, stats)
+_VERBS = (run, check, boards, tree, diagram, stats, doubles)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser().parse_args(arguments)
     try:
         status: int = parsed.execute(parsed)
-    except (BoardError, StatisticsFileError, TraceFileError) as error:
+    except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
     except HalError as error:
         return _refuse(error, Status.NO_DEVICE)

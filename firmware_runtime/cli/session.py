@@ -83,6 +83,8 @@ class Session:
         _close(self._lines)
 
     def _end(self, _at: int, ending: Ending) -> None:
+        if ending.failed and not self.robot.ends_on_failure:
+            return
         self.ending = ending
         self.executive.request_stop(ending.reason)
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 _WORST_SHOWN = 3
+_NOTHING_REFUSED = {"not asked for", "virtual time waits for nothing"}
 
 
 def statistics_text(statistics: Mapping[str, Any]) -> list[str]:
@@ -25,12 +26,19 @@ def summary(statistics: Mapping[str, Any]) -> str:
     run = statistics["conditions"]["run"]
     late = statistics["lateness_us"]
     return (
-        f"{run['state']} after {run['elapsed_s']:.2f} s: {statistics['run']} of "
+        f"{_ended(run)} after {run['elapsed_s']:.2f} s: {statistics['run']} of "
         f"{statistics['scheduled']} activations run, {statistics['skipped']} skipped, "
         f"{statistics['coalesced']} coalesced; {statistics['overruns']} overruns in "
         f"{statistics['episodes']} episodes; lateness p50 {_us(late['p50'])}, "
         f"p99 {_us(late['p99'])}, max {_us(late['max'])}"
     )
+
+
+def _ended(run: Mapping[str, Any]) -> str:
+    """How the run ended, with the reason unless that is only that its time was up."""
+    if run["reason"] is None or run["state"] == "ended":
+        return str(run["state"])
+    return f"{run['state']} ({run['reason']})"
 
 
 def _table(statistics: Mapping[str, Any]) -> list[str]:
@@ -91,7 +99,7 @@ def _conditions(conditions: Mapping[str, Any]) -> list[str]:
     lines += [
         f"  not granted: {name} = {request['asked']} ({request['reason']})"
         for name, request in conditions.get("settings", {}).items()
-        if not request["granted"] and request["reason"] != "not asked for"
+        if not request["granted"] and request["reason"] not in _NOTHING_REFUSED
     ]
     return lines
 

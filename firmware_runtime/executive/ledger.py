@@ -59,7 +59,7 @@ class Ledger:
         self.file.open_section()
         self.file.close_section(now)
 
-    def finish(self, state: RunState, now: int) -> None:
+    def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
         file.open_section()
@@ -68,6 +68,8 @@ class Ledger:
             watch.end()
         self._read_counters()
         file.cells[STATE] = state
+        text = file.cells[file.layout.reason].cast("B")
+        text[:] = reason.encode()[: len(text)].ljust(len(text), b"\0")
         file.close_section(now)
 
     def _read_counters(self) -> None:

@@ -172,7 +172,8 @@ class Executive:
         faults = self._safe_outputs()
         faults += [f"exit: {error}" for error in self.simulator.exit()]
         # virtual time that waits for nothing has reached never
-        self._ledger.finish(outcome.state, self.simulator.now if now == NEVER else now)
+        now = self.simulator.now if now == NEVER else now
+        self._ledger.finish(outcome.state, now, outcome.reason)
         return replace(outcome, faults=tuple(faults))
 
     def _safe_outputs(self) -> list[str]:

@@ -2,8 +2,9 @@
 
 In order: the run's own cells, the histogram of step times, one block for each periodic model (its
 counters, then its histograms of lateness and of step time), one block for each bus, one cell for
-each deadline, and one block for each place in the list of worst activations. Blocks of a kind have
-the same length; they stand in the order in which the header names models, buses and deadlines.
+each deadline, one block for each place in the list of worst activations, and the text that says how
+the run ended. Blocks of a kind have the same length; they stand in the order in which the header
+names models, buses and deadlines.
 
 The header of the file carries `describe()`, so a program that knows nothing of this module finds
 every number by name.
@@ -23,6 +24,8 @@ DEVICES = 8
 
 SEQUENCE, STATE, HEARTBEAT, ELAPSED, STEPS, INPUTS_DROPPED = range(len(RUN))
 STEP_TIMES = len(RUN)
+REASON = 32
+"""Cells of the text that says how the run ended: UTF-8, 8 bytes a cell, padded with zeros."""
 _MODELS = STEP_TIMES + CELLS
 _MODEL_CELLS = len(MODEL) + 2 * CELLS
 _DEVICE_CELLS = 2 * DEVICES
@@ -74,7 +77,13 @@ class Layout:
     @property
     def cells(self) -> int:
         """How many cells there are in all."""
-        return self.place(self.worst)
+        return self.place(self.worst) + REASON
+
+    @property
+    def reason(self) -> slice:
+        """The text that says how the run ended."""
+        first = self.place(self.worst)
+        return slice(first, first + REASON)
 
     def describe(self) -> dict[str, Any]:
         """The layout as the file's header carries it, with every offset and stride in cells."""
@@ -97,6 +106,7 @@ class Layout:
                 "fields": WORST,
                 "then": ["own time of each of `timed`", "for each bus 8 addresses, then 8 times"],
             },
+            "reason_block": {"at": self.reason.start, "cells": REASON, "text": "UTF-8"},
         }
 
     @classmethod

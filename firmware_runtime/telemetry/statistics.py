@@ -55,6 +55,12 @@ class Statistics:
         """How far the run has come, and how it ended."""
         return RunState(self.cells[STATE])
 
+    @property
+    def reason(self) -> str | None:
+        """How the run ended, in a sentence; None before that."""
+        text = bytes(self.cells[self.layout.reason]).rstrip(b"\0")
+        return text.decode("utf-8", errors="ignore") or None
+
     def as_json(self) -> dict[str, Any]:
         """Everything, in the spelling that other programs rely on; times in us where named so."""
         models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
@@ -142,6 +148,7 @@ class Statistics:
         died = state is RunState.RUNNING and not self.writer_alive
         return {
             "state": "died" if died else state.name.lower(),
+            "reason": self.reason,
             "complete": self.complete,
             "elapsed_s": self.cells[ELAPSED] / 1e9,
             "steps": self.cells[STEPS],

@@ -5,20 +5,39 @@ from typing import Protocol, runtime_checkable
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 from sim_doubles.i2c_bus import I2cBusDouble
 
 
-class Bench(Protocol):
-    """Doubles on buses, and the world behind them."""
+class Doubles(Protocol):
+    """Doubles on their lines, in this process or in another one."""
 
     @property
-    def buses(self) -> Mapping[str, I2cBusDouble]:
+    def buses(self) -> Mapping[str, I2cBus]:
         """The buses by their names in board.toml."""
 
     @property
     def ports(self) -> Mapping[str, SerialPort]:
         """The serial ports by their names in board.toml."""
+
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
+        """How a run of `elapsed` ns ended, by the true state of the world now.
+
+        `own` is what the robot itself knows about it.
+        """
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of each actuating chip are on."""
+
+
+class Bench(Doubles, Protocol):
+    """Doubles in this process, and the world behind them."""
+
+    @property
+    def buses(self) -> Mapping[str, I2cBusDouble]:
+        """The buses by their names in board.toml."""
 
     @property
     def shown(self) -> OutPort[float]:
@@ -27,12 +46,11 @@ class Bench(Protocol):
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe beside the robot's own models."""
 
-    def result(self, at: int) -> dict[str, object]:
-        """How the run ended at instant `at`, by the true state of the world."""
+    def levels(self, at: int) -> dict[str, float]:
+        """How each output stands at `at`, not in the past: a share of its time, or rad/s."""
 
-    @property
-    def outputs(self) -> dict[str, int]:
-        """How many outputs of each actuating chip are on."""
+    def next_change_at(self, at: int) -> int:
+        """The first instant after `at` at which an output changes if nobody speaks to its chip."""
 
 
 @runtime_checkable

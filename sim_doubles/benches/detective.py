@@ -74,7 +74,6 @@ class DetectiveBench:
             for name, targets in self._wired.items()
         }
         self._probe = ArenaProbe(self.arena, now)
-        self._robot: DetectiveRobot | None = None
 
     @property
     def shown(self) -> OutPort[float]:
@@ -84,22 +83,22 @@ class DetectiveBench:
     def attach(self, robot: Coupled) -> None:
         """Add the arena's probe; it looks whenever the body's compass is read."""
         assert isinstance(robot, DetectiveRobot)  # noqa: S101 -- a bench belongs to its board
-        self._robot = robot
         robot.add(self._probe)
         robot.couple(robot.body_compass.heading_out, self._probe.tick)
         self._watch(robot.model.components["MovingSystem"], "movementController")
         self._watch(robot.model.components["RadarSystem"], "radarController")
 
-    def result(self, at: int) -> dict[str, object]:
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
         """How the mission ended: by the robot's word, and by the true state of the arena."""
+        at = self._now()
         stopped_m = self.arena.distance_to_target(at)
-        says_so = self._robot is not None and self._robot.has_found
+        says_so = own.get("found") is True
         heading_deg = math.degrees(self.arena.pose(at).heading_rad)
         return {
             "found": says_so and NEAR_M[0] < stopped_m < NEAR_M[1] and not self.arena.collided,
             "stopped_m": stopped_m,
             "turned_deg": heading_deg - (90.0 - self._settings.world.start_bearing_deg),
-            "time_s": at / SECOND,
+            "time_s": elapsed / SECOND,
         }
 
     @property
@@ -110,6 +109,16 @@ class DetectiveBench:
             "radar_motor": sum(duty > 0 for duty in self.radar.duties),
             "treads": sum(speed != 0 for speed in in_a_while),
         }
+
+    def levels(self, at: int) -> dict[str, float]:
+        """The duty of each output of the radar's chip, and how fast the motors turn, in rad/s."""
+        left, right = self.motors.speeds_rad_s(at)
+        duties = {f"radar_motor.{n}": duty for n, duty in enumerate(self.radar.duties)}
+        return {**duties, "treads.left": left, "treads.right": right}
+
+    def next_change_at(self, at: int) -> int:
+        """The next step of a tread's ramp, or the instant at which silence stops the treads."""
+        return self.motors.next_change_at(at)
 
     def draw(self, until: int) -> str:
         """A picture of the run up to an instant, as SVG."""

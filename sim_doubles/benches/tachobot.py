@@ -9,6 +9,7 @@ from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
@@ -66,9 +67,9 @@ class TachobotBench:
             robot.couple(probe.x, robot.controller.x_position)
             robot.couple(probe.y, robot.controller.y_position)
 
-    def result(self, at: int) -> dict[str, object]:
-        """The true yaw at the end of the run."""
-        state = self.world.state(at)
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
+        """The true yaw now, however long the run took and whatever the robot takes it for."""
+        state = self.world.state(self._now())
         return yaw_result(self._settings, Motion(state.yaw_rad, state.yaw_rate_rad_s))
 
     @property
@@ -78,6 +79,19 @@ class TachobotBench:
             "thrust_pairs": sum(duty > 0 for duty in self.thrust.duties),
             "esc": sum(duty > 0 for duty in self.esc.duties),
         }
+
+    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
+        """The duty of each output of both PCA9685."""
+        chips = {"thrust_pairs": self.thrust, "esc": self.esc}
+        return {
+            f"{name}.{channel}": duty
+            for name, chip in chips.items()
+            for channel, duty in enumerate(chip.duties)
+        }
+
+    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
+        """Never: a PCA9685 keeps its duties until it is told otherwise."""
+        return NEVER
 
     def _propeller_duties(self) -> tuple[float, ...]:
         first = self._settings.thrust_pairs.first_channel

@@ -17,7 +17,7 @@ IMU, THRUST = 0x68, 0x40
 def test_it_turns_to_one_radian_and_rests_there() -> None:
     robot = virtual_tachobot()
     robot.run(10)
-    result = robot.bench.result(10 * SECOND)
+    result = robot.bench.result(10 * SECOND, {})
     assert result["settled"] is True
     assert result["yaw_rad"] == pytest.approx(1.0, abs=0.02)
     assert max(robot.values("world.yaw_rad")) < 1.15
@@ -115,7 +115,7 @@ def test_it_recovers_from_a_brown_out_of_the_imu() -> None:
     robot.run(8)
     assert robot.values("imu.fault") != []
     assert robot.heard["imu.sample"][-1][0] == 8 * SECOND
-    assert robot.bench.result(8 * SECOND)["yaw_rad"] == pytest.approx(1.0, abs=0.1)
+    assert robot.bench.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_a_stuck_bus_is_a_fault_and_stopping_goes_on_until_acknowledged() -> None:
@@ -137,7 +137,7 @@ def test_a_robot_without_magnetometer_says_so_and_flies_on_six_axes() -> None:
     (warning,) = robot.values("imu.fault")
     assert "six axes only" in warning.reason
     assert all(sample.field is None for sample in robot.values("imu.sample"))
-    assert robot.bench.result(6 * SECOND)["yaw_rad"] == pytest.approx(1.0, abs=0.03)
+    assert robot.bench.result(6 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_magnetometer_that_dies_in_flight_is_found_out_and_flown_without() -> None:
@@ -148,7 +148,7 @@ def test_a_magnetometer_that_dies_in_flight_is_found_out_and_flown_without() -> 
     (warning,) = robot.values("imu.fault")
     assert "six axes only" in warning.reason
     assert robot.values("imu.sample")[-1].field is None
-    assert robot.bench.result(6 * SECOND)["yaw_rad"] == pytest.approx(1.0, abs=0.03)
+    assert robot.bench.result(6 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_delay_in_the_yaw_loop_postpones_every_force() -> None:
@@ -171,7 +171,7 @@ def test_friction_holds_it_short_of_the_reference() -> None:
 def test_a_turned_imu_gives_the_same_flight(mounting: str) -> None:
     robot = virtual_tachobot(f"imu.mounting={mounting}")
     robot.run(5)
-    assert robot.bench.result(5 * SECOND)["yaw_rad"] == pytest.approx(1.0, abs=0.03)
+    assert robot.bench.result(5 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
 
 
 def test_free_mode_lifts_first_and_then_holds_x_y_and_yaw() -> None:

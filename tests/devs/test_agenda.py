@@ -14,6 +14,7 @@ class AgendaAgainstAPlainDictionary(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.agenda = Agenda(MODELS)
+        self.agenda._most_pairs = MODELS + 1  # so that stale pairs are dropped often
         self.due: dict[int, int] = {}
         self.now = 0
 

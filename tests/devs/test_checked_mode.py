@@ -161,6 +161,14 @@ def test_a_value_of_a_subclass_is_let_pass() -> None:
     assert model.calls == [("internal", 0)]
 
 
+def test_a_whole_number_is_let_pass_where_a_float_is_expected() -> None:
+    model = Scripted("model", sigma=5)
+    real = model.out_port("real", float)
+    model.on_output = lambda: real.send(1)
+    Simulator(model, checked=True).run(5)
+    assert model.calls == [("internal", 0)]
+
+
 def test_without_checked_mode_nothing_is_watched() -> None:
     model = Stateful()
     model.on_output = lambda: model.values.append(3)

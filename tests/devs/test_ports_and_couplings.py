@@ -156,6 +156,16 @@ def test_a_narrower_type_feeds_a_wider_one() -> None:
     assert list(pair.top.couplings) == [(pair.a.derived_out, pair.b.base_in)]
 
 
+def test_a_port_of_whole_numbers_feeds_one_of_float_but_not_the_other_way() -> None:
+    model = top(Atomic("source"), Atomic("end"))
+    source, end = model.components.values()
+    whole_out, float_out = source.out_port("whole", int), source.out_port("real", float)
+    whole_in, float_in = end.in_port("whole", int), end.in_port("real", float)
+    model.couple(whole_out, float_in)
+    with pytest.raises(CouplingError, match="a port of float cannot feed a port of int"):
+        model.couple(float_out, whole_in)  # type: ignore[misc]
+
+
 def test_couplings_keep_the_order_in_which_they_were_drawn() -> None:
     pair = Pair()
     pair.top.couple(pair.b.base_out, pair.outlet)

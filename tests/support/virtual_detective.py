@@ -44,7 +44,7 @@ class VirtualDetective:
             self.run(second)
             if self.endings:
                 break
-        return self.bench.result(self.simulator.now)
+        return self.bench.result(self.simulator.now, self.robot.result())
 
     def are_treads_still(self) -> bool:
         return not any(self.bench.motors.speeds_rad_s(self.simulator.now))

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.telemetry.histogram import CELLS
-from firmware_runtime.telemetry.layout import BUS, MODEL, RUN, Layout
+from firmware_runtime.telemetry.layout import BUS, MODEL, REASON, RUN, Layout
 
 NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
 LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20))
@@ -25,7 +25,8 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
         assert layout.deadline(index) == at
         at += 1
     assert layout.place(0) == at
-    assert layout.cells == at + layout.worst * layout.place_cells
+    assert layout.reason.start == at + layout.worst * layout.place_cells
+    assert layout.cells == layout.reason.stop == layout.reason.start + REASON
 
 
 @given(LAYOUTS)

@@ -1,0 +1,72 @@
+"""A client's connection to served doubles: questions out, answers in, every wait bounded."""
+
+import threading
+import weakref
+from pathlib import Path
+from socket import AF_UNIX, SOCK_SEQPACKET, socket
+from typing import Final
+
+from firmware_runtime.hal.errors import BusAbsent, BusTimeout
+from sim_doubles.served.packets import LONGEST, Answered, Asked, Question, encode, read_answer
+
+ANSWER_S: Final = 1.0
+"""How long an answer may take; doubles need less than a millisecond, a busy machine more."""
+
+
+class Connection:
+    """A connection to the server at a path, one question at a time, whichever thread asks.
+
+    A server that has gone has gone for good: nobody connects again, as it would find other chips.
+    Raises BusAbsent if nobody serves doubles there.
+    """
+
+    def __init__(self, path: Path, answer_s: float = ANSWER_S) -> None:
+        self._path = path
+        self._answer_s = answer_s
+        self._number = 0
+        self._packet = memoryview(bytearray(LONGEST))
+        self._lock = threading.Lock()
+        self._socket = socket(AF_UNIX, SOCK_SEQPACKET)
+        weakref.finalize(self, self._socket.close)
+        self._socket.settimeout(answer_s)
+        try:
+            self._socket.connect(str(path))
+        except OSError as error:
+            self._socket.close()
+            raise BusAbsent(
+                f"{path}: no doubles are served here ({error.strerror or error}); expected "
+                f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
+            ) from error
+
+    def ask(self, asked: Asked, where: str) -> Answered:
+        """Ask, and wait for the answer; `where` is what an error's sentence begins with.
+
+        Raises BusTimeout without an answer in time, then the server may still do what was asked;
+        BusAbsent when it has gone.
+        """
+        with self._lock:
+            self._number += 1
+            try:
+                self._socket.send(encode(Question(self._number, asked)))
+                return self._answer()
+            except TimeoutError as error:
+                raise BusTimeout(
+                    f"{where}: no answer from the doubles at {self._path}, expected one within "
+                    f"{self._answer_s:g} s"
+                ) from error
+            except OSError as error:
+                raise BusAbsent(
+                    f"{where}: the doubles at {self._path} have gone, expected them to be served"
+                ) from error
+
+    def close(self) -> None:
+        """Leave the server; it notices."""
+        self._socket.close()
+
+    def _answer(self) -> Answered:
+        """The answer to the last question; those that came too late are dropped."""
+        while length := self._socket.recv_into(self._packet):
+            answer = read_answer(self._packet[:length])
+            if answer.number in {0, self._number}:
+                return answer.answered
+        raise ConnectionResetError("end of the stream")

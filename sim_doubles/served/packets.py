@@ -1,0 +1,106 @@
+"""What goes over the socket between doubles that are served and those who use them.
+
+The socket is a Unix socket of packets (SOCK_SEQPACKET). A packet is one question or one answer; it
+arrives whole, in order, or not at all, so nothing has to be framed, and a client that is killed
+leaves no half of a transaction behind. Inside is msgpack: `[number, [kind, ...]]`. An answer bears
+the number of its question, so that one which comes too late is not taken for the next one's.
+"""
+
+from typing import Final, TypeAlias
+
+from msgspec import Struct
+from msgspec.msgpack import Decoder, Encoder
+
+LONGEST: Final = 1 << 18
+"""Bytes of the longest packet; Linux carries no longer ones unless it is told to."""
+
+
+class Transfer(Struct, tag="transfer", array_like=True, frozen=True):
+    """One I2C transaction on a bus: bytes to write, numbers of bytes to read."""
+
+    bus: str
+    address: int
+    messages: tuple[bytes | int, ...]
+
+
+class Write(Struct, tag="write", array_like=True, frozen=True):
+    """Bytes for a serial port."""
+
+    port: str
+    data: bytes
+
+
+class Read(Struct, tag="read", array_like=True, frozen=True):
+    """What has arrived at a serial port."""
+
+    port: str
+
+
+class Look(Struct, tag="look", array_like=True, frozen=True):
+    """How things stand."""
+
+
+class Conclude(Struct, tag="conclude", array_like=True, frozen=True):
+    """The result of a run of `elapsed` ns; `own` is what the robot itself knows about it."""
+
+    elapsed: int
+    own: dict[str, object]
+
+
+class Done(Struct, tag="done", array_like=True, frozen=True):
+    """A transaction happened; `data` is what was read."""
+
+    data: bytes
+
+
+class Failed(Struct, tag="failed", array_like=True, frozen=True):
+    """A transaction failed, with the errno that the adapter would report."""
+
+    errno: int
+
+
+class Refused(Struct, tag="refused", array_like=True, frozen=True):
+    """What arrived was no question, and why."""
+
+    reason: str
+
+
+class Standing(Struct, tag="standing", array_like=True, frozen=True):
+    """How things stand `at` ns after the server's start.
+
+    `outputs` counts what is on, chip by chip; `levels` has every output, as the log does.
+    """
+
+    board: str
+    at: int
+    outputs: dict[str, int]
+    levels: dict[str, float]
+
+
+class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
+    """How a run ended, by the true state of the world."""
+
+    result: dict[str, object]
+
+
+Asked: TypeAlias = Transfer | Write | Read | Look | Conclude
+Answered: TypeAlias = Done | Failed | Refused | Standing | Concluded
+
+
+class Question(Struct, array_like=True, frozen=True):
+    """A packet from a client."""
+
+    number: int
+    asked: Asked
+
+
+class Answer(Struct, array_like=True, frozen=True):
+    """A packet from the server; number 0 answers what could not be read."""
+
+    number: int
+    answered: Answered
+
+
+encode: Final = Encoder().encode
+read_question: Final = Decoder(Question).decode
+read_answer: Final = Decoder(Answer).decode

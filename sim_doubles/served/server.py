@@ -1,0 +1,152 @@
+"""Doubles on a Unix socket, in real time, for as many clients as come.
+
+One loop, no thread. It wakes when a packet arrives, and when an output changes by itself, so that
+the log has every change as it happens. Between two wakings the doubles' time stands still: what a
+packet asks for happens at one instant, as on a bus.
+
+A client that goes takes nothing with it; one that does not take its answers is sent away. A bug in
+a double ends the server with its traceback.
+"""
+
+import os
+import struct
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from selectors import EVENT_READ, DefaultSelector
+from socket import SO_PEERCRED, SOL_SOCKET, socket
+from time import monotonic_ns
+from types import TracebackType
+from typing import NamedTuple, Self
+
+from firmware_runtime.devs.time import NEVER, SECOND
+from sim_doubles.clock import ManualClock
+from sim_doubles.served.listening import listen, unlisten
+from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.packets import LONGEST
+from sim_doubles.served.service import DoublesService
+
+_CREDENTIALS = struct.Struct("3i")  # struct ucred: process, user, group
+
+
+class RealClock(ManualClock):
+    """CLOCK_MONOTONIC since construction, as it was when it was last looked at."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.started_at = monotonic_ns()
+
+    def look(self) -> int:
+        """Look at the clock; return the present instant."""
+        self.advance(monotonic_ns() - self.started_at - self())
+        return self()
+
+
+class _Client(NamedTuple):
+    number: int
+    connection: socket
+
+
+class DoublesServer:
+    """Listens at a path from construction on; a context manager that takes the path away again.
+
+    `service` and `log` live on `clock`. Raises ServingError if the path cannot be had.
+    """
+
+    def __init__(
+        self, path: Path, service: DoublesService, log: OutputLog, clock: RealClock
+    ) -> None:
+        self._service = service
+        self._log = log
+        self._clock = clock
+        self._accepted = 0
+        self._stopped = False
+        self._packet = memoryview(bytearray(LONGEST))
+        self._clients: set[_Client] = set()
+        self._listener = listen(path)
+        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._selector = DefaultSelector()
+        self._selector.register(self._listener, EVENT_READ, self._accept)
+        self._selector.register(self._wake_up, EVENT_READ, self._end)
+        self._resources = ExitStack()
+        self._resources.enter_context(self._selector)
+        self._resources.callback(os.close, self._wake_up)
+        self._resources.callback(unlisten, self._listener, path)
+
+    def serve(self) -> None:
+        """Serve until `stop`."""
+        while not self._stopped:
+            self.step()
+
+    def step(self, longest_s: float | None = None) -> None:
+        """Wait until something is to be done, or for so long at most; do it."""
+        now = self._clock.look()
+        change_at = self._log.catch_up(now)
+        waits = [] if longest_s is None else [longest_s]
+        if change_at != NEVER:
+            waits.append((change_at - now) / SECOND)
+        for key, _ in self._selector.select(min(waits, default=None)):
+            self._clock.look()
+            key.data()
+
+    def stop(self) -> None:
+        """End `serve`; safe in a signal handler."""
+        os.eventfd_write(self._wake_up, 1)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _traceback: TracebackType | None,
+    ) -> None:
+        for client in self._clients:
+            client.connection.close()
+        self._resources.close()
+
+    # What wakes it ------------------------------------------------------------------------------
+
+    def _end(self) -> None:
+        self._stopped = True
+
+    def _accept(self) -> None:
+        connection, _ = self._listener.accept()
+        connection.setblocking(False)
+        self._accepted += 1
+        client = _Client(self._accepted, connection)
+        self._clients.add(client)
+        self._selector.register(connection, EVENT_READ, partial(self._serve, client))
+        process, *_ = _CREDENTIALS.unpack(
+            connection.getsockopt(SOL_SOCKET, SO_PEERCRED, _CREDENTIALS.size)
+        )
+        self._log.event(self._clock(), "connected", client=client.number, pid=process)
+
+    def _serve(self, client: _Client) -> None:
+        """Answer one packet; a client that sent none has gone."""
+        packet = self._received(client)
+        if not packet or not _send(client, self._service.answer(packet)):
+            self._dismiss(client)
+
+    def _received(self, client: _Client) -> memoryview:
+        try:
+            length = client.connection.recv_into(self._packet)
+        except OSError:
+            length = 0
+        return self._packet[:length]
+
+    def _dismiss(self, client: _Client) -> None:
+        self._log.event(self._clock(), "gone", client=client.number)
+        self._clients.remove(client)
+        self._selector.unregister(client.connection)
+        client.connection.close()
+
+
+def _send(client: _Client, answer: bytes) -> bool:
+    """Tell whether the client takes the answer, now."""
+    try:
+        client.connection.send(answer)
+    except OSError:
+        return False
+    return True

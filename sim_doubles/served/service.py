@@ -1,0 +1,84 @@
+"""Questions about doubles and their answers, packet by packet, whatever carries the packets."""
+
+import errno
+import os
+from collections.abc import Mapping
+from typing import TypeVar
+
+from sim_doubles.benches.bench import Bench
+from sim_doubles.clock import Now
+from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.packets import (
+    Answer,
+    Answered,
+    Asked,
+    Conclude,
+    Concluded,
+    Done,
+    Failed,
+    Look,
+    Read,
+    Refused,
+    Standing,
+    Transfer,
+    Write,
+    encode,
+    read_question,
+)
+
+T = TypeVar("T")
+
+
+class DoublesService:
+    """One board's doubles. Their clock, `now`, stands still while a question is answered."""
+
+    def __init__(self, board: str, bench: Bench, now: Now, log: OutputLog) -> None:
+        self._board = board
+        self._bench = bench
+        self._now = now
+        self._log = log
+
+    def answer(self, packet: bytes | memoryview) -> bytes:
+        """Answer a packet; what is no question is refused and does nothing."""
+        self._log.catch_up(self._now())
+        try:
+            question = read_question(packet)
+        except (ValueError, RecursionError) as error:
+            return encode(Answer(0, Refused(f"no question: {error}")))
+        answer = Answer(question.number, self._answered(question.asked))
+        self._log.catch_up(self._now())
+        return encode(answer)
+
+    def _answered(self, asked: Asked) -> Answered:
+        match asked:
+            case Look():
+                return self._standing()
+            case Conclude(elapsed, own):
+                return Concluded(self._bench.result(elapsed, own))
+        try:
+            return Done(self._carried_out(asked))
+        except OSError as error:
+            # the errors of a double's serial line have no errno
+            return Failed(error.errno or errno.EIO)
+
+    def _standing(self) -> Standing:
+        at = self._now()
+        return Standing(self._board, at, self._bench.outputs, self._bench.levels(at))
+
+    def _carried_out(self, asked: Transfer | Write | Read) -> bytes:
+        """Carry out a transaction. Raises the OSError that an adapter reports."""
+        match asked:
+            case Transfer(bus, address, messages):
+                return _found(self._bench.buses, bus).transfer(address, messages)
+            case Write(port, data):
+                _found(self._bench.ports, port).write(data)
+                return b""
+            case Read(port):
+                return _found(self._bench.ports, port).read_available()
+
+
+def _found(lines: Mapping[str, T], name: str) -> T:
+    """The line of that name. Raises the OSError of a device node that stands for nothing."""
+    if name not in lines:
+        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+    return lines[name]

@@ -1,0 +1,110 @@
+"""The models have as many transitions as published; the command reports what engines answer."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import pytest
+
+from benchmarks import devstone as command
+from benchmarks.devstone_counts import transitions
+from benchmarks.devstone_models import SHAPES, devstone
+from benchmarks.side_by_side import PARTS, Sample
+from firmware_runtime.devs.simulator import Simulator
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("width", [1, 2, 3, 6])
+@pytest.mark.parametrize("depth", [1, 2, 4])
+def test_every_shape_has_the_published_number_of_transitions(
+    shape: str, width: int, depth: int
+) -> None:
+    simulator = Simulator(devstone(shape, width, depth))
+    simulator.run(0)
+    expected = transitions(shape, width, depth)
+    assert simulator.internal_transitions - 1 == expected
+    assert simulator.external_transitions == expected
+
+
+@pytest.mark.parametrize(
+    ("shape", "width", "both_kinds"),
+    [("LI", 200, 7_564), ("HI", 200, 756_202), ("HO", 200, 756_202), ("HOmod", 20, 1_379_744)],
+)
+def test_the_formulas_give_the_known_numbers(shape: str, width: int, both_kinds: int) -> None:
+    assert 2 * transitions(shape, width, 20) == both_kinds
+
+
+@pytest.mark.parametrize(
+    ("shape", "atomics"), [("LI", 16), ("HI", 16), ("HO", 16), ("HOmod", 3 * (5 + 15) + 1)]
+)
+def test_every_shape_has_the_published_number_of_atomics(shape: str, atomics: int) -> None:
+    assert len(Simulator(devstone(shape, 6, 4)).atomics) - 1 == atomics
+
+
+class Engines:
+    """Stands for both engines: ours takes 1 s a part, the peer 3 s."""
+
+    def __init__(self, counts: Mapping[str, int]) -> None:
+        self.counts = counts
+
+    def run_once(self, _module: str, *_arguments: object) -> Sample:
+        return Sample(dict.fromkeys(PARTS, 3.0), self.counts)
+
+    def in_turns(
+        self, _modules: Sequence[str], repetitions: int, *_arguments: object
+    ) -> list[list[Sample]]:
+        ours, peers = Sample(dict.fromkeys(PARTS, 1.0), self.counts), self.run_once("")
+        return [[ours] * repetitions, [peers] * repetitions]
+
+
+def run(
+    monkeypatch: pytest.MonkeyPatch, arguments: Sequence[str], counts: Mapping[str, int]
+) -> int:
+    engines = Engines(counts)
+    monkeypatch.setattr(command, "run_once", engines.run_once)
+    monkeypatch.setattr(command, "in_turns", engines.in_turns)
+    monkeypatch.setattr(command, "peer_version", lambda: "3.0.0")
+    monkeypatch.setattr("sys.argv", ["devstone", *arguments])
+    return command.main()
+
+
+HI_3X2 = ("--models", "HI", "--width", "3", "--depth", "2")
+RIGHT = {"internal": 4, "external": 4}
+
+
+def test_the_ratio_comes_last(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, HI_3X2, RIGHT) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "transitions 8, as published, by both" in lines
+    assert lines[-2:] == ["ratio HI 3.0", "ratio 3.0 (the least of HI)"]
+
+
+def test_json_has_conditions_seconds_transitions_and_the_ratio_last(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, ["--json", *HI_3X2], RIGHT) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert list(report) == ["conditions", "models", "ratio"]
+    assert report["conditions"]["cpus"] >= 1
+    (model,) = report["models"]
+    assert model["seconds"]["xdevs.py"]["total"] == 9.0
+    assert (model["transitions"], list(model)[-1], model["ratio"]) == (8, "ratio", 3.0)
+
+
+def test_an_engine_that_did_other_work_is_told_and_fails_the_run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, HI_3X2, {"internal": 4, "external": 5}) == 1
+    assert "HI 3x2: xdevs.py counted" in capsys.readouterr().err
+
+
+def test_without_the_peer_one_sentence_names_the_extra(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(command, "peer_version", lambda: None)
+    monkeypatch.setattr("sys.argv", ["devstone"])
+    assert command.main() == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "xdevs.py is not installed" in line
+    assert "bench" in line

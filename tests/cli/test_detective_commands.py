@@ -1,0 +1,178 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boards.detective.detective import MODEL_FILE
+
+VIRTUAL = ("run", "detective", "--doubles", "--clock", "virtual")
+FIGURE_6_EVENTS = """\
+00:00:02:00 In1 1
+00:00:05:00 In2 1
+00:00:06:00 In3 200
+00:00:09:00 In4 50
+00:00:09:50 In4 90
+00:00:10:00 In4 150
+00:00:10:50 In4 180
+00:00:11:00 In4 190
+00:00:11:50 In4 200
+00:00:15:00 In5 2
+"""
+FIGURE_6_OUTPUTS = """\
+00:00:02:020 out2 1
+00:00:02:020 out3 1
+00:00:02:030 out1 1
+00:00:05:030 out1 0
+00:00:05:040 out2 0
+00:00:05:040 out3 0
+00:00:09:030 out2 1
+00:00:09:030 out3 2
+00:00:11:080 out3 1
+00:00:15:030 out2 0
+00:00:15:030 out3 0
+"""
+
+
+@pytest.fixture
+def events(tmp_path: Path) -> Path:
+    path = tmp_path / "figure6.ev"
+    path.write_text(FIGURE_6_EVENTS)
+    return path
+
+
+@pytest.mark.parametrize("clock", [(), ("--clock", "scaled", "--speed", "40")])
+@pytest.mark.parametrize("model", ["own", "file"])
+def test_figure_6_comes_out_line_by_line(
+    command: Callable[..., Any], events: Path, tmp_path: Path, clock: tuple[str, ...], model: str
+) -> None:
+    outputs = tmp_path / "figure6.out"
+    arguments = ["run", "detective", "--events", events, "--outputs", outputs, *clock]
+    if model == "file":
+        arguments += ["--model", MODEL_FILE]
+    ended = command(*arguments)
+    assert (ended.status, ended.error) == (0, "")
+    assert outputs.read_text() == FIGURE_6_OUTPUTS
+
+
+def test_without_outputs_the_lines_go_to_the_screen(
+    command: Callable[..., Any], events: Path
+) -> None:
+    assert command("run", "detective", "--events", events).out == FIGURE_6_OUTPUTS
+
+
+def test_until_ends_the_run_early(command: Callable[..., Any], events: Path) -> None:
+    ended = command("run", "detective", "--events", events, "--until", "00:00:05:030")
+    assert ended.out == "".join(FIGURE_6_OUTPUTS.splitlines(keepends=True)[:4])
+
+
+def test_a_bad_event_file_is_refused_with_file_and_line(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "bad.ev"
+    path.write_text("00:00:02:00 In1 1\n00:00:01:00 In9 x\n")
+    ended = command("run", "detective", "--events", path)
+    assert ended.status == 2
+    assert str(path) in ended.error
+    assert "line 2" in ended.error
+    assert ended.out == ""
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("run", "tachobot", "--events", "FILE"),
+        ("run", "detective", "--events", "FILE", "--doubles"),
+        ("run", "detective", "--events", "FILE", "--until", "soon"),
+        ("run", "detective", "--events", "/nowhere/file.ev"),
+        ("run", "detective", "--events", "FILE", "--outputs", "/nowhere/file.out"),
+        ("run", "detective", "--events", "FILE", "--model", "/nowhere/file.ma"),
+        ("run", "detective", "--doubles", "--outputs", "FILE"),
+    ],
+)
+def test_event_options_that_make_no_sense_are_refused(
+    command: Callable[..., Any], events: Path, options: tuple[str, ...]
+) -> None:
+    ended = command(*(events if each == "FILE" else each for each in options))
+    assert ended.status == 2
+    assert ended.error != ""
+
+
+def test_it_drives_to_the_target_and_says_where_it_stopped(command: Callable[..., Any]) -> None:
+    ended = command(*VIRTUAL, "--set", "world.target=[2.0, 1.0]", "--json")
+    document = json.loads(ended.out)
+    assert (ended.status, ended.error) == (0, "")
+    assert set(document["result"]) == {"found", "stopped_m", "turned_deg", "time_s"}
+    assert document["result"]["found"] is True
+    assert 0.05 < document["result"]["stopped_m"] < 0.5
+    assert document["ended"] == {"state": "stopped", "reason": "the target was reached"}
+    assert document["outputs_on"] == {"radar_motor": 0, "treads": 0}
+
+
+def test_a_failure_is_told_on_the_exit_line_and_in_the_statistics(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    stuck = ("--set", "world.body_compass_stuck_s=5")
+    path = tmp_path / "kept.stats"
+    ended = command(*VIRTUAL, *stuck, "--json", "--statistics", path)
+    assert ended.status == 1
+    assert "equal to the last bit" in ended.error
+    assert json.loads(ended.out)["result"]["found"] is False
+    kept = json.loads(command("stats", "--statistics", path, "--json").out)
+    assert "equal to the last bit" in kept["conditions"]["run"]["reason"]
+
+
+def test_a_failure_may_leave_the_run_going_with_its_motors_stopped(
+    command: Callable[..., Any],
+) -> None:
+    stuck = ("--set", "world.body_compass_stuck_s=5")
+    ended = command(*VIRTUAL, *stuck, "--set", "mission.on_failure=wait", "--for", 20, "--json")
+    document = json.loads(ended.out)
+    assert ended.status == 0
+    assert document["ended"]["state"] == "ended"
+    assert document["result"]["found"] is False
+    assert document["result"]["time_s"] == 20.0
+
+
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_a_run_can_be_drawn(command: Callable[..., Any], tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"run.{ending}"
+    assert command(*VIRTUAL, "--plot", path).status == 0
+    assert path.read_bytes().startswith(b"<svg" if ending == "svg" else b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("detective", "-o", "FILE.svg"), "movementController"),
+        (("detective", "-o", "FILE.mmd"), "movementController"),
+        (("detective", "--state", "radar_controller", "-o", "FILE.svg"), "Ask motor1 to"),
+        (("detective", "--whole", "-o", "FILE.svg"), "radar_motor"),
+        (("tachobot", "-o", "FILE.svg"), "thrust_pairs"),
+    ],
+)
+def test_diagrams_are_drawn_from_the_model(
+    command: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...], part: str
+) -> None:
+    paths = [each.replace("FILE", str(tmp_path / "picture")) for each in arguments]
+    ended = command("diagram", *paths)
+    assert ended.status == 0
+    assert part in Path(paths[-1]).read_text()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("detective", "-o", "picture.gif"),
+        ("detective", "-o", "/nowhere/picture.svg"),
+        ("detective", "--state", "nobody", "-o", "picture.svg"),
+        ("submarine", "-o", "picture.svg"),
+    ],
+)
+def test_a_diagram_that_cannot_be_drawn_is_refused(
+    command: Callable[..., Any], arguments: tuple[str, ...]
+) -> None:
+    ended = command("diagram", *arguments)
+    assert ended.status == 2
+    assert ended.error != ""

@@ -1,0 +1,94 @@
+"""The time advance, computed or set, and how things stand before a run."""
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import NEVER
+from tests.support.devs_models import Clock, Echo, Log, top, traced
+
+
+class Table(Atomic):
+    """Computes its time advance from its state: 3, 1, 4, 1, 5 ns, then never."""
+
+    TIMES = (3, 1, 4, 1, 5, NEVER)
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.step = 0
+        self.inlet = self.in_port("in", int)
+        self.outlet = self.out_port("out", int)
+
+    def time_advance(self) -> int:
+        return self.TIMES[self.step]
+
+    def output(self) -> None:
+        self.outlet.send(self.step)
+
+    def internal(self) -> None:
+        self.step += 1
+
+    def external(self, elapsed: int) -> None:
+        self.step = elapsed
+
+
+def test_a_model_may_compute_its_time_advance() -> None:
+    messages = traced(Simulator(Table("table")), 100)
+    assert [(at, value) for at, _, value in messages] == [(3, 0), (4, 1), (8, 2), (9, 3), (14, 4)]
+
+
+def test_a_computed_time_advance_is_asked_for_after_every_kind_of_transition() -> None:
+    table = Table("table")
+    simulator = Simulator(table)
+    simulator.inject(table.inlet, 0)
+    simulator.advance(2)
+    assert (table.step, simulator.next_at) == (2, 6)
+    simulator.inject(table.inlet, 0)
+    simulator.advance(6)
+    assert (table.step, simulator.next_at) == (0, 9)
+
+
+class TableWithConfluent(Table):
+    """Starts again where two events meet."""
+
+    def confluent(self) -> None:
+        self.step = 4
+
+
+def test_a_computed_time_advance_is_asked_for_after_an_own_confluent_function() -> None:
+    table = TableWithConfluent("table")
+    simulator = Simulator(table)
+    simulator.inject(table.inlet, 0)
+    simulator.advance(3)
+    assert (table.step, simulator.next_at) == (4, 8)
+
+
+def test_initial_conditions_hold_before_anything_runs() -> None:
+    clock, idle = Clock("clock", 5, offset=0), Log("idle")
+    simulator = Simulator(top(clock, idle))
+    assert (simulator.now, simulator.next_at) == (0, 0)
+    assert (simulator.due_at(clock), simulator.due_at(idle)) == (0, NEVER)
+    assert (clock.phase, idle.phase) == ("ticking", "passive")
+    assert (simulator.internal_transitions, simulator.external_transitions) == (0, 0)
+
+
+def test_a_run_that_starts_at_zero_does_not_lose_its_first_instant() -> None:
+    assert traced(Simulator(top(Clock("clock", 5, offset=0))), 5) == [
+        (0, "clock.ticks", 0),
+        (5, "clock.ticks", 1),
+    ]
+
+
+def test_a_model_of_passive_models_ends_at_once() -> None:
+    simulator = Simulator(top(Log("log")))
+    simulator.run(NEVER)
+    assert (simulator.now, simulator.next_at) == (0, NEVER)
+
+
+def test_an_atomic_model_alone_is_state_in_and_state_out() -> None:
+    echo = Echo("echo", delay=5)
+    echo.inlet.extend([1, 2])
+    echo.external(0)
+    assert (echo.held, echo.phase, echo.sigma) == ([1, 2], "holding", 5)
+    echo.external(3)
+    assert (echo.phase, echo.sigma) == ("holding", 2)
+    echo.internal()
+    assert (echo.held, echo.phase, echo.sigma) == ([], "passive", NEVER)
