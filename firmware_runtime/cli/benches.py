@@ -9,7 +9,7 @@ from sim_doubles.benches.bench import Bench
 from sim_doubles.benches.detective import DetectiveBench
 from sim_doubles.benches.tachobot import TachobotBench
 from sim_doubles.clock import Now
-from sim_doubles.served.client import ServedDoubles
+from sim_doubles.served.client import ServedDoubles, look
 from sim_doubles.served.connection import Connection
 
 _BENCHES: dict[str, Callable[..., Bench]] = {
@@ -28,8 +28,9 @@ def served_doubles(board: Board, path: Path) -> ServedDoubles:
 
     Raises BusAbsent if there are none, BoardError if they are another board's.
     """
-    doubles = ServedDoubles(Connection(path).ask, board.settings.buses, board.ports)
-    served = doubles.standing.board
+    connection = Connection(path)
+    served = look(connection.ask).board
     if served != board.name:
+        connection.close()
         raise BoardError(board.name, [f"--doubles: {path} serves the doubles of {served}"])
-    return doubles
+    return ServedDoubles(connection.ask, board.settings.buses, board.ports)

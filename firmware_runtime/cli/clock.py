@@ -20,7 +20,7 @@ def choose_clock(arguments: argparse.Namespace) -> None:
     if arguments.clock != "monotonic" and not arguments.doubles and arguments.events is None:
         faults.append(f"--clock {arguments.clock} needs --doubles: chips live in real time")
     if arguments.clock != "monotonic" and isinstance(arguments.doubles, Path):
-        faults.append(f"--clock {arguments.clock} and --doubles PATH: served doubles live in real time")
+        faults.append(f"--clock {arguments.clock}: doubles that are served live in real time")
     if arguments.events is not None and arguments.doubles:
         faults.append("--events runs the model alone: leave --doubles out")
     if arguments.events is None and (arguments.outputs or arguments.model or arguments.until):

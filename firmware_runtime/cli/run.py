@@ -27,7 +27,14 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "run", "Run a robot until its time is up or a signal stops it.", execute)
     add_board(verb)
     verb.add_argument(
-        "--doubles", action="store_true", help="run against register-level doubles of its chips"
+        "--doubles",
+        type=Path,
+        nargs="?",
+        const=True,
+        default=False,
+        metavar="PATH",
+        help="run against register-level doubles of its chips: made for this run, or those that "
+        "`doubles serve` keeps at PATH, with their own --set and no world.* in a trace",
     )
     verb.add_argument(
         "--clock",

@@ -21,6 +21,9 @@ class Report:
         self._session = session
         self._clock = arguments.clock
         self._json = arguments.json
+        self._chips = {False: "its chips", True: "doubles"}.get(
+            arguments.doubles, f"the doubles at {arguments.doubles}"
+        )
         duration_s = arguments.duration_s
         if duration_s is None and arguments.doubles:
             duration_s = session.board.doubles_run_s
@@ -34,9 +37,12 @@ class Report:
         """Say what runs, for how long, and on what."""
         if self._json:
             return
-        board, chips = self._session.board, "doubles" if self._session.bench else "its chips"
+        board = self._session.board
         span = "until stopped" if self.until == NEVER else f"for {self.until / 1e9:g} s"
-        print(f"{board.name} on {chips}, {self._clock} time, {span}; Ctrl-C stops it", flush=True)
+        print(
+            f"{board.name} on {self._chips}, {self._clock} time, {span}; Ctrl-C stops it",
+            flush=True,
+        )
         for warning in board.warnings:
             print(f"warning: {warning}", flush=True)
 
@@ -55,13 +61,13 @@ class Report:
 
     def _as_json(self, outcome: Outcome) -> dict[str, Any]:
         session = self._session
-        outputs = {} if session.bench is None else {"outputs_on": session.bench.outputs}
+        outputs_on = session.outputs()
         return {
             "board": session.board.name,
             "clock": self._clock,
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
             "result": session.result(),
-            **outputs,
+            **({} if outputs_on is None else {"outputs_on": outputs_on}),
             "statistics": session.executive.statistics.as_json(),
         }
 
@@ -74,8 +80,9 @@ class Report:
         yield ""
         for name, value in session.result().items():
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
-        if session.bench is not None:
-            on = ", ".join(f"{name} {count}" for name, count in session.bench.outputs.items())
+        outputs_on = session.outputs()
+        if outputs_on is not None:
+            on = ", ".join(f"{name} {count}" for name, count in outputs_on.items())
             yield f"outputs still on: {on}"
         yield ""
         yield from statistics_text(session.executive.statistics.as_json())

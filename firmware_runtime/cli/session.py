@@ -1,5 +1,6 @@
 """One robot put together for one run: board, buses or bench, model, executive."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,7 @@ from boards.ending import Ending
 from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
-from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.benches import bench_for, served_doubles
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -21,28 +22,33 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
-from sim_doubles.benches.bench import Bench
+from sim_doubles.benches.bench import Bench, Doubles
 
 
 class Session:
     """A robot whose chips have answered, ready to run.
 
-    `bench` is None on the real robot. Raises BoardError for settings that do not fit the model, and
+    `doubles` are made for the run (True), served at a path, or None on the real robot; `bench` is
+    there only if they were made. Raises BoardError for settings that do not fit the model, and
     HalError when a bus or chip is missing; nothing was actuated then.
     """
 
     def __init__(
-        self, board: Board, clock: Clock, *, doubles: bool, statistics_path: Path | None
+        self, board: Board, clock: Clock, *, doubles: bool | Path, statistics_path: Path | None
     ) -> None:
         self.board = board
         self._executive: Executive | None = None
-        self.bench: Bench | None = bench_for(board, self.world_now) if doubles else None
-        self._lines = _lines_of(board, self.bench)
+        self.bench: Bench | None = bench_for(board, self.world_now) if doubles is True else None
+        self.doubles: Doubles | None = self.bench
+        if isinstance(doubles, Path):
+            self.doubles = served_doubles(board, doubles)
+        self._lines = _lines_of(board, self.doubles)
         self.robot: Robot = board.build(self._lines)
         if self.bench is not None:
             self.bench.attach(self.robot.model)
@@ -74,9 +80,18 @@ class Session:
 
     def result(self) -> dict[str, object]:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
-        if self.bench is not None:
-            return self.bench.result(self.world_now())
-        return self.robot.result()
+        own = self.robot.result()
+        if self.doubles is not None:
+            with suppress(HalError):  # whoever served them has gone
+                return self.doubles.result(self.world_now(), own)
+        return own
+
+    def outputs(self) -> dict[str, int] | None:
+        """How many outputs of each chip are on; None where nobody can tell."""
+        if self.doubles is not None:
+            with suppress(HalError):  # whoever served them has gone
+                return self.doubles.outputs
+        return None
 
     def close(self) -> None:
         """Release the buses."""
@@ -119,16 +134,18 @@ def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
     return None if component is None else component.out_ports.get(name)
 
 
-def _lines_of(board: Board, bench: Bench | None) -> Lines:
-    """The bench's lines or the real ones, buses with their retries and counters."""
+def _lines_of(board: Board, doubles: Doubles | None) -> Lines:
+    """The doubles' lines or the real ones, buses with their retries and counters."""
     buses: dict[str, I2cBus] = {}
     ports: dict[str, SerialPort] = {}
     try:
         for name, bus in board.settings.buses.items():
-            inner = bench.buses[name] if bench else open_i2c(name, bus.device)
+            inner = doubles.buses[name] if doubles else open_i2c(name, bus.device)
             buses[name] = AccountedBus(inner, round(bus.speed_hz), RetryPolicy(bus.attempts))
         for name, port in board.ports.items():
-            ports[name] = bench.ports[name] if bench else open_serial(name, port.device, port.baud)
+            ports[name] = (
+                doubles.ports[name] if doubles else open_serial(name, port.device, port.baud)
+            )
     except BaseException:
         _close(Lines(buses, ports))
         raise

@@ -10,7 +10,8 @@ class Atomic(Component):
     `output` (lambda) is called first and only sends; then exactly one of `internal` (the time
     advance ran out), `external` (input arrived `elapsed` ns after the last transition) or
     `confluent` (both at once) changes the state. The state includes `phase`, a word for people,
-    and `sigma`, the time advance in ns; set them with `hold_in`, `passivate`, `activate`.
+    and `sigma`, the time advance in ns; set them with `hold_in`, `passivate`, `activate`, or
+    assign `sigma` alone.
 
     A model whose activations recur with a fixed period states it in `period` (ns): the executive
     then accounts for its activations one by one and may skip whole periods when the loop is late.

@@ -46,6 +46,9 @@ class Bench(Doubles, Protocol):
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe beside the robot's own models."""
 
+    def catch_up(self) -> None:
+        """Let sensors that sample by themselves take what they have to, and the world go on."""
+
     def levels(self, at: int) -> dict[str, float]:
         """How each output stands at `at`, not in the past: a share of its time, or rad/s."""
 

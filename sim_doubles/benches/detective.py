@@ -63,7 +63,7 @@ class DetectiveBench:
             wheels_change_at=self.motors.next_change_at,
             head_drive=self._head_drive,
         )
-        self.radar.before_change = self.motors.before_change = self._before_change
+        self.radar.before_change = self.motors.before_change = self.catch_up
         self.log = ArenaLog(self.arena)
         self._sonar(settings.radar_sonar, self.log.radar_echoes)
         self._sonar(settings.body_sonar, self.log.body_echoes)
@@ -176,7 +176,7 @@ class DetectiveBench:
         table, duty = self._settings.radar_motor, self.radar.duty
         return bridge_drive(duty(table.pwm_channel), duty(table.in1), duty(table.in2))
 
-    def _before_change(self) -> None:
+    def catch_up(self) -> None:
         """Let the sensors take what they still have to take, then the arena go on, up to now."""
         for sampler in self._samplers:
             sampler.catch_up()

@@ -35,7 +35,7 @@ class TachobotBench:
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
         self.esc = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
-        self.thrust.before_change = self._before_change
+        self.thrust.before_change = self.catch_up
         self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
         self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
         self._probe = TachobotProbe(self.world, now)
@@ -69,6 +69,7 @@ class TachobotBench:
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
         """The true yaw now, however long the run took and whatever the robot takes it for."""
+        self.catch_up()
         state = self.world.state(self._now())
         return yaw_result(self._settings, Motion(state.yaw_rad, state.yaw_rate_rad_s))
 
@@ -97,7 +98,7 @@ class TachobotBench:
         first = self._settings.thrust_pairs.first_channel
         return self.thrust.duties[first : first + 8]
 
-    def _before_change(self) -> None:
+    def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the plant go on, up to now."""
         self.imu.catch_up()
         self.world.advance(self._now())

@@ -85,17 +85,9 @@ class ServedDoubles:
         self.ports: Mapping[str, SerialPort] = {name: ServedPort(name, ask) for name in ports}
 
     @property
-    def standing(self) -> Standing:
-        """How things stand now. Raises BusTimeout, BusAbsent."""
-        answered = self._ask(Look(), "doubles")
-        if isinstance(answered, Standing):
-            return answered
-        raise _unexpected(answered, "doubles")
-
-    @property
     def outputs(self) -> dict[str, int]:
         """How many outputs of each actuating chip are on. Raises BusTimeout, BusAbsent."""
-        return self.standing.outputs
+        return look(self._ask).outputs
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
         """How a run of `elapsed` ns ended. Raises BusTimeout, BusAbsent."""
@@ -103,6 +95,14 @@ class ServedDoubles:
         if isinstance(answered, Concluded):
             return answered.result
         raise _unexpected(answered, "doubles")
+
+
+def look(ask: Ask) -> Standing:
+    """How things stand now with the doubles served. Raises BusTimeout, BusAbsent."""
+    answered = ask(Look(), "doubles")
+    if isinstance(answered, Standing):
+        return answered
+    raise _unexpected(answered, "doubles")
 
 
 def _data(answered: Answered, where: str) -> bytes:

@@ -1,8 +1,9 @@
 """Doubles on a Unix socket, in real time, for as many clients as come.
 
 One loop, no thread. It wakes when a packet arrives, and when an output changes by itself, so that
-the log has every change as it happens. Between two wakings the doubles' time stands still: what a
-packet asks for happens at one instant, as on a bus.
+the log has every change as it happens; and every few milliseconds, so that no question has to wait
+for the samples that a sensor took in a long silence. Between two wakings the doubles' time stands
+still: what a packet asks for happens at one instant, as on a bus.
 
 A client that goes takes nothing with it; one that does not take its answers is sent away. A bug in
 a double ends the server with its traceback.
@@ -19,13 +20,14 @@ from time import monotonic_ns
 from types import TracebackType
 from typing import NamedTuple, Self
 
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.clock import ManualClock
 from sim_doubles.served.listening import listen, unlisten
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.packets import LONGEST
 from sim_doubles.served.service import DoublesService
 
+LONGEST_WAIT = 10 * MILLISECOND
 _CREDENTIALS = struct.Struct("3i")  # struct ucred: process, user, group
 
 
@@ -78,14 +80,11 @@ class DoublesServer:
         while not self._stopped:
             self.step()
 
-    def step(self, longest_s: float | None = None) -> None:
-        """Wait until something is to be done, or for so long at most; do it."""
+    def step(self) -> None:
+        """Wait until there is something to do, a little while at most; do it."""
         now = self._clock.look()
-        change_at = self._log.catch_up(now)
-        waits = [] if longest_s is None else [longest_s]
-        if change_at != NEVER:
-            waits.append((change_at - now) / SECOND)
-        for key, _ in self._selector.select(min(waits, default=None)):
+        wait = min(self._service.catch_up() - now, LONGEST_WAIT)
+        for key, _ in self._selector.select(wait / SECOND):
             self._clock.look()
             key.data()
 

@@ -38,6 +38,11 @@ class DoublesService:
         self._now = now
         self._log = log
 
+    def catch_up(self) -> int:
+        """Bring world and log up to now; return when the next output changes by itself."""
+        self._bench.catch_up()
+        return self._log.catch_up(self._now())
+
     def answer(self, packet: bytes | memoryview) -> bytes:
         """Answer a packet; what is no question is refused and does nothing."""
         self._log.catch_up(self._now())

@@ -25,7 +25,7 @@ VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
         ("thrust_pairs.timeout_s=0.01", "thrust_pairs.timeout_s", "two control periods"),
         ("esc.high_pulse_us=900", "esc.high_pulse_us", "more than low_pulse_us"),
         ("world.coulomb_friction_nm=1", "world.static_friction_nm", "expected at least"),
-        ("board=submarine", "board", "expected one of tachobot"),
+        ("board=submarine", "board", "expected one of detective, tachobot"),
         ("=1", "--set", "expected KEY=VALUE"),
     ],
 )
@@ -69,7 +69,7 @@ def test_an_unknown_board_is_refused_with_those_there_are(
     ended = command(verb, "submarine")
     assert ended.status == 2
     assert "submarine: 1 fault" in ended.error
-    assert "expected one of tachobot" in ended.error
+    assert "expected one of detective, tachobot" in ended.error
 
 
 def test_malformed_toml_is_refused_with_its_line(

@@ -20,6 +20,7 @@ class Relay(Atomic):
         if factor == 0:
             raise ValueError("factor 0, expected another number")
         self.entrance = self.in_port("In", float)
+        self.count = self.in_port("count", int)
         self.result = self.out_port("Out", float)
         self.whole = self.out_port("whole", int)
         self.hold, self.factor = hold, factor
@@ -167,8 +168,8 @@ def test_a_file_is_read_and_named_in_its_faults(tmp_path: Path) -> None:
             "line 4: Link: 'c' is not an output of top; expected one of b",
         ),
         (
-            "[top]\ncomponents : a@Relay b@Relay\nLink : whole@a in@b",
-            "line 3: Link: top.a.whole -> top.b.In: a port of int cannot feed a port of float",
+            "[top]\ncomponents : a@Relay b@Relay\nLink : out@a count@b",
+            "line 3: Link: top.a.Out -> top.b.count: a port of float cannot feed a port of int",
         ),
         (
             "[top]\ncomponents : a@Relay\nin : b\nLink : b in@a\nLink : b in@a",

@@ -1,0 +1,166 @@
+"""Lines of served doubles: the same bytes and the same errors as on a bench in this process."""
+
+import errno
+from collections.abc import Callable, Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import boards.registry
+from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.errors import BusAbsent, BusFault, HalError, PortClosed
+from firmware_runtime.hal.i2c import Message
+from sim_doubles.benches.bench import Bench
+from sim_doubles.clock import ManualClock
+from sim_doubles.faults import AdapterError, FaultScript
+from sim_doubles.serial_line import SerialLineDouble
+from sim_doubles.served.client import ServedBus, ServedDoubles, ServedPort, look
+from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS, ServedRig, served_rig
+
+ADDRESSES = {
+    "tachobot": (0x40, 0x41, 0x68, 0x0C, 0x70, 0x00, 0x23),
+    "detective": (0x40, 0x58, 0x61, 0x62, 0x73, 0x75, 0x70, 0x00, 0x23),
+}
+MESSAGES = st.lists(st.binary(max_size=6) | st.integers(-1, 12), max_size=4)
+SPANS = st.integers(0, 4 * MILLISECOND)
+OF_ADAPTERS = (
+    errno.EREMOTEIO,
+    errno.ENXIO,
+    errno.EAGAIN,
+    errno.ETIMEDOUT,
+    errno.EBUSY,
+    errno.EIO,
+    errno.EPROTO,
+)
+
+
+def local_bench(board: str, *assignments: str) -> tuple[ManualClock, Bench]:
+    clock = ManualClock()
+    return clock, bench_for(boards.registry.load(board, assignments), clock)
+
+
+def outcome(transaction: Callable[[], bytes]) -> bytes | tuple[type[HalError], str]:
+    """What was read, or the error with its sentence."""
+    try:
+        return transaction()
+    except HalError as error:
+        return type(error), str(error)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", sorted(ADDRESSES))
+@settings(max_examples=30, deadline=None)
+@given(data=st.data())
+def test_random_transactions_end_as_on_the_bus_itself(board: str, data: st.DataObject) -> None:
+    clock, bench = local_bench(board)
+    local = bench.buses["i2c1"]
+    asked = st.lists(st.tuples(SPANS, st.sampled_from(ADDRESSES[board]), MESSAGES), max_size=12)
+    with served_rig(board) as rig:
+        served = ServedBus("i2c1", rig.ask)
+        for span, address, messages in data.draw(asked):
+            clock.advance(span)
+            rig.clock.advance(span)
+            assert outcome(lambda: served.transaction(address, messages)) == outcome(
+                lambda: local.transaction(address, messages)
+            )
+        assert look(rig.ask).levels == bench.levels(clock())
+
+
+@pytest.mark.slow
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, SECOND),
+            st.sampled_from(("treads", "sonar")),
+            st.none() | st.binary(max_size=8),
+        ),
+        max_size=12,
+    )
+)
+def test_random_serial_traffic_ends_as_on_the_port_itself(
+    traffic: list[tuple[int, str, bytes | None]],
+) -> None:
+    board = ("detective", *SERIAL_TREADS, *SERIAL_SONAR)
+    clock, bench = local_bench(*board)
+    with served_rig(*board) as rig:
+        served = {name: ServedPort(name, rig.ask) for name in bench.ports}
+        for span, name, written in traffic:
+            clock.advance(span)
+            rig.clock.advance(span)
+            if written is not None:
+                bench.ports[name].write(written)
+                served[name].write(written)
+            assert served[name].read_available() == bench.ports[name].read_available()
+        assert look(rig.ask).levels == bench.levels(clock())
+
+
+@pytest.fixture
+def rig() -> Iterator[ServedRig]:
+    with served_rig("detective", *SERIAL_TREADS, *SERIAL_SONAR) as rig:
+        yield rig
+
+
+@pytest.mark.parametrize("number", OF_ADAPTERS)
+def test_every_errno_of_an_adapter_becomes_the_same_error(rig: ServedRig, number: int) -> None:
+    _clock, bench = local_bench("detective")
+    local, served = bench.buses["i2c1"], ServedBus("i2c1", rig.ask)
+    local.faults = FaultScript([AdapterError(errno=number)])
+    rig.bench.buses["i2c1"].faults = FaultScript([AdapterError(errno=number)])
+    messages: list[Message] = [b"\x00", 1]
+    failed = outcome(lambda: served.transaction(0x40, messages))
+    assert isinstance(failed, tuple)
+    assert failed == outcome(lambda: local.transaction(0x40, messages))
+    assert served.transaction(0x40, messages) == b"\x11"
+
+
+def test_a_bus_that_was_closed_is_closed_for_its_client_only(rig: ServedRig) -> None:
+    first, second = ServedBus("i2c1", rig.ask), ServedBus("i2c1", rig.ask)
+    first.close()
+    with pytest.raises(PortClosed, match="i2c1 0x40: used after it was closed"):
+        first.read(0x40, 1)
+    assert second.write_read(0x40, b"\x00", 1) == b"\x11"
+
+
+def test_a_port_that_was_closed_is_closed_for_its_client_only(rig: ServedRig) -> None:
+    first, second = ServedPort("treads", rig.ask), ServedPort("treads", rig.ask)
+    first.close()
+    with pytest.raises(PortClosed, match="treads: used after it was closed"):
+        first.write(b"\xaa")
+    second.write(b"\xaa")
+    assert second.read_available() == b""
+
+
+def test_a_line_that_is_not_there_is_absent(rig: ServedRig) -> None:
+    with pytest.raises(BusAbsent, match="i2c9 0x40: no such device"):
+        ServedBus("i2c9", rig.ask).read(0x40, 1)
+    with pytest.raises(BusAbsent, match="radio: no such device"):
+        ServedPort("radio", rig.ask)
+
+
+def test_an_adapter_pulled_out_is_a_bus_fault(rig: ServedRig) -> None:
+    served, line = ServedPort("sonar", rig.ask), rig.bench.ports["sonar"]
+    assert isinstance(line, SerialLineDouble)
+    line.unplugged = True
+    with pytest.raises(BusFault, match="sonar"):
+        served.read_available()
+
+
+def test_what_arrived_before_a_port_was_opened_is_thrown_away(rig: ServedRig) -> None:
+    rig.clock.advance(2 * SECOND)
+    served = ServedPort("sonar", rig.ask)
+    assert served.read_available() == b""
+    rig.clock.advance(SECOND)
+    assert b"R" in served.read_available()
+
+
+def test_outputs_and_result_are_those_of_the_bench(rig: ServedRig) -> None:
+    doubles = ServedDoubles(rig.ask, rig.bench.buses, rig.bench.ports)
+    doubles.ports["treads"].write(bytes((0xAA, 128, 0, 127, 127)))
+    rig.clock.advance(3 * SECOND)
+    assert doubles.outputs == rig.bench.outputs == {"radar_motor": 0, "treads": 1}
+    told = doubles.result(5 * SECOND, {"found": True})
+    assert told == rig.bench.result(5 * SECOND, {"found": True})
+    assert (told["found"], told["time_s"]) == (False, 5.0)
