@@ -54,4 +54,5 @@ def execute(arguments: argparse.Namespace) -> int:
             log.event(0, "serving", board=board.name, monotonic_ns=clock.started_at)
             print(f"serving {board.name} on {arguments.socket}", flush=True)
             server.serve()
+            log.event(clock(), "stopped")
     return Status.OK

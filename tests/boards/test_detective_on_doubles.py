@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-import boards.registry
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.faults import FaultScript, NackAddress
+from tests.support.second_choice_board import second_choice_board
 from tests.support.virtual_detective import target_at, virtual_detective
 
 MD25, RADAR_SONAR, BODY_SONAR, BODY_COMPASS = 0x58, 0x73, 0x75, 0x62
@@ -27,25 +27,7 @@ def test_it_finds_its_target_and_stops_in_front_of_it(bearing_deg: int, distance
 @pytest.mark.slow
 def test_with_the_second_choice_of_every_chip_it_finds_its_target_too(tmp_path: Path) -> None:
     """Sabertooth and MaxBotix on serial ports, an HMC5883L for the body's compass."""
-    text = (Path(boards.registry.__file__).parent / "detective" / "board.toml").read_text()
-    for first, second in (
-        (
-            'driver = "md25"\nbus = "i2c1"\naddress = 0x58\nspeed = 0.06\nrefresh_s = 0.5',
-            'driver = "sabertooth"\nport = "treads"\nspeed = 0.06\nrefresh_s = 0.1',
-        ),
-        (
-            '"srf08"\nbus = "i2c1"\naddress = 0x75\nmax_range_m = 1.0\ngain = 16\nperiod_s = 0.066',
-            '"maxbotix"\nport = "sonar"\nperiod_s = 0.2',
-        ),
-        ('chip = "cmps12"\nbus = "i2c1"\naddress = 0x62', 'chip = "hmc5883l"\nbus = "i2c1"'),
-    ):
-        assert first in text
-        text = text.replace(first, second)
-    for port in ("treads", "sonar"):
-        text += f'\n[ports.{port}]\ndevice = "/dev/tty{port}"\nbaud = 9600\n'
-    board = tmp_path / "board.toml"
-    board.write_text(text)
-    result = virtual_detective(board=board).run_mission()
+    result = virtual_detective(board=second_choice_board(tmp_path)).run_mission()
     assert result["found"] is True
     assert 0.05 < result["stopped_m"] < 0.5
 

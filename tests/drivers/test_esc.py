@@ -116,6 +116,7 @@ def test_the_low_pulse_comes_before_no_signal() -> None:
     bench.order(5000, throttle=0.5)
     bench.order(6000, arm=False)
     low, off = (each.messages[0] for each in list(bench.bus.log)[-2:])
+    assert isinstance(low, bytes)
     assert low[:1] == bytes([0x06 + 4 * 3])
     assert off == bytes([0xFD, 0x10])
 

@@ -2,6 +2,7 @@
 
 import errno
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 from hypothesis import given, settings
@@ -62,9 +63,8 @@ def test_random_transactions_end_as_on_the_bus_itself(board: str, data: st.DataO
         for span, address, messages in data.draw(asked):
             clock.advance(span)
             rig.clock.advance(span)
-            assert outcome(lambda: served.transaction(address, messages)) == outcome(
-                lambda: local.transaction(address, messages)
-            )
+            there = outcome(partial(served.transaction, address, messages))
+            assert there == outcome(partial(local.transaction, address, messages))
         assert look(rig.ask).levels == bench.levels(clock())
 
 

@@ -1,0 +1,30 @@
+"""A detective board file with the second choice of every chip that has one."""
+
+from pathlib import Path
+
+import boards.registry
+
+_CHANGES = (
+    (
+        'driver = "md25"\nbus = "i2c1"\naddress = 0x58\nspeed = 0.06\nrefresh_s = 0.5',
+        'driver = "sabertooth"\nport = "treads"\nspeed = 0.06\nrefresh_s = 0.1',
+    ),
+    (
+        '"srf08"\nbus = "i2c1"\naddress = 0x75\nmax_range_m = 1.0\ngain = 16\nperiod_s = 0.066',
+        '"maxbotix"\nport = "sonar"\nperiod_s = 0.2',
+    ),
+    ('chip = "cmps12"\nbus = "i2c1"\naddress = 0x62', 'chip = "hmc5883l"\nbus = "i2c1"'),
+)
+
+
+def second_choice_board(folder: Path) -> Path:
+    """Write it: Sabertooth and MaxBotix on serial ports, an HMC5883L for the body's compass."""
+    text = (Path(boards.registry.__file__).parent / "detective" / "board.toml").read_text()
+    for first, second in _CHANGES:
+        assert first in text
+        text = text.replace(first, second)
+    for port in ("treads", "sonar"):
+        text += f'\n[ports.{port}]\ndevice = "/dev/tty{port}"\nbaud = 9600\n'
+    board = folder / "board.toml"
+    board.write_text(text)
+    return board
