@@ -9,10 +9,11 @@ from sim_doubles.faults import FaultScript, NackAddress
 from tests.support.second_choice_board import second_choice_board
 from tests.support.virtual_detective import target_at, virtual_detective
 
+pytestmark = pytest.mark.slow
+
 MD25, RADAR_SONAR, BODY_SONAR, BODY_COMPASS = 0x58, 0x73, 0x75, 0x62
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("bearing_deg", range(0, 360, 45))
 @pytest.mark.parametrize("distance_m", [1, 2, 4])
 def test_it_finds_its_target_and_stops_in_front_of_it(bearing_deg: int, distance_m: int) -> None:
@@ -24,7 +25,6 @@ def test_it_finds_its_target_and_stops_in_front_of_it(bearing_deg: int, distance
     assert not robot.bench.arena.collided
 
 
-@pytest.mark.slow
 def test_with_the_second_choice_of_every_chip_it_finds_its_target_too(tmp_path: Path) -> None:
     """Sabertooth and MaxBotix on serial ports, an HMC5883L for the body's compass."""
     result = virtual_detective(board=second_choice_board(tmp_path)).run_mission()

@@ -11,6 +11,8 @@ from sim_doubles.faults import FaultScript, NackAddress, StuckSda
 from tests.support.magnetometer import disable_magnetometer
 from tests.support.virtual_tachobot import virtual_tachobot
 
+pytestmark = pytest.mark.slow
+
 IMU, THRUST = 0x68, 0x40
 
 

@@ -7,6 +7,8 @@ import pytest
 
 from boards.detective.detective import MODEL_FILE
 
+pytestmark = pytest.mark.slow
+
 VIRTUAL = ("run", "detective", "--doubles", "--clock", "virtual")
 FIGURE_6_EVENTS = """\
 00:00:02:00 In1 1

@@ -19,6 +19,8 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.simulator import Simulator
 from tests.support.random_models import SIDES, Node, blueprints, build, build_flat, routes
 
+pytestmark = pytest.mark.slow
+
 Inputs: TypeAlias = list[tuple[int, int, int]]
 Trace: TypeAlias = list[tuple[int, str, str, int]]
 
@@ -48,7 +50,6 @@ def run(kind: type[Engine], model: Component, inputs: Inputs) -> Trace:
     return sent
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
 @settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
 @given(blueprint=blueprints(), inputs=INPUTS)
@@ -58,7 +59,6 @@ def test_a_hierarchy_and_its_flat_equal_give_the_same_trace(
     assert run(kind, build(blueprint), inputs) == run(kind, build_flat(blueprint), inputs)
 
 
-@pytest.mark.slow
 @settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow])
 @given(blueprint=blueprints(), inputs=INPUTS)
 def test_checked_mode_and_a_second_run_change_nothing(blueprint: Node, inputs: Inputs) -> None:
@@ -107,7 +107,6 @@ print(traced(Simulator(model), 6))
 """
 
 
-@pytest.mark.slow
 def test_the_order_of_messages_does_not_depend_on_the_hash_seed() -> None:
     outputs = {
         subprocess.run(

@@ -78,13 +78,14 @@ def test_both_ways_to_divide_the_circle_into_a_byte_are_taken(
     for coarse in {tenths * steps // 3600, min(255, round(tenths * steps / 3600))}:
         point(registers, tenths, coarse=coarse)
         chip.identify()
+        assert chip.read_bearing().bearing_deg == tenths / 10
 
 
 def test_bearings_that_differ_across_north_are_close(chip: Cmps12, registers: Registers) -> None:
-    point(registers, 3599, coarse=0)
-    chip.identify()
-    point(registers, 0, coarse=255)
-    chip.identify()
+    for tenths, coarse in ((3599, 0), (0, 255)):
+        point(registers, tenths, coarse=coarse)
+        chip.identify()
+        assert chip.read_bearing().bearing_deg == tenths / 10
 
 
 @pytest.mark.parametrize(

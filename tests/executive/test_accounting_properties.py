@@ -15,6 +15,8 @@ from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
 
+pytestmark = pytest.mark.slow
+
 UNTIL = 60 * PERIOD
 SPANS = st.integers(0, 12 * PERIOD) | st.sampled_from([PERIOD - 1, PERIOD, PERIOD + 1, 1])
 STALLS = st.dictionaries(st.integers(0, 40), SPANS, max_size=8)
@@ -55,7 +57,6 @@ class Expected:
             number = following
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("policy", ["skip", "catch-up"])
 @given(stalls=STALLS, works=WORKS)
 def test_counts_and_episodes_equal_the_arithmetic(
@@ -74,7 +75,6 @@ def test_counts_and_episodes_equal_the_arithmetic(
     assert imu["last_late_t_ns"] == (expected.late[-1][0] if expected.late else None)
 
 
-@pytest.mark.slow
 @given(tick=st.integers(0, 59), stall=st.integers(1, 400 * MILLISECOND))
 def test_one_stall_of_any_length_at_any_tick_is_closed_form(tick: int, stall: int) -> None:
     run = Run(Robot(), StallingClock({tick: stall}))
@@ -87,7 +87,6 @@ def test_one_stall_of_any_length_at_any_tick_is_closed_form(tick: int, stall: in
     assert imu["lateness_us"]["max"] == stall / 1000
 
 
-@pytest.mark.slow
 @settings(deadline=None)
 @given(
     stalls=STALLS,

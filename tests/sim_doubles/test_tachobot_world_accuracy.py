@@ -10,6 +10,8 @@ from scipy.integrate import solve_ivp
 
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotState, TachobotWorld
 
+pytestmark = pytest.mark.slow
+
 Vector = NDArray[np.float64]
 Stretch = tuple[int, list[float]]
 """A duration in ns and the duties that hold for it."""
@@ -148,7 +150,6 @@ def follow(
     return states
 
 
-@pytest.mark.slow
 @every_case
 def test_ten_seconds_of_random_duties_stay_within_a_millionth_of_a_tight_solution(
     parameters: TachobotParameters,
