@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import ClassVar
 
 from drivers.chips import cmps12, hmc5883l, md25, srf08
 from drivers.chips.cmps12 import Cmps12
@@ -10,22 +9,16 @@ from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
 from drivers.chips.md25 import Md25, Md25Settings
 from drivers.chips.srf08 import Srf08, Srf08Settings
 from drivers.chips.step import Step
-from firmware_runtime.hal.i2c import Message
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.i2c_target import Target
-from tests.contracts.test_chip_contract import MILLISECOND, Row, each
+from tests.support.chip_row import MILLISECOND, Row, each
 
 
-class DetectiveRow(Row):
-    """A row that also knows the traffic of one `use`, as a board's budget counts it."""
-
-    traffic: ClassVar[tuple[tuple[Message, ...], ...]]
-
-
-class Srf08Row(DetectiveRow):
+class Srf08Row(Row):
+    keeps_nothing = True
     module = "srf08"
     traffic = srf08.TRAFFIC
     address = 0x75
@@ -62,7 +55,8 @@ class Srf08Row(DetectiveRow):
         return list(self.double.warnings)
 
 
-class Cmps12Row(DetectiveRow):
+class Cmps12Row(Row):
+    keeps_nothing = True
     module = "cmps12"
     traffic = cmps12.TRAFFIC
     address = 0x62
@@ -97,7 +91,8 @@ class Cmps12Row(DetectiveRow):
         return list(self.double.warnings)
 
 
-class Hmc5883lRow(DetectiveRow):
+class Hmc5883lRow(Row):
+    told_as = "was reset"
     module = "hmc5883l"
     traffic = hmc5883l.TRAFFIC
     address = 0x1E
@@ -115,6 +110,9 @@ class Hmc5883lRow(DetectiveRow):
     def use(self) -> None:
         self.measure()
         self.driver.read_bearing()
+
+    def look_after_power_loss(self) -> None:
+        self.use()
 
     def verify(self) -> None:
         self.driver.verify()
@@ -140,7 +138,8 @@ class Hmc5883lRow(DetectiveRow):
         return list(self.double.warnings)
 
 
-class Md25Row(DetectiveRow):
+class Md25Row(Row):
+    told_as = "was reset"
     module = "md25"
     traffic = md25.TRAFFIC
     address = 0x5A
@@ -156,6 +155,9 @@ class Md25Row(DetectiveRow):
 
     def use(self) -> None:
         self.driver.set_speeds(0.5, -0.5)
+
+    def look_after_power_loss(self) -> None:
+        self.use()
 
     def verify(self) -> None:
         self.driver.verify()
