@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from firmware_runtime.cli import boards, check, diagram, doubles, run, stats, tree
+from firmware_runtime.cli import bench, boards, check, diagram, doubles, run, stats, tree
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
@@ -14,7 +14,7 @@ from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
 from sim_doubles.served.errors import ServingError
 
-_VERBS = (run, check, boards, tree, diagram, stats, doubles)
+_VERBS = (run, check, boards, tree, diagram, stats, bench, doubles)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,0 +1,35 @@
+"""Where results are kept: `benchmarks/results/NAME.json`, with the conditions they were taken under.
+
+A bench module has `SUMMARY`, `add_options(parser)` and `execute(arguments) -> exit status`; its
+options are its own and those of `add_common_options`. It prints its ratio last.
+"""
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path(__file__).parent / "results"
+
+
+def add_common_options(parser: argparse.ArgumentParser) -> None:
+    """Add --json and --save."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--save",
+        type=Path,
+        nargs="?",
+        const=RESULTS,
+        metavar="DIRECTORY",
+        help="keep the JSON there too, under the bench's name; default: benchmarks/results",
+    )
+
+
+def save(directory: Path | None, name: str, report: Mapping[str, Any]) -> None:
+    """Keep a report, unless nobody asked for it. Raises OSError when it cannot be written."""
+    if directory is None:
+        return
+    directory.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(report, indent=1, allow_nan=False)
+    (directory / f"{name}.json").write_text(f"{text}\n")
