@@ -1,4 +1,4 @@
-"""Where results are kept: `benchmarks/results/NAME.json`, with the conditions they were taken under.
+"""Where results are kept: `benchmarks/results/NAME.json`, with the conditions they hold under.
 
 A bench module has `SUMMARY`, `add_options(parser)` and `execute(arguments) -> exit status`; its
 options are its own and those of `add_common_options`. It prints its ratio last.
