@@ -72,3 +72,5 @@ class ExecutiveSettings(Settings, frozen=True):
     """Busy-wait this long before each deadline, 0 for none."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16
     """How many of the worst activations are kept."""
+    recorded_spans: Annotated[int, Meta(ge=0, le=1_000_000)] = 32_768
+    """Entries of the flight recorder, one for each function of a model that ran; 0 for none."""

@@ -115,6 +115,7 @@ class Session:
             process=_process(settings.executive),
             statistics_path=statistics_path,
             worst=settings.executive.worst,
+            recorded_spans=settings.executive.recorded_spans,
             conditions={"board": self.board.name, "board_sha256": self.board.fingerprint},
         )
 

@@ -133,6 +133,11 @@ class ModelAccount:
                 cells[LAST_LATE] = at
                 self._miss()
 
+    def totals(self) -> tuple[int, int, int, int]:
+        """What has run, overrun and been skipped, and the sum of lateness, ns."""
+        cells = self._cells
+        return cells[RUN], cells[OVERRUNS], cells[SKIPPED], self._lateness.sum
+
     def skip(self, activations: int) -> None:
         """Count activations that were due and are dropped."""
         cells = self._cells

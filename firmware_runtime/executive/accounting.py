@@ -93,6 +93,14 @@ class Accounting:
         self._touched.clear()
         return latest
 
+    def totals(self) -> tuple[int, int, int, int]:
+        """What all models have run, overrun and skipped, and the sum of their lateness, ns."""
+        counts = [account.totals() for account in self.accounts]
+        run, late, skipped, lateness = (
+            sum(each) for each in zip((0, 0, 0, 0), *counts, strict=True)
+        )
+        return run, late, skipped, lateness
+
     def skip_due(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""
         for account in self.accounts:

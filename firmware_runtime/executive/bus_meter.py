@@ -54,6 +54,11 @@ class BusMeter:
             spent[index] = busy - before[index]
             before[index] = busy
 
+    @property
+    def busy_ns(self) -> int:
+        """Time on the wire so far."""
+        return self._cells[4]
+
     def devices(self) -> list[int]:
         """Addresses of the devices with a place, then the time each took, as laid out."""
         addresses = list(islice(self._bus.by_address, DEVICES))

@@ -25,5 +25,7 @@ class Configuration:
     statistics_path: Path | None = None
     worst: int = 16
     """How many of the worst activations are kept."""
+    recorded_spans: int = 0
+    """How many entries the flight recorder keeps beside the statistics; 0: there is none."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     """What else a reader of the statistics should know: board, hash of its file, arguments."""

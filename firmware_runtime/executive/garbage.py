@@ -15,10 +15,16 @@ EVERY_NTH_IS_FULL = 16
 
 
 class GarbageTime:
-    """Adds up the time spent in collections since it was last read."""
+    """Adds up the time spent in collections since it was last read.
 
-    def __init__(self, now: Callable[[], int]) -> None:
+    `tell` hears of each when it is over: when it began and when it ended.
+    """
+
+    def __init__(
+        self, now: Callable[[], int], tell: Callable[[int, int], None] | None = None
+    ) -> None:
         self._now = now
+        self._tell = tell
         self._started = 0
         self._spent = 0
 
@@ -40,7 +46,10 @@ class GarbageTime:
         if phase == "start":
             self._started = self._now()
         else:
-            self._spent += self._now() - self._started
+            ended = self._now()
+            self._spent += ended - self._started
+            if self._tell is not None:
+                self._tell(self._started, ended)
 
 
 class SlackCollector:

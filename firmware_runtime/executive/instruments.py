@@ -10,6 +10,7 @@ from firmware_runtime.executive.accounting import Accounting
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import DeadlineWatch
 from firmware_runtime.executive.garbage import GarbageTime
+from firmware_runtime.executive.recorder import Recorder
 from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.layout import Layout
 
@@ -23,14 +24,18 @@ class Instruments:
         self.step = Step(root, now)
         self.accounting = Accounting(self.step, configuration.policies)
         self.watches = [DeadlineWatch(each, now) for each in configuration.deadlines]
-        self.garbage = GarbageTime(now)
+        rows = configuration.recorded_spans
+        self.recorder = Recorder(self.step, rows) if rows > 0 else None
+        tell = None if self.recorder is None else self.recorder.garbage_collected
+        self.garbage = GarbageTime(now, tell)
         self.buses = configuration.buses
         self._worst = configuration.worst
 
     @property
     def for_simulator(self) -> list[Instrument]:
         """In the order in which they wrap a model's functions, innermost first."""
-        return [self.step, *self.watches, self.accounting]
+        recorders = [] if self.recorder is None else [self.recorder]
+        return [self.step, *recorders, *self.watches, self.accounting]
 
     def attach(self, simulator: Engine) -> None:
         """Take up what only the finished simulator knows.

@@ -3,14 +3,25 @@
 During a step nothing is written, so a process killed in the middle of one leaves whole numbers.
 """
 
+from collections.abc import Callable
+
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import INPUTS_DROPPED, STATE, STEP_HISTOGRAM, STEPS
+from firmware_runtime.telemetry.layout import (
+    ARMED,
+    CPU,
+    ELAPSED,
+    INPUTS_DROPPED,
+    STATE,
+    STEP_HISTOGRAM,
+    STEPS,
+)
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.timeline import Timeline
 from firmware_runtime.telemetry.worst_list import WorstList
 
 
@@ -18,10 +29,16 @@ class Ledger:
     """Writes steps, idle moments and the end of a run into the file.
 
     `until` is the last instant that belongs to the run: what would be due later is not counted.
+    `cpu_time` reads the processor time that the process has used, in ns.
     """
 
     def __init__(
-        self, file: StatisticsFile, instruments: Instruments, inbox: Inbox, until: int
+        self,
+        file: StatisticsFile,
+        instruments: Instruments,
+        inbox: Inbox,
+        until: int,
+        cpu_time: Callable[[], int],
     ) -> None:
         cells, layout = file.cells, file.layout
         self.file = file
@@ -31,6 +48,7 @@ class Ledger:
         self._inbox = inbox
         self._watches = instruments.watches
         self._garbage = instruments.garbage
+        self._recorder = instruments.recorder
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
         self._worst = WorstList(cells, layout)
         self._meters = [
@@ -38,21 +56,39 @@ class Ledger:
         ]
         self._first_deadline = layout.deadline(0)
         self._previous_end = 0
+        self._cpu_time = cpu_time
+        self._cpu_time_before = cpu_time()
         instruments.accounting.count_in(cells, layout)
+        self._timeline = Timeline(cells[layout.timeline], self._growing)
 
     def commit(self, ended: int) -> None:
         """Write the step that has just ended."""
-        file, step_time = self.file, ended - self._step.started
+        file, step_time, timeline = self.file, ended - self._step.started, self._timeline
         file.open_section()
+        if ended >= timeline.closes_at:
+            timeline.close(ended)
         latest = self._accounting.settle(min(ended, self._until + 1))
         self._step_times.record(step_time)
         file.cells[STEPS] += 1
         self._read_counters()
         garbage = self._garbage.take()
-        if latest is not None and latest.lateness + step_time > self._worst.smallest:
-            self._keep(latest, step_time, garbage)
+        if step_time > timeline.step_max:
+            timeline.step_max = step_time
+        if latest is not None:
+            if latest.lateness > timeline.lateness_max:
+                timeline.lateness_max = latest.lateness
+            if latest.lateness + step_time > self._worst.smallest:
+                self._keep(latest, step_time, garbage)
         file.close_section(ended)
         self._previous_end = ended
+        if self._recorder is not None:
+            self._recorder.step_ended(ended)
+
+    def arm(self, *, armed: bool) -> None:
+        """Note whether the run may drive its outputs."""
+        self.file.open_section()
+        self.file.cells[ARMED] = armed
+        self.file.close_section(self.file.cells[ELAPSED])
 
     def idle(self, now: int) -> None:
         """Show that the loop is alive while nothing is due."""
@@ -67,6 +103,8 @@ class Ledger:
         for watch in self._watches:
             watch.end()
         self._read_counters()
+        self._timeline.close(now)
+        file.cells[ARMED] = False
         file.cells[STATE] = state
         text = file.cells[file.layout.reason].cast("B")
         text[:] = reason.encode()[: len(text)].ljust(len(text), b"\0")
@@ -79,6 +117,13 @@ class Ledger:
             meter.read()
         for index, watch in enumerate(self._watches, self._first_deadline):
             cells[index] = watch.misses
+
+    def _growing(self) -> list[int]:
+        """The counters whose growth over time is kept; once a second."""
+        cells = self.file.cells
+        cells[CPU] = self._cpu_time() - self._cpu_time_before
+        busy = sum(meter.busy_ns for meter in self._meters)
+        return [*self._accounting.totals(), cells[STEPS], busy, cells[CPU]]
 
     def _keep(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
         """Put an activation on the list of the worst, with what the step spent its time on."""

@@ -19,12 +19,13 @@ say how it ended; what the system granted is given back.
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from time import process_time_ns
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.executive.arrivals import Arrivals
-from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.garbage import SlackCollector
@@ -34,6 +35,7 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import Report, in_force
 from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState, Statistics
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 
@@ -111,6 +113,7 @@ class Executive:
     def _loop(self, until: int) -> Outcome:
         accounting = self._instruments.accounting
         self.clock.start(0)
+        self._ledger.arm(armed=True)
         while accounting.overrun == "":
             now = self._wait(min(self._next_at(), until))
             if self._stop_reason is not None:
@@ -162,9 +165,13 @@ class Executive:
             "settings": granted,
             **self._configuration.conditions,
         }
+        if instruments.recorder is not None:
+            instruments.recorder.open(None if path is None else spans_path(path))
         header = {"models": instruments.models(), "conditions": conditions}
         file = StatisticsFile(instruments.layout(), header, path)
-        return Ledger(file, instruments, self.inbox, until)
+        # in virtual time equal runs have equal statistics, whatever they cost
+        cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing
+        return Ledger(file, instruments, self.inbox, until, cpu_time)
 
     def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""
@@ -181,3 +188,7 @@ class Executive:
             return list(self._make_safe())
         except BaseException as error:  # noqa: BLE001 -- reported, and the run still has to end
             return [f"make_safe raised {type(error).__name__}: {error}"]
+
+
+def _nothing() -> int:
+    return 0

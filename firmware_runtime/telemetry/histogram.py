@@ -7,7 +7,7 @@ width, so a bucket is never wider than 1/32 (3.1 %) of its values. With
     bucket = 32 * shift + (value >> shift)   value >> shift is 32 to 63 once shift is positive
 
 the buckets follow each other without a gap or an overlap. Values over 2**37 - 1 ns (137 s) fall
-into the last one. The largest value is kept exactly, beside the buckets.
+into the last one. The largest value and the sum are kept exactly, beside the buckets.
 
 A percentile is the upper edge of the bucket the sample of that rank fell into, but never more than
 the largest sample: it is never too low (up to 137 s) and at most 3.1 % too high.
@@ -23,8 +23,9 @@ SUB_BUCKETS = 32
 LARGEST = (1 << 37) - 1
 BUCKETS = 33 * SUB_BUCKETS
 """Two linear powers (0 to 63) share the first 64; 31 further powers reach `LARGEST`."""
-CELLS = BUCKETS + 1
-"""What a histogram takes in a file: its buckets, then the largest value."""
+LARGEST_CELL, SUM_CELL = BUCKETS, BUCKETS + 1
+CELLS = BUCKETS + 2
+"""What a histogram takes in a file: its buckets, then the largest value, then the sum of all."""
 
 PERCENTILES = {"p50": 500, "p90": 900, "p99": 990, "p999": 999}
 """Which percentiles are reported, as a rank in thousandths of the samples."""
@@ -58,8 +59,9 @@ class Histogram:
     def record(self, value: int) -> None:
         """Count one sample."""
         cells = self._cells
-        if value > cells[BUCKETS]:  # noqa: PLR1730 -- max() takes three times as long
-            cells[BUCKETS] = value
+        cells[SUM_CELL] += value
+        if value > cells[LARGEST_CELL]:
+            cells[LARGEST_CELL] = value
         if value > LARGEST:
             value = LARGEST
         elif value < 0:
@@ -72,7 +74,8 @@ class Histogram:
         cells = self._cells
         for bucket, samples in enumerate(other.buckets):
             cells[bucket] += samples
-        cells[BUCKETS] = max(cells[BUCKETS], other.largest)
+        cells[LARGEST_CELL] = max(cells[LARGEST_CELL], other.largest)
+        cells[SUM_CELL] += other.sum
 
     @property
     def buckets(self) -> Cells:
@@ -87,7 +90,12 @@ class Histogram:
     @property
     def largest(self) -> int:
         """The largest sample, exactly; 0 if there is none."""
-        return self._cells[BUCKETS]
+        return self._cells[LARGEST_CELL]
+
+    @property
+    def sum(self) -> int:
+        """The sum of all samples, exactly."""
+        return self._cells[SUM_CELL]
 
     def percentile(self, thousandths: int) -> int | None:
         """The least edge that at least so many thousandths of the samples do not pass."""
@@ -100,7 +108,9 @@ class Histogram:
         return None
 
     def summary_us(self) -> dict[str, float | None]:
-        """Percentiles and maximum in microseconds; all null when there is no sample."""
+        """Percentiles, maximum and mean in microseconds; all null when there is no sample."""
         in_ns = {name: self.percentile(rank) for name, rank in PERCENTILES.items()}
-        in_ns["max"] = self.largest if in_ns["p50"] is not None else None
-        return {name: None if value is None else value / 1000 for name, value in in_ns.items()}
+        samples = self.samples
+        in_ns["max"] = self.largest if samples > 0 else None
+        summary = {name: None if value is None else value / 1000 for name, value in in_ns.items()}
+        return {**summary, "mean": self.sum / samples / 1000 if samples > 0 else None}

@@ -2,9 +2,9 @@
 
 In order: the run's own cells, the histogram of step times, one block for each periodic model (its
 counters, then its histograms of lateness and of step time), one block for each bus, one cell for
-each deadline, one block for each place in the list of worst activations, and the text that says how
-the run ended. Blocks of a kind have the same length; they stand in the order in which the header
-names models, buses and deadlines.
+each deadline, one block for each place in the list of worst activations, the text that says how
+the run ended, and the timeline. Blocks of a kind have the same length; they stand in the order in
+which the header names models, buses and deadlines.
 
 The header of the file carries `describe()`, so a program that knows nothing of this module finds
 every number by name.
@@ -13,16 +13,44 @@ every number by name.
 from dataclasses import dataclass, fields
 from typing import Any
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.telemetry.histogram import BUCKETS, CELLS, SUB_BUCKETS
 
-RUN = ("sequence", "state", "heartbeat_ns", "elapsed_ns", "steps", "inputs_dropped")
+RUN = (
+    "sequence",
+    "state",
+    "heartbeat_ns",
+    "elapsed_ns",
+    "steps",
+    "inputs_dropped",
+    "cpu_ns",
+    "armed",
+)
 MODEL = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes", "last_late_ns")
 BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
 WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
+SLOT = (
+    "begin_ns",
+    "used",
+    "activations",
+    "late",
+    "skipped",
+    "lateness_ns",
+    "steps",
+    "bus_ns",
+    "cpu_ns",
+    "lateness_max_ns",
+    "step_max_ns",
+)
+WIDTHS = (SECOND, 15 * SECOND, 240 * SECOND, 3600 * SECOND)
+"""Of a span of the timeline, by level, ns: each a multiple of the one before."""
+SLOTS = 120
+"""Spans of each level: two minutes, half an hour, eight hours, five days."""
+TIMELINE = len(WIDTHS) * SLOTS * len(SLOT)
 DEVICES = 8
 """How many devices of one bus have a place of their own in the list of worst activations."""
 
-SEQUENCE, STATE, HEARTBEAT, ELAPSED, STEPS, INPUTS_DROPPED = range(len(RUN))
+SEQUENCE, STATE, HEARTBEAT, ELAPSED, STEPS, INPUTS_DROPPED, CPU, ARMED = range(len(RUN))
 STEP_TIMES = len(RUN)
 REASON = 32
 """Cells of the text that says how the run ended: UTF-8, 8 bytes a cell, padded with zeros."""
@@ -77,7 +105,7 @@ class Layout:
     @property
     def cells(self) -> int:
         """How many cells there are in all."""
-        return self.place(self.worst) + REASON
+        return self.place(self.worst) + REASON + TIMELINE
 
     @property
     def reason(self) -> slice:
@@ -85,12 +113,18 @@ class Layout:
         first = self.place(self.worst)
         return slice(first, first + REASON)
 
+    @property
+    def timeline(self) -> slice:
+        """The rings of the timeline, the finest first."""
+        first = self.place(self.worst) + REASON
+        return slice(first, first + TIMELINE)
+
     def describe(self) -> dict[str, Any]:
         """The layout as the file's header carries it, with every offset and stride in cells."""
         return {
             **{field.name: getattr(self, field.name) for field in fields(self)},
             "cells": self.cells,
-            "histogram": {"buckets": BUCKETS, "sub_buckets": SUB_BUCKETS, "then": ["max"]},
+            "histogram": {"buckets": BUCKETS, "sub_buckets": SUB_BUCKETS, "then": ["max", "sum"]},
             "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
             "model_block": {
                 "at": _MODELS,
@@ -107,6 +141,13 @@ class Layout:
                 "then": ["own time of each of `timed`", "for each bus 8 addresses, then 8 times"],
             },
             "reason_block": {"at": self.reason.start, "cells": REASON, "text": "UTF-8"},
+            "timeline_block": {
+                "at": self.timeline.start,
+                "stride": len(SLOT),
+                "fields": SLOT,
+                "slots": SLOTS,
+                "widths_ns": WIDTHS,
+            },
         }
 
     @classmethod

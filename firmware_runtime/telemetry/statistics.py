@@ -10,7 +10,9 @@ from typing import Any
 
 from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.telemetry.layout import (
+    ARMED,
     BUS,
+    CPU,
     DEVICES,
     ELAPSED,
     INPUTS_DROPPED,
@@ -21,6 +23,7 @@ from firmware_runtime.telemetry.layout import (
     WORST,
     Layout,
 )
+from firmware_runtime.telemetry.timeline import Span, read_timeline
 
 SCHEMA = 1
 TOTALS = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes")
@@ -61,17 +64,26 @@ class Statistics:
         text = bytes(self.cells[self.layout.reason]).rstrip(b"\0")
         return text.decode("utf-8", errors="ignore") or None
 
+    @property
+    def timeline(self) -> list[Span]:
+        """How the run went over time, oldest first; the last second only once the run has ended."""
+        return read_timeline(self.cells[self.layout.timeline])
+
+    def lateness(self) -> Histogram:
+        """A histogram of its own: the lateness of all periodic models, in ns."""
+        merged = Histogram(empty_cells())
+        for index in range(len(self.layout.models)):
+            merged.merge(Histogram(self.cells[self.layout.lateness(index)]))
+        return merged
+
     def as_json(self) -> dict[str, Any]:
         """Everything, in the spelling that other programs rely on; times in us where named so."""
         models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
-        lateness = Histogram(empty_cells())
-        for index in range(len(models)):
-            lateness.merge(Histogram(self.cells[self.layout.lateness(index)]))
         return {
             "schema": SCHEMA,
             **{total: sum(model[total] for model in models.values()) for total in TOTALS},
             "deadline_misses": self._deadline_misses(),
-            "lateness_us": lateness.summary_us(),
+            "lateness_us": self.lateness().summary_us(),
             "step_us": Histogram(self.cells[STEP_HISTOGRAM]).summary_us(),
             "models": models,
             "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
@@ -83,6 +95,7 @@ class Statistics:
         counters = self._fields(self.layout.model(index), MODEL)
         last_late_ns = counters.pop("last_late_ns")
         stated = self.header["models"][self.layout.models[index]]
+        own_time = Histogram(self.cells[self.layout.step(index)])
         return {
             **counters,
             "last_late_t_ns": last_late_ns if counters["overruns"] > 0 else None,
@@ -90,14 +103,18 @@ class Statistics:
             "tolerance_us": stated["tolerance_ns"] / 1000,
             "policy": stated["policy"],
             "lateness_us": Histogram(self.cells[self.layout.lateness(index)]).summary_us(),
-            "step_us": Histogram(self.cells[self.layout.step(index)]).summary_us(),
+            "step_us": own_time.summary_us(),
+            "load": self._share(own_time.sum),
         }
 
     def _bus(self, index: int) -> dict[str, Any]:
         counters = self._fields(self.layout.bus(index), BUS)
-        busy_ns, elapsed_ns = counters.pop("busy_ns"), self.cells[ELAPSED]
-        utilisation = busy_ns / elapsed_ns if elapsed_ns > 0 else None
-        return {**counters, "utilisation": utilisation}
+        busy_ns = counters.pop("busy_ns")
+        return {**counters, "utilisation": self._share(busy_ns)}
+
+    def _share(self, spent_ns: int) -> float | None:
+        """A part of the time of the run; None at its very start."""
+        return spent_ns / self.cells[ELAPSED] if self.cells[ELAPSED] > 0 else None
 
     def _deadline_misses(self) -> dict[str, int]:
         at = self.layout.deadline
@@ -153,6 +170,8 @@ class Statistics:
             "elapsed_s": self.cells[ELAPSED] / 1e9,
             "steps": self.cells[STEPS],
             "inputs_dropped": self.cells[INPUTS_DROPPED],
+            "armed": bool(self.cells[ARMED]) and not died,
+            "cpu_s": self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,
         }
 
     def _fields(self, first: int, names: tuple[str, ...]) -> dict[str, int]:

@@ -135,7 +135,7 @@ def test_own_times_of_the_models_add_up_to_the_step() -> None:
 def test_virtual_time_has_no_lateness_and_no_worst_activation() -> None:
     run = Run(Robot(), VirtualClock())
     run.until(SECOND)
-    assert run.json()["lateness_us"] == dict.fromkeys(["p50", "p90", "p99", "p999", "max"], 0)
+    assert set(run.json()["lateness_us"].values()) == {0}
     assert run.json()["worst"] == []
 
 

@@ -66,12 +66,12 @@ def test_merging_equals_recording_both(first: list[int], second: list[int]) -> N
 
 def test_a_single_sample_is_every_percentile() -> None:
     assert histogram(1234567).summary_us() == dict.fromkeys(
-        ["p50", "p90", "p99", "p999", "max"], 1234.567
+        ["p50", "p90", "p99", "p999", "max", "mean"], 1234.567
     )
 
 
 def test_an_empty_one_has_no_percentiles_rather_than_zeros() -> None:
-    assert histogram().summary_us() == dict.fromkeys(["p50", "p90", "p99", "p999", "max"])
+    assert histogram().summary_us() == dict.fromkeys(["p50", "p90", "p99", "p999", "max", "mean"])
 
 
 def test_zero_is_a_sample() -> None:

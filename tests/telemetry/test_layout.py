@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.telemetry.histogram import CELLS
-from firmware_runtime.telemetry.layout import BUS, MODEL, REASON, RUN, Layout
+from firmware_runtime.telemetry.layout import BUS, MODEL, REASON, RUN, TIMELINE, Layout
 
 NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
 LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20))
@@ -26,7 +26,8 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
         at += 1
     assert layout.place(0) == at
     assert layout.reason.start == at + layout.worst * layout.place_cells
-    assert layout.cells == layout.reason.stop == layout.reason.start + REASON
+    assert layout.timeline.start == layout.reason.stop == layout.reason.start + REASON
+    assert layout.cells == layout.timeline.stop == layout.timeline.start + TIMELINE
 
 
 @given(LAYOUTS)
@@ -43,4 +44,5 @@ def test_its_description_places_every_block_for_programs_that_do_not_know_it() -
     assert description["bus_block"]["at"] == layout.bus(0)
     assert description["deadline_block"]["at"] == layout.deadline(0)
     assert description["worst_block"]["at"] == layout.place(0)
+    assert description["timeline_block"]["at"] == layout.timeline.start
     assert description["cells"] == layout.cells

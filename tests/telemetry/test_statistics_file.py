@@ -12,8 +12,9 @@ import pytest
 from firmware_runtime.telemetry import statistics_reader
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.layout import SEQUENCE, Layout
+from firmware_runtime.telemetry.mapped_file import PREFIX
 from firmware_runtime.telemetry.statistics import RunState
-from firmware_runtime.telemetry.statistics_file import PREFIX, StatisticsFile
+from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 
 

@@ -4,11 +4,12 @@ import json
 
 import pytest
 
+from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import BUS, MODEL, WORST, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.worst_list import WorstList
 
-NO_DISTRIBUTION = dict.fromkeys(["p50", "p90", "p99", "p999", "max"])
+NO_DISTRIBUTION = dict.fromkeys(["p50", "p90", "p99", "p999", "max", "mean"])
 
 
 def test_it_has_the_keys_of_the_contract(counted: StatisticsFile) -> None:
@@ -54,6 +55,7 @@ def test_a_model_has_its_counters_its_policy_and_its_distributions(
         "tolerance_us": 1_000,
         "policy": "skip",
         "step_us": dict.fromkeys(NO_DISTRIBUTION, 300),
+        "load": 0.0003,
     }
 
 
@@ -87,13 +89,14 @@ def test_totals_are_the_sums_over_models_and_the_merged_distribution() -> None:
     file = StatisticsFile(layout, header)
     for index, run, late_bucket in ((0, 3, 5), (1, 4, 7)):
         file.cells[layout.model(index) + MODEL.index("run")] = run
-        lateness = file.cells[layout.lateness(index)]
-        lateness[late_bucket] = run
-        lateness[-1] = late_bucket
+        lateness = Histogram(file.cells[layout.lateness(index)])
+        for _ in range(run):
+            lateness.record(late_bucket)
     statistics = file.statistics().as_json()
     assert statistics["run"] == 7
     assert statistics["lateness_us"]["p50"] == 0.007
     assert statistics["lateness_us"]["max"] == 0.007
+    assert statistics["lateness_us"]["mean"] == (3 * 5 + 4 * 7) / 7 / 1000
 
 
 def test_the_worst_activations_come_first_with_their_causes(

@@ -1,0 +1,84 @@
+"""The flight recorder: what ran when, the latest of it, in a ring that any process may read.
+
+The file stands beside the statistics (`BOARD.spans`) and is mapped like them: rows of four cells,
+
+    sequence | track | begin, ns | end, ns
+
+The writer numbers its rows from 1 on and overwrites the oldest; it knows of no reader. A reader
+copies the ring twice: a row that has the same sequence in both copies was whole, because a row's
+sequence is written first and never comes back. Between the copies it waits, for processors that
+reorder stores.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from struct import Struct
+from time import sleep
+
+from firmware_runtime.telemetry.mapped_file import Kind
+from firmware_runtime.telemetry.process_identity import this_process
+from firmware_runtime.telemetry.statistics_reader import SETTLE_S
+
+SUFFIX = ".spans"
+TRACKS = ("waking", "step", "garbage")
+"""The first tracks of every file; those of the models follow."""
+WAKING, STEP, GARBAGE, MODELS = range(4)
+_SPANS = Kind("flight recorder's file", b"FWRTSPAN", 1)
+_ROW = Struct("4q")
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """One entry: `track` was busy from `begin_ns` to `end_ns`, in ns since the start of the run.
+
+    Tracks: `waking` (from a step's deadline to its start), `step`, `garbage`, and for each model
+    its path: one entry for each of its functions that ran.
+    """
+
+    track: str
+    begin_ns: int
+    end_ns: int
+
+
+class SpanRing:
+    """The writing end: the last `rows` entries of `TRACKS` and the models' tracks."""
+
+    def __init__(self, models: Sequence[str], rows: int, path: Path | None = None) -> None:
+        header = {"tracks": [*TRACKS, *models], "writer": this_process()}
+        cells = _SPANS.create(path, header, 4 * rows)
+        self._bytes = cells.cast("B")
+        self._size = len(self._bytes)
+        self._sequence = 0
+
+    def record(self, track: int, begin: int, end: int) -> None:
+        """Write one entry; `track` by its number in the order of names."""
+        self._sequence = sequence = self._sequence + 1
+        _ROW.pack_into(self._bytes, sequence * _ROW.size % self._size, sequence, track, begin, end)
+
+
+def spans_path(statistics: Path) -> Path:
+    """Where the flight recorder writes, for a run with its statistics at this path."""
+    return statistics.with_suffix(SUFFIX)
+
+
+def read_spans(path: Path) -> list[Recorded]:
+    """Copy what a run has recorded, the oldest first.
+
+    Raises StatisticsFileError when there is no such file, or it is not whole.
+    """
+    with _SPANS.opened(path) as file:
+        tracks, size = file.header.get("tracks"), file.cell_bytes
+        if not isinstance(tracks, list) or size % _ROW.size != 0:
+            raise file.damaged(f"{size} bytes of cells and tracks {tracks!r}")
+        copy = file.read()
+        sleep(SETTLE_S)
+        later = file.read()
+    rows = sorted(
+        row
+        for row, again in zip(_ROW.iter_unpack(copy), _ROW.iter_unpack(later), strict=True)
+        if row[0] == again[0] > 0
+    )
+    if any(not 0 <= track < len(tracks) for _, track, _, _ in rows):
+        raise file.damaged(f"an entry of a track that is none of {len(tracks)}")
+    return [Recorded(tracks[track], begin, end) for _, track, begin, end in rows]
