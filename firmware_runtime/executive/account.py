@@ -8,8 +8,8 @@ deadline. (A zero time advance continues the activation it follows.) Exactly one
 - coalesced: it was due by the clock, but an event that had arrived before it made the model plan
   anew, and that instant was no longer booked when its turn came;
 
-or nothing yet, or the model planned anew before it was due: then it is not counted at all. Each of
-the three adds to `scheduled` too, in the same section of the statistics file. Hence the identity
+or nothing yet, or the model planned anew before it was due: then it is not counted at all. What has
+been `scheduled` is the sum, and all counters are written at once. Hence the identity
 
     scheduled = run + skipped + coalesced
 
@@ -18,6 +18,7 @@ skips that no activation on time interrupts: one stall is one episode, whatever 
 """
 
 from collections.abc import Callable
+from struct import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
@@ -27,7 +28,8 @@ from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.telemetry.layout import MODEL, Layout
 
-SCHEDULED, RUN, SKIPPED, COALESCED, OVERRUNS, EPISODES, LAST_LATE = range(len(MODEL))
+_COUNTERS = Struct(f"{len(MODEL)}q")
+"""The block of one model in the file: packed at once, which costs little more than one counter."""
 
 
 class ModelAccount:
@@ -51,17 +53,23 @@ class ModelAccount:
         self.lateness = 0
         self.ran = False
         self.replanned = 0
+        self.run = 0
+        self.skipped = 0
+        self.coalesced = 0
+        self.overruns = 0
+        self.episodes = 0
+        self._last_late = 0
         self._in_episode = False
         self.index = 0
-        self._cells = empty_cells(len(MODEL))
-        self._lateness = self._own_time = Histogram(empty_cells())
+        self._block = empty_cells(len(MODEL)).cast("B")
+        self.late_by = self._own_time = Histogram(empty_cells())
 
     def count_in(self, cells: Cells, layout: Layout, index: int) -> None:
         """From now on, count in this model's block of the statistics file."""
         self.index = index
         first = layout.model(index)
-        self._cells = cells[first : first + len(MODEL)]
-        self._lateness = Histogram(cells[layout.lateness(index)])
+        self._block = cells[first : first + len(MODEL)].cast("B")
+        self.late_by = Histogram(cells[layout.lateness(index)])
         self._own_time = Histogram(cells[layout.step(index)])
 
     # During a step ------------------------------------------------------------------------------
@@ -73,11 +81,19 @@ class ModelAccount:
         touched: list["ModelAccount"],
     ) -> Functions:
         """Wrap the model's functions; an account with something to count joins `touched`."""
+        atomic = self.atomic
 
         def output() -> None:
             if self.deadline == step.at:
                 self.lateness = step.lap - step.at
             functions.output()
+
+        def book() -> None:
+            """Note the instant the model books with its present time advance."""
+            sigma = atomic.sigma
+            # a time advance that is no such thing is refused by the simulator, next
+            books = sigma.__class__ is int and 0 < sigma < NEVER
+            self.deadline = step.at + sigma if books else NEVER
 
         def due(transition: Callable[[], None]) -> Callable[[], None]:
             def call() -> None:
@@ -85,14 +101,14 @@ class ModelAccount:
                 if self.deadline == step.at:
                     self.ran = True
                     touched.append(self)
-                self.deadline = self._booked_from(step.at)
+                book()
 
             return call
 
         def external(elapsed: int) -> None:
-            begun = step.lap
+            begun, booked = step.lap, self.deadline
             functions.external(elapsed)
-            booked, self.deadline = self.deadline, self._booked_from(step.at)
+            book()
             if booked <= begun and booked != self.deadline:
                 self.replanned += 1
                 touched.append(self)
@@ -105,45 +121,30 @@ class ModelAccount:
             output, due(functions.internal), external, due(functions.confluent or confluent)
         )
 
-    def _booked_from(self, at: int) -> int:
-        """The instant the model books with its present time advance; NEVER for a zero one."""
-        sigma = self.atomic.sigma
-        # a time advance that is no such thing is refused by the simulator, next
-        return at + sigma if sigma.__class__ is int and 0 < sigma < NEVER else NEVER
-
     # After it -----------------------------------------------------------------------------------
 
     def count(self, at: int, own_time: int) -> None:
-        """Move what the step at instant `at` has left in `ran` and `replanned` into the cells."""
-        cells = self._cells
-        if self.replanned > 0:
-            cells[SCHEDULED] += self.replanned
-            cells[COALESCED] += self.replanned
-            self.replanned = 0
+        """Count what the step at instant `at` has left in `ran` and `replanned`."""
+        self.coalesced += self.replanned
+        self.replanned = 0
         if self.ran:
             self.ran = False
-            cells[SCHEDULED] += 1
-            cells[RUN] += 1
-            self._lateness.record(self.lateness)
+            self.run += 1
+            self.late_by.record(self.lateness)
             self._own_time.record(own_time)
             if self.lateness <= self.tolerance:
                 self._in_episode = False
             else:
-                cells[OVERRUNS] += 1
-                cells[LAST_LATE] = at
+                self.overruns += 1
+                self._last_late = at
                 self._miss()
-
-    def totals(self) -> tuple[int, int, int, int]:
-        """What has run, overrun and been skipped, and the sum of lateness, ns."""
-        cells = self._cells
-        return cells[RUN], cells[OVERRUNS], cells[SKIPPED], self._lateness.sum
+        self._write()
 
     def skip(self, activations: int) -> None:
         """Count activations that were due and are dropped."""
-        cells = self._cells
-        cells[SCHEDULED] += activations
-        cells[SKIPPED] += activations
+        self.skipped += activations
         self._miss()
+        self._write()
 
     def skip_to(self, now: int) -> None:
         """Drop every deadline before `now`; the next one keeps the phase."""
@@ -160,4 +161,18 @@ class ModelAccount:
         """Start an episode, unless one is under way."""
         if not self._in_episode:
             self._in_episode = True
-            self._cells[EPISODES] += 1
+            self.episodes += 1
+
+    def _write(self) -> None:
+        """Move the counters into the file."""
+        _COUNTERS.pack_into(
+            self._block,
+            0,
+            self.run + self.skipped + self.coalesced,
+            self.run,
+            self.skipped,
+            self.coalesced,
+            self.overruns,
+            self.episodes,
+            self._last_late,
+        )

@@ -95,11 +95,13 @@ class Accounting:
 
     def totals(self) -> tuple[int, int, int, int]:
         """What all models have run, overrun and skipped, and the sum of their lateness, ns."""
-        counts = [account.totals() for account in self.accounts]
-        run, late, skipped, lateness = (
-            sum(each) for each in zip((0, 0, 0, 0), *counts, strict=True)
+        accounts = self.accounts
+        return (
+            sum(account.run for account in accounts),
+            sum(account.overruns for account in accounts),
+            sum(account.skipped for account in accounts),
+            sum(account.late_by.sum for account in accounts),
         )
-        return run, late, skipped, lateness
 
     def skip_due(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""

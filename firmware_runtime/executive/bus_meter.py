@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping
 from itertools import islice
+from struct import Struct
 from typing import Protocol
 
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import BUS, DEVICES, Layout
+
+_COUNTERS = Struct(f"{len(BUS)}q")
 
 
 class Device(Protocol):
@@ -36,19 +39,17 @@ class BusMeter:
     def __init__(self, bus: Bus, cells: Cells, layout: Layout, index: int) -> None:
         first = layout.bus(index)
         self._bus = bus
-        self._cells = cells[first : first + len(BUS)]
+        self._block = cells[first : first + len(BUS)].cast("B")
         self._spent = [0] * DEVICES
         self._before = [0] * DEVICES
         self.read()  # what went over the bus before the run is in no step
 
     def read(self) -> None:
         """Copy the counters, and note what each device took since the last reading."""
-        bus, cells, spent, before = self._bus, self._cells, self._spent, self._before
-        cells[0] = bus.transactions
-        cells[1] = bus.bytes
-        cells[2] = bus.errors
-        cells[3] = bus.retries
-        cells[4] = bus.busy_ns
+        bus, spent, before = self._bus, self._spent, self._before
+        _COUNTERS.pack_into(
+            self._block, 0, bus.transactions, bus.bytes, bus.errors, bus.retries, bus.busy_ns
+        )
         for index, device in enumerate(islice(bus.by_address.values(), DEVICES)):
             busy = device.busy_ns
             spent[index] = busy - before[index]
@@ -57,7 +58,7 @@ class BusMeter:
     @property
     def busy_ns(self) -> int:
         """Time on the wire so far."""
-        return self._cells[4]
+        return self._bus.busy_ns
 
     def devices(self) -> list[int]:
         """Addresses of the devices with a place, then the time each took, as laid out."""

@@ -26,12 +26,8 @@ class GarbageTime:
         self._now = now
         self._tell = tell
         self._started = 0
-        self._spent = 0
-
-    def take(self) -> int:
-        """Return what was spent since the last call."""
-        spent, self._spent = self._spent, 0
-        return spent
+        self.spent = 0
+        """Since whoever reads it last set it to zero, ns."""
 
     @contextmanager
     def measured(self) -> Iterator[None]:
@@ -47,7 +43,7 @@ class GarbageTime:
             self._started = self._now()
         else:
             ended = self._now()
-            self._spent += ended - self._started
+            self.spent += ended - self._started
             if self._tell is not None:
                 self._tell(self._started, ended)
 

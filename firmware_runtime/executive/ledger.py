@@ -46,7 +46,7 @@ class Ledger:
         self._step = instruments.step
         self._accounting = instruments.accounting
         self._inbox = inbox
-        self._watches = instruments.watches
+        self._watches = list(enumerate(instruments.watches, layout.deadline(0)))
         self._garbage = instruments.garbage
         self._recorder = instruments.recorder
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
@@ -54,7 +54,7 @@ class Ledger:
         self._meters = [
             BusMeter(bus, cells, layout, index) for index, bus in enumerate(instruments.buses)
         ]
-        self._first_deadline = layout.deadline(0)
+        self._steps = 0
         self._previous_end = 0
         self._cpu_time = cpu_time
         self._cpu_time_before = cpu_time()
@@ -63,22 +63,24 @@ class Ledger:
 
     def commit(self, ended: int) -> None:
         """Write the step that has just ended."""
-        file, step_time, timeline = self.file, ended - self._step.started, self._timeline
+        file, timeline, garbage = self.file, self._timeline, self._garbage
+        step_time = ended - self._step.started
         file.open_section()
         if ended >= timeline.closes_at:
             timeline.close(ended)
-        latest = self._accounting.settle(min(ended, self._until + 1))
+        until = self._until
+        latest = self._accounting.settle(ended if ended <= until else until + 1)
         self._step_times.record(step_time)
-        file.cells[STEPS] += 1
+        self._steps = file.cells[STEPS] = self._steps + 1
         self._read_counters()
-        garbage = self._garbage.take()
         if step_time > timeline.step_max:
             timeline.step_max = step_time
         if latest is not None:
             if latest.lateness > timeline.lateness_max:
                 timeline.lateness_max = latest.lateness
             if latest.lateness + step_time > self._worst.smallest:
-                self._keep(latest, step_time, garbage)
+                self._keep(latest, step_time, garbage.spent)
+        garbage.spent = 0
         file.close_section(ended)
         self._previous_end = ended
         if self._recorder is not None:
@@ -100,7 +102,7 @@ class Ledger:
         file = self.file
         file.open_section()
         self._accounting.skip_due(min(now, self._until))
-        for watch in self._watches:
+        for _, watch in self._watches:
             watch.end()
         self._read_counters()
         self._timeline.close(now)
@@ -115,15 +117,15 @@ class Ledger:
         cells[INPUTS_DROPPED] = self._inbox.dropped
         for meter in self._meters:
             meter.read()
-        for index, watch in enumerate(self._watches, self._first_deadline):
-            cells[index] = watch.misses
+        for cell, watch in self._watches:
+            cells[cell] = watch.misses
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""
         cells = self.file.cells
         cells[CPU] = self._cpu_time() - self._cpu_time_before
         busy = sum(meter.busy_ns for meter in self._meters)
-        return [*self._accounting.totals(), cells[STEPS], busy, cells[CPU]]
+        return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
 
     def _keep(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
         """Put an activation on the list of the worst, with what the step spent its time on."""

@@ -27,13 +27,14 @@ class Step:
         self.lap = 0
         self.paths: list[str] = []
         self.own_times: list[int] = []
+        self._zeros: list[int] = []
         self._root = root
         self._now = now
 
     def begin(self, at: int) -> None:
         """Enter an instant, with all own times at zero."""
         self.at = at
-        self.own_times[:] = [0] * len(self.own_times)
+        self.own_times[:] = self._zeros
         self.lap = self.started = self._now()
 
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
@@ -41,6 +42,7 @@ class Step:
         number, own_times, now = len(self.paths), self.own_times, self._now
         self.paths.append(relative_path(atomic, self._root))
         own_times.append(0)
+        self._zeros.append(0)
 
         def timed(function: Callable[[], None]) -> Callable[[], None]:
             def call() -> None:

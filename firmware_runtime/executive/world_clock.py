@@ -16,7 +16,8 @@ class WorldClock:
     def begin(self, at: int, started: int) -> None:
         """A step for instant `at` starts at `started`."""
         instant = at if started - at <= self.tolerance else started
-        self._now = max(self._now, instant)
+        if instant > self._now:
+            self._now = instant
 
     def __call__(self) -> int:
         """Return the world's present instant, in ns since the start of the run."""

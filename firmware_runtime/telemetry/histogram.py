@@ -49,23 +49,29 @@ def empty_cells(count: int = CELLS) -> Cells:
 
 
 class Histogram:
-    """A histogram that lives in the `CELLS` cells it is given: in a mapped file, or in memory."""
+    """A histogram that lives in the `CELLS` cells it is given: in a mapped file, or in memory.
 
-    __slots__ = ("_cells",)
+    Nobody else writes them. `largest` is the largest sample, 0 if there is none; `sum` is the sum
+    of all; both are exact.
+    """
+
+    __slots__ = ("_cells", "largest", "sum")
 
     def __init__(self, cells: Cells) -> None:
         self._cells = cells
+        self.largest = cells[LARGEST_CELL]
+        self.sum = cells[SUM_CELL]
 
     def record(self, value: int) -> None:
         """Count one sample."""
         cells = self._cells
-        cells[SUM_CELL] += value
-        if value > cells[LARGEST_CELL]:
-            cells[LARGEST_CELL] = value
+        if value < 0:
+            value = 0  # cannot happen: nothing starts early on a clock that never goes back
+        self.sum = cells[SUM_CELL] = self.sum + value
+        if value > self.largest:
+            self.largest = cells[LARGEST_CELL] = value
         if value > LARGEST:
             value = LARGEST
-        elif value < 0:
-            value = 0  # cannot happen: nothing starts early on a clock that never goes back
         shift = (value >> 6).bit_length()
         cells[(shift << 5) + (value >> shift)] += 1
 
@@ -74,8 +80,8 @@ class Histogram:
         cells = self._cells
         for bucket, samples in enumerate(other.buckets):
             cells[bucket] += samples
-        cells[LARGEST_CELL] = max(cells[LARGEST_CELL], other.largest)
-        cells[SUM_CELL] += other.sum
+        self.largest = cells[LARGEST_CELL] = max(self.largest, other.largest)
+        self.sum = cells[SUM_CELL] = self.sum + other.sum
 
     @property
     def buckets(self) -> Cells:
@@ -86,16 +92,6 @@ class Histogram:
     def samples(self) -> int:
         """How many samples were counted."""
         return sum(self.buckets)
-
-    @property
-    def largest(self) -> int:
-        """The largest sample, exactly; 0 if there is none."""
-        return self._cells[LARGEST_CELL]
-
-    @property
-    def sum(self) -> int:
-        """The sum of all samples, exactly."""
-        return self._cells[SUM_CELL]
 
     def percentile(self, thousandths: int) -> int | None:
         """The least edge that at least so many thousandths of the samples do not pass."""

@@ -2,12 +2,12 @@
 
 The file stands beside the statistics (`BOARD.spans`) and is mapped like them: rows of four cells,
 
-    sequence | track | begin, ns | end, ns
+    sequence and track | begin, ns | end, ns | sequence
 
-The writer numbers its rows from 1 on and overwrites the oldest; it knows of no reader. A reader
-copies the ring twice: a row that has the same sequence in both copies was whole, because a row's
-sequence is written first and never comes back. Between the copies it waits, for processors that
-reorder stores.
+The writer numbers its rows from 1 on, writes each from left to right and overwrites the oldest; it
+knows of no reader. A reader copies the ring twice. A row whose two sequences agree was not half
+written when it was copied, and if its first one is the same in the second copy, nobody began to
+overwrite it meanwhile. Between the copies the reader waits, for processors that reorder stores.
 """
 
 from collections.abc import Sequence
@@ -26,6 +26,7 @@ TRACKS = ("waking", "step", "garbage")
 WAKING, STEP, GARBAGE, MODELS = range(4)
 _SPANS = Kind("flight recorder's file", b"FWRTSPAN", 1)
 _ROW = Struct("4q")
+_TRACK_BITS = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,8 @@ class SpanRing:
     def record(self, track: int, begin: int, end: int) -> None:
         """Write one entry; `track` by its number in the order of names."""
         self._sequence = sequence = self._sequence + 1
-        _ROW.pack_into(self._bytes, sequence * _ROW.size % self._size, sequence, track, begin, end)
+        place = sequence * _ROW.size % self._size
+        _ROW.pack_into(self._bytes, place, sequence << _TRACK_BITS | track, begin, end, sequence)
 
 
 def spans_path(statistics: Path) -> Path:
@@ -77,8 +79,12 @@ def read_spans(path: Path) -> list[Recorded]:
     rows = sorted(
         row
         for row, again in zip(_ROW.iter_unpack(copy), _ROW.iter_unpack(later), strict=True)
-        if row[0] == again[0] > 0
+        if row[0] == again[0] and row[0] >> _TRACK_BITS == row[3] > 0
     )
-    if any(not 0 <= track < len(tracks) for _, track, _, _ in rows):
-        raise file.damaged(f"an entry of a track that is none of {len(tracks)}")
-    return [Recorded(tracks[track], begin, end) for _, track, begin, end in rows]
+    numbers = [first & (1 << _TRACK_BITS) - 1 for first, *_ in rows]
+    if max(numbers, default=0) >= len(tracks):
+        raise file.damaged(f"an entry of track {max(numbers)} of {len(tracks)}")
+    return [
+        Recorded(tracks[number], begin, end)
+        for number, (_, begin, end, _) in zip(numbers, rows, strict=True)
+    ]

@@ -30,20 +30,21 @@ class StatisticsFile:
         self.layout = layout
         self.header = {**header, "writer": this_process(), "layout": layout.describe()}
         self.cells: Cells = STATISTICS.create(path, self.header, layout.cells)
+        self._sequence = 0
 
     def open_section(self) -> None:
         """Make the sequence odd: what follows belongs together.
 
         It stays odd where an exception has left a section open.
         """
-        self.cells[SEQUENCE] |= 1
+        self.cells[SEQUENCE] = self._sequence + 1
 
     def close_section(self, now: int) -> None:
         """Note the instant and a heartbeat (CLOCK_MONOTONIC), then make the sequence even."""
         cells = self.cells
         cells[ELAPSED] = now
         cells[HEARTBEAT] = monotonic_ns()
-        cells[SEQUENCE] += 1
+        self._sequence = cells[SEQUENCE] = self._sequence + 2
 
     def statistics(self) -> Statistics:
         """A copy of what has been counted so far."""

@@ -1,13 +1,15 @@
 """The reading end of a statistics file, for any process that may read it, at any time.
 
-A copy is good when the sequence was even, and the same, before and after it. Python has no memory
-barrier, so on a processor that reorders stores the sequence could become visible before the cells
-it guards, or after: the reader therefore waits on both sides of the copy, thousands of times longer
-than a store stays in a processor's store buffer.
+A copy is good when the sequence was even, and the same, before and after it; else it is made again.
+Python has no memory barrier. On a processor that reorders stores, as Arm's do, the sequence could
+become visible before the cells it guards, or after: there the reader waits on both sides of the
+copy, thousands of times longer than a store stays in a processor's store buffer. On x86 stores
+become visible in order.
 """
 
+import platform
 from pathlib import Path
-from time import sleep
+from time import monotonic, sleep
 
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.layout import Layout
@@ -16,9 +18,9 @@ from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.statistics import Statistics
 from firmware_runtime.telemetry.statistics_file import STATISTICS
 
-SETTLE_S = 50e-6
-ATTEMPTS = 2_000
-"""Together 0.2 s; a section takes microseconds, only a stopped writer keeps one open for long."""
+SETTLE_S = 0.0 if platform.machine() in {"x86_64", "i686"} else 50e-6
+PATIENCE_S = 0.2
+"""A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
 _SEQUENCE_BYTES = 8
 
 
@@ -45,23 +47,44 @@ def _read(file: ReadableFile) -> Statistics:
         raise file.damaged(f"its header has no usable {error}") from error
     if 8 * layout.cells != file.cell_bytes:
         raise file.damaged(f"{file.cell_bytes} bytes of cells, expected {8 * layout.cells}")
-    for _ in range(ATTEMPTS):
-        alive = is_running(header["writer"])  # asked before: what a dead writer left stays as it is
+    return _copy_whole(file, layout)
+
+
+def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:
+    """Copy until a copy is good; what a dead writer left is taken as it is."""
+    header, first_sequence = file.header, _sequence(file)
+    alive = is_running(header["writer"])
+    give_up_at = monotonic() + PATIENCE_S
+    while True:
         cells, complete = _copy(file)
-        if complete or not alive:
+        if not complete and alive and monotonic() > give_up_at:
+            alive = is_running(header["writer"])
+            if alive:
+                raise _busy(file, stopped=_sequence(file) == first_sequence)
+        elif complete or not alive:
             return Statistics(header, layout, memoryview(cells).cast("q"), alive, complete)
-    raise StatisticsFileError(
-        f"{file.path}: process {header['writer']['pid']} keeps the file half written; "
-        "expected a section of a few microseconds, the process may be stopped"
+
+
+def _busy(file: ReadableFile, *, stopped: bool) -> StatisticsFileError:
+    writer = f"{file.path}: process {file.header['writer']['pid']}"
+    if stopped:
+        return StatisticsFileError(
+            f"{writer} keeps the file half written; "
+            "expected a section of a few microseconds, the process may be stopped"
+        )
+    return StatisticsFileError(
+        f"{writer} writes without a pause; expected one between two steps, its loop is overloaded"
     )
 
 
 def _copy(file: ReadableFile) -> tuple[bytes, bool]:
     """The cells, and whether no section was open while they were copied."""
-    before = file.read(0, _SEQUENCE_BYTES)
+    before = _sequence(file)
     sleep(SETTLE_S)
     cells = file.read()
     sleep(SETTLE_S)
-    after = file.read(0, _SEQUENCE_BYTES)
-    even = memoryview(after).cast("q")[0] % 2 == 0
-    return cells, even and before == after
+    return cells, before % 2 == 0 and before == _sequence(file)
+
+
+def _sequence(file: ReadableFile) -> int:
+    return memoryview(file.read(0, _SEQUENCE_BYTES)).cast("q")[0]
