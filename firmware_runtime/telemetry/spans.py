@@ -14,11 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from struct import Struct
-from time import sleep
 
 from firmware_runtime.telemetry.mapped_file import Kind
 from firmware_runtime.telemetry.process_identity import this_process
-from firmware_runtime.telemetry.statistics_reader import SETTLE_S
+from firmware_runtime.telemetry.statistics_reader import settle
 
 SUFFIX = ".spans"
 TRACKS = ("waking", "step", "garbage")
@@ -74,7 +73,7 @@ def read_spans(path: Path) -> list[Recorded]:
         if not isinstance(tracks, list) or size % _ROW.size != 0:
             raise file.damaged(f"{size} bytes of cells and tracks {tracks!r}")
         copy = file.read()
-        sleep(SETTLE_S)
+        settle()
         later = file.read()
     rows = sorted(
         row

@@ -18,7 +18,8 @@ from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.statistics import Statistics
 from firmware_runtime.telemetry.statistics_file import STATISTICS
 
-SETTLE_S = 0.0 if platform.machine() in {"x86_64", "i686"} else 50e-6
+STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
+SETTLE_S = 50e-6
 PATIENCE_S = 0.2
 """A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
 _SEQUENCE_BYTES = 8
@@ -80,10 +81,16 @@ def _busy(file: ReadableFile, *, stopped: bool) -> StatisticsFileError:
 def _copy(file: ReadableFile) -> tuple[bytes, bool]:
     """The cells, and whether no section was open while they were copied."""
     before = _sequence(file)
-    sleep(SETTLE_S)
+    settle()
     cells = file.read()
-    sleep(SETTLE_S)
+    settle()
     return cells, before % 2 == 0 and before == _sequence(file)
+
+
+def settle() -> None:
+    """Wait until every store that came before is visible, where that takes waiting."""
+    if not STORES_IN_ORDER:
+        sleep(SETTLE_S)
 
 
 def _sequence(file: ReadableFile) -> int:

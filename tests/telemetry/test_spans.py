@@ -35,7 +35,7 @@ def test_an_entry_overwritten_while_it_was_copied_is_left_out(
     ring = SpanRing(["imu"], 4, path)
     for at in range(4):
         ring.record(MODELS, at, at)
-    monkeypatch.setattr(spans, "sleep", lambda _span: ring.record(MODELS, 9, 9))
+    monkeypatch.setattr(spans, "settle", lambda: ring.record(MODELS, 9, 9))
     assert [each.begin_ns for each in read_spans(path)] == [1, 2, 3]
 
 

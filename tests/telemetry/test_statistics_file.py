@@ -141,7 +141,7 @@ def test_a_copy_during_which_a_section_was_written_is_made_again(
         yield
 
     passing = meanwhile()
-    monkeypatch.setattr(statistics_reader, "sleep", lambda _span: next(passing))
+    monkeypatch.setattr(statistics_reader, "settle", lambda: next(passing))
     read = read_statistics(path)
     assert read.complete
     assert read.cells[SEQUENCE] == counted.cells[SEQUENCE]
