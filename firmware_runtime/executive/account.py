@@ -18,6 +18,7 @@ skips that no activation on time interrupts: one stall is one episode, whatever 
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from struct import Struct
 
 from firmware_runtime.devs.atomic import Atomic
@@ -81,12 +82,7 @@ class ModelAccount:
         touched: list["ModelAccount"],
     ) -> Functions:
         """Wrap the model's functions; an account with something to count joins `touched`."""
-        atomic = self.atomic
-
-        def output() -> None:
-            if self.deadline == step.at:
-                self.lateness = step.lap - step.at
-            functions.output()
+        atomic, number, began_at = self.atomic, self.number, step.began_at
 
         def book() -> None:
             """Note the instant the model books with its present time advance."""
@@ -100,6 +96,7 @@ class ModelAccount:
                 transition()
                 if self.deadline == step.at:
                     self.ran = True
+                    self.lateness = began_at[number] - step.at
                     touched.append(self)
                 book()
 
@@ -117,8 +114,11 @@ class ModelAccount:
             functions.internal()
             functions.external(0)
 
-        return Functions(
-            output, due(functions.internal), external, due(functions.confluent or confluent)
+        return replace(
+            functions,
+            internal=due(functions.internal),
+            external=external,
+            confluent=due(functions.confluent or confluent),
         )
 
     # After it -----------------------------------------------------------------------------------

@@ -18,7 +18,8 @@ class Step:
     `at` is the instant of the run it stands for, `started` what the clock read when it began, and
     `lap` what it read when the last model's function returned. The time from one lap to the next is
     the own time of the model whose function returned: the clock is read once a function, and own
-    times, one for each model in order of declaration, add up to the time of the step.
+    times, one for each model in order of declaration, add up to the time of the step. `began_at` is
+    when each model's output function began, the last time it did.
     """
 
     def __init__(self, root: Component, now: Callable[[], int]) -> None:
@@ -27,6 +28,7 @@ class Step:
         self.lap = 0
         self.paths: list[str] = []
         self.own_times: list[int] = []
+        self.began_at: list[int] = []
         self._zeros: list[int] = []
         self._root = root
         self._now = now
@@ -39,10 +41,23 @@ class Step:
 
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
         """Time one model's functions."""
-        number, own_times, now = len(self.paths), self.own_times, self._now
+        number, own_times, began_at, now = (
+            len(self.paths),
+            self.own_times,
+            self.began_at,
+            self._now,
+        )
         self.paths.append(relative_path(atomic, self._root))
         own_times.append(0)
+        self.began_at.append(0)
         self._zeros.append(0)
+
+        def output() -> None:
+            began_at[number] = self.lap
+            functions.output()
+            lap = now()
+            own_times[number] += lap - self.lap
+            self.lap = lap
 
         def timed(function: Callable[[], None]) -> Callable[[], None]:
             def call() -> None:
@@ -61,7 +76,7 @@ class Step:
 
         confluent = functions.confluent
         return Functions(
-            output=timed(functions.output),
+            output=output,
             internal=timed(functions.internal),
             external=external,
             confluent=None if confluent is None else timed(confluent),
