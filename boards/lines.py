@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from drivers.permit import Permit, always
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 
@@ -13,3 +14,5 @@ class Lines:
 
     buses: Mapping[str, I2cBus]
     ports: Mapping[str, SerialPort] = field(default_factory=dict)
+    permit: Permit = always
+    """Leave to move, asked before every write that could."""

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from drivers.chips.pca9685 import Pca9685
 from drivers.hardware import HardwareModel
+from drivers.permit import ASK_AGAIN_AFTER, Permit, always
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.errors import HalError
 
 STOP_AGAIN_AFTER = 10_000_000
@@ -38,17 +40,22 @@ class Esc(HardwareModel):
     arming, armed --arm? false--> reporting (0) --armed! false--> off
     arming, armed, chip silent or throttle not a number --> reporting --armed! false, fault!--> off
     reporting, not stopped yet --> stopping (STOP_AGAIN_AFTER) --> reporting
+    off, to be armed without leave --> forbidden (ASK_AGAIN_AFTER), given leave --> arming
+    armed, without leave --> reporting --armed! false--> forbidden
 
-    An `arm` that comes during the bring-up is kept until it is done.
+    An `arm` that comes during the bring-up, or while leave to move (`permit`) is withheld, is kept.
     """
 
-    def __init__(self, name: str, chip: Pca9685, settings: EscSettings) -> None:
+    def __init__(
+        self, name: str, chip: Pca9685, settings: EscSettings, permit: Permit = always
+    ) -> None:
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz))
         self.arm = self.in_port("arm", bool)
         self.throttle = self.in_port("throttle", float)
         self.armed_out = self.out_port("armed", bool)
         self.chip = chip
         self.settings = settings
+        self.permit = permit
         self.wants_armed = False
         self.is_stopped = True
 
@@ -69,15 +76,21 @@ class Esc(HardwareModel):
 
     def proceed(self) -> None:
         """Go on from arming, or with a stop that was not acknowledged."""
-        if self.phase == "arming":
+        if self.phase == "forbidden":
+            self._begin_arming()
+        elif self.phase == "arming":
             self.consecutive_faults = 0
-            self.passivate("armed")
+            self._stay_armed()
+        elif self.phase == "armed":
+            self._stay_armed()
         elif self.phase == "stopping":
             self._stop()
-        elif self.is_stopped:
-            self.passivate("off")
-        else:
+        elif not self.is_stopped:
             self.hold_in("stopping", STOP_AGAIN_AFTER)
+        elif self.wants_armed:
+            self._begin_arming()
+        else:
+            self.passivate("off")
 
     def external(self, elapsed: int) -> None:
         """Arm or disarm; set the throttle if armed."""
@@ -89,7 +102,9 @@ class Esc(HardwareModel):
             self._begin_arming()
         elif not self.wants_armed and self.phase in {"arming", "armed"}:
             self._stop()
-        elif self.throttle and self.phase == "armed":
+        elif not self.wants_armed and self.phase == "forbidden":
+            self.passivate("off")
+        elif self.throttle and self.phase == "armed" and self.permit():
             self._obey(self.throttle[-1])
         else:
             self.continue_(elapsed)
@@ -101,6 +116,9 @@ class Esc(HardwareModel):
     # ---------------------------------------------------------------------------------------------
 
     def _begin_arming(self) -> None:
+        if not self.permit():
+            self.hold_in("forbidden", ASK_AGAIN_AFTER)
+            return
         try:
             self._set_throttle(0.0)
         except HalError as error:
@@ -117,7 +135,15 @@ class Esc(HardwareModel):
         except HalError as error:
             self._fail(error)
         else:
-            self.passivate("armed")
+            self._stay_armed()
+
+    def _stay_armed(self) -> None:
+        """Stay so while there is leave; an ESC told once goes on, so leave is asked for here."""
+        if self.permit():
+            self.hold_in("armed", NEVER if self.permit is always else ASK_AGAIN_AFTER)
+        else:
+            self._stop()
+            self.wants_armed = True
 
     def _set_throttle(self, throttle: float) -> None:
         low, high = self.settings.low_pulse_us, self.settings.high_pulse_us

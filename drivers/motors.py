@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
+from drivers.permit import ASK_AGAIN_AFTER, Permit, always
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 
@@ -24,8 +25,11 @@ class Motors(HardwareModel):
     the chip silent --> stopped --> reporting (0) --fault!--> bring_up
     the stop not acknowledged --> reporting (0) --fault!--> stopping (STOP_AGAIN_AFTER) --> stopped
 
-    A fault forgets what was ordered. An order that comes while the chip is not up, or not stopped
-    yet, is kept until it is.
+    obeying, driving without leave --> stopped --> reporting (0) --> forbidden (ASK_AGAIN_AFTER)
+    forbidden, given leave --> obeying (0)
+
+    A fault forgets what was ordered. An order that comes while the chip is not up, not stopped yet,
+    or while leave to move (`permit`) is withheld, is kept.
     """
 
     def __init__(
@@ -35,15 +39,18 @@ class Motors(HardwareModel):
         *,
         refresh: int = NEVER,
         order_timeout: int = NEVER,
+        permit: Permit = always,
     ) -> None:
         super().__init__(name, bring_up)
         self.refresh = refresh
         self.order_timeout = order_timeout
+        self.permit = permit
         self._has_order = False
         self._refusal: NotReady | None = None
         self._since_order = 0
         self._is_stop_due = False
         self._is_bring_up_due = False
+        self._is_forbidden = False
 
     # What a subclass knows ------------------------------------------------------------------------
 
@@ -80,10 +87,12 @@ class Motors(HardwareModel):
             self._settle()
         elif self.phase == "stopping":
             self._stop()
-        elif self.phase == "obeying":
-            self._obey()
-        else:
+        elif not self.permit():
+            self._wait_for_leave()
+        elif self.phase == "driving":
             self._drive_on()
+        else:
+            self._obey()
 
     def external(self, elapsed: int) -> None:
         """Take the order; it is written next, unless the chip is not up or not stopped."""
@@ -103,8 +112,16 @@ class Motors(HardwareModel):
 
     # ---------------------------------------------------------------------------------------------
 
+    def _wait_for_leave(self) -> None:
+        """Keep the order; switch off unless that was done."""
+        self._has_order = self._is_forbidden = True
+        if self.phase == "forbidden":
+            self.hold_in("forbidden", ASK_AGAIN_AFTER)
+        else:
+            self._stop()
+
     def _obey(self) -> None:
-        self._has_order = False
+        self._has_order = self._is_forbidden = False
         self._since_order = 0
         if self._refusal is None:
             self._write_order()
@@ -151,6 +168,8 @@ class Motors(HardwareModel):
             self.hold_in("stopping", STOP_AGAIN_AFTER)
         elif self._is_bring_up_due:
             self.bring_up_again()
+        elif self._is_forbidden:
+            self.hold_in("forbidden", ASK_AGAIN_AFTER)
         elif self._has_order:
             self.activate("obeying")
         elif self.is_moving():

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.setting import SettingError
 from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
+from drivers.permit import Permit, always
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.errors import NotReady
 
@@ -28,11 +29,14 @@ class RadarMotor(Motors):
     stays where it saw something; after a fault and at the end all outputs are full-off instead.
     """
 
-    def __init__(self, name: str, bridge: HBridge, settings: RadarMotorSettings) -> None:
+    def __init__(
+        self, name: str, bridge: HBridge, settings: RadarMotorSettings, permit: Permit = always
+    ) -> None:
         super().__init__(
             name,
             lambda: bridge.bring_up(settings.frequency_hz),
             order_timeout=settings.longest_turn,
+            permit=permit,
         )
         if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
             raise SettingError(

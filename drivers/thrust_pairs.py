@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from drivers.chips.pca9685 import Pca9685
 from drivers.hardware import HardwareModel
+from drivers.permit import Permit, always
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 
@@ -50,14 +51,19 @@ class ThrustPairs(HardwareModel):
     bring_up (the steps' waits) --> off;  a step failed --fault!--> bring_up (RETRY_AFTER)
     off, driving --forces?--> reporting (0) --duties!, fault!--> driving (timeout)
     driving --(timeout)--> reporting --duties!, fault!--> off, or stopping while the chip is silent
+
+    Without leave (`permit`) forces have no effect: all is off, or is switched off.
     """
 
-    def __init__(self, name: str, chip: Pca9685, settings: ThrustSettings) -> None:
+    def __init__(
+        self, name: str, chip: Pca9685, settings: ThrustSettings, permit: Permit = always
+    ) -> None:
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz))
         self.forces = self.in_port("forces", Forces)
         self.duties_out = self.out_port("duties", tuple)
         self.chip = chip
         self.settings = settings
+        self.permit = permit
         self.duties: tuple[float, ...] = OFF
         self.is_stopped = True
         self._since_write = 0
@@ -111,6 +117,10 @@ class ThrustPairs(HardwareModel):
         if not all(map(math.isfinite, forces)):
             self.note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
             self._stop()
+            return
+        if not self.permit():
+            if not self.is_stopped:
+                self._stop()
             return
         wanted = duties_of(forces, self.settings.pair_thrust_n)
         try:

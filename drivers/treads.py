@@ -8,6 +8,7 @@ from drivers.chips.md25 import Md25Report
 from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
+from drivers.permit import Permit, always
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.errors import NotReady
@@ -80,12 +81,15 @@ class Treads(Motors):
     Speeds are clipped to -1 to 1; at one instant a signal goes before speeds for its own side.
     """
 
-    def __init__(self, name: str, driver: TreadDriver, settings: TreadSettings) -> None:
+    def __init__(
+        self, name: str, driver: TreadDriver, settings: TreadSettings, permit: Permit = always
+    ) -> None:
         super().__init__(
             name,
             driver.bring_up,
             refresh=settings.refresh,
             order_timeout=settings.order_timeout,
+            permit=permit,
         )
         faults = settings.faults(driver.timeout_ns)
         if faults:

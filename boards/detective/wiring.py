@@ -27,13 +27,14 @@ class DetectiveRobot(Coupled):
         mission = settings.mission
         self.bridge_chip = bridge_chip
         self.radar_motor = self.add(
-            RadarMotor("radar_motor", bridge, chips.radar_motor_settings(settings))
+            RadarMotor("radar_motor", bridge, chips.radar_motor_settings(settings), lines.permit)
         )
         self.treads = self.add(
             Treads(
                 "treads",
                 chips.treads(settings.treads, lines),
                 chips.tread_settings(settings.treads),
+                lines.permit,
             )
         )
         self.radar_sonar = self.add(_sonar("radar_sonar", settings, lines))

@@ -50,7 +50,7 @@ def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
 
 def build(settings: TachobotSettings, lines: Lines) -> Robot:
     """The robot on these buses; nothing is sent yet."""
-    model = Tachobot(settings, lines.buses)
+    model = Tachobot(settings, lines)
     return Robot(
         model=model,
         # Every PCA9685 leaves the ALLCALL address before anything else is said on the bus.

@@ -1,7 +1,6 @@
 """TachoBot's schematic: which chip hangs on which bus, and which wire leads where."""
 
-from collections.abc import Mapping
-
+from boards.lines import Lines
 from boards.tachobot.controller import Controller
 from boards.tachobot.lift import Lift
 from boards.tachobot.settings import TachobotSettings
@@ -14,7 +13,6 @@ from drivers.imu import Imu
 from drivers.thrust_pairs import ThrustPairs, ThrustSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.models.motion import Motion
 
 
@@ -24,8 +22,9 @@ class Tachobot(Coupled):
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
 
-    def __init__(self, settings: TachobotSettings, buses: Mapping[str, I2cBus]) -> None:
+    def __init__(self, settings: TachobotSettings, lines: Lines) -> None:
         super().__init__("tachobot")
+        buses, permit = lines.buses, lines.permit
         thrust, esc, imu = settings.thrust_pairs, settings.esc, settings.imu
         self.thrust_chip = Pca9685(buses[thrust.bus], thrust.address, osc_hz=thrust.osc_hz)
         self.esc_chip = Pca9685(buses[esc.bus], esc.address, osc_hz=esc.osc_hz)
@@ -33,9 +32,9 @@ class Tachobot(Coupled):
 
         self.yaw_reference = self.in_port("yaw_reference", float)
         self.thrust_pairs = self.add(
-            ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings))
+            ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings), permit)
         )
-        self.esc = self.add(Esc("esc", self.esc_chip, esc_settings(settings)))
+        self.esc = self.add(Esc("esc", self.esc_chip, esc_settings(settings), permit))
         self.imu = self.add(
             Imu("imu", self.imu_chip, control_period(settings), gyro_bias(settings))
         )

@@ -23,6 +23,8 @@ class Configuration:
     sources: Sequence[Source] = ()
     process: ProcessSettings = field(default_factory=ProcessSettings)
     statistics_path: Path | None = None
+    armed_at_start: bool = True
+    """Whether outputs may be driven from the start; otherwise an attendant arms the run."""
     worst: int = 16
     """How many of the worst activations are kept."""
     recorded_spans: int = 0

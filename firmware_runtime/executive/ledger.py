@@ -11,6 +11,7 @@ from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import (
+    ACKNOWLEDGED,
     ARMED,
     CPU,
     ELAPSED,
@@ -86,10 +87,11 @@ class Ledger:
         if self._recorder is not None:
             self._recorder.step_ended(ended)
 
-    def arm(self, *, armed: bool) -> None:
-        """Note whether the run may drive its outputs."""
+    def arm(self, *, armed: bool, generation: int) -> None:
+        """Note whether the run may drive its outputs, and which takeover by a guard it has seen."""
         self.file.open_section()
         self.file.cells[ARMED] = armed
+        self.file.cells[ACKNOWLEDGED] = generation
         self.file.close_section(self.file.cells[ELAPSED])
 
     def idle(self, now: int) -> None:

@@ -2,7 +2,8 @@
 
 How it works. One pass of the loop
 
-1. waits until the next event is due, taking what arrives meanwhile (`clocks`, `arrivals`);
+1. lets the attendants look after the run, then waits until the next event is due, taking what
+   arrives meanwhile (`attendant`, `clocks`, `arrivals`);
 2. ends if somebody asked for it, a policy demands it, or the end of the run is reached;
 3. works off one instant: the internal events due then, or inputs, or both (`devs.simulator`);
 4. counts it (`accounting`, `ledger`).
@@ -25,6 +26,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.executive.arrivals import Arrivals
+from firmware_runtime.executive.attendant import Attendant
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.executive.configuration import Configuration
@@ -35,6 +37,7 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import Report, in_force
 from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState, Statistics
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
@@ -69,6 +72,7 @@ class Executive:
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
         self._ledger = self._open_ledger({}, NEVER)
+        self.attendants: list[Attendant] = []
         self._started = False
         self._stop_reason: str | None = None
 
@@ -76,6 +80,18 @@ class Executive:
     def statistics(self) -> Statistics:
         """What has been counted so far."""
         return self._ledger.file.statistics()
+
+    @property
+    def cells(self) -> Cells:
+        """The cells of the statistics, live, where other processes see them once the run began."""
+        return self._ledger.file.cells
+
+    def arm(self, *, armed: bool, generation: int) -> None:
+        """Note in the statistics that outputs may be driven from now on, or may not.
+
+        `generation` is the guard's last takeover that whoever decides this has seen.
+        """
+        self._ledger.arm(armed=armed, generation=generation)
 
     def request_stop(self, reason: str) -> None:
         """End the run after the step under way; safe in a signal handler and in any thread."""
@@ -113,7 +129,8 @@ class Executive:
     def _loop(self, until: int) -> Outcome:
         accounting = self._instruments.accounting
         self.clock.start(0)
-        self._ledger.arm(armed=True)
+        if self._configuration.armed_at_start:
+            self.arm(armed=True, generation=0)
         while accounting.overrun == "":
             now = self._wait(min(self._next_at(), until))
             if self._stop_reason is not None:
@@ -135,6 +152,9 @@ class Executive:
 
     def _wait(self, until: int) -> int:
         """Wait, at most up to `until`; take what arrives; return the present instant."""
+        for attendant in self.attendants:
+            now = self.clock.now()
+            attendant.attend(now, until - now)
         if self._collector is not None:
             self._collector.offer(until - self.clock.now())
         ready = self.clock.wait(until, self._arrivals.sources)

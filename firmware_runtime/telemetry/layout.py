@@ -25,7 +25,11 @@ RUN = (
     "inputs_dropped",
     "cpu_ns",
     "armed",
+    "acknowledged",
+    "generation",
+    "guard_ns",
 )
+"""All written by the run, but the last two: they are the guard's, see `service.guard`."""
 MODEL = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes", "last_late_ns")
 BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
 WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
@@ -50,7 +54,19 @@ TIMELINE = len(WIDTHS) * SLOTS * len(SLOT)
 DEVICES = 8
 """How many devices of one bus have a place of their own in the list of worst activations."""
 
-SEQUENCE, STATE, HEARTBEAT, ELAPSED, STEPS, INPUTS_DROPPED, CPU, ARMED = range(len(RUN))
+(
+    SEQUENCE,
+    STATE,
+    HEARTBEAT,
+    ELAPSED,
+    STEPS,
+    INPUTS_DROPPED,
+    CPU,
+    ARMED,
+    ACKNOWLEDGED,
+    GENERATION,
+    GUARD,
+) = range(len(RUN))
 STEP_TIMES = len(RUN)
 REASON = 32
 """Cells of the text that says how the run ended: UTF-8, 8 bytes a cell, padded with zeros."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.telemetry.layout import (
     ARMED,
@@ -15,6 +16,8 @@ from firmware_runtime.telemetry.layout import (
     CPU,
     DEVICES,
     ELAPSED,
+    GUARD,
+    HEARTBEAT,
     INPUTS_DROPPED,
     MODEL,
     STATE,
@@ -171,6 +174,7 @@ class Statistics:
             "steps": self.cells[STEPS],
             "inputs_dropped": self.cells[INPUTS_DROPPED],
             "armed": bool(self.cells[ARMED]) and not died,
+            "guarded": self.cells[HEARTBEAT] - self.cells[GUARD] < SECOND,
             "cpu_s": self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,
         }
 
