@@ -33,6 +33,14 @@ class HardwareModel(Atomic, ABC):
     def proceed(self) -> None:
         """Go on from a phase of one's own whose time advance ran out."""
 
+    def unready(self) -> str | None:
+        """Why the device does not work, in a few words; None if it does."""
+        if self.phase.startswith("bring_up"):
+            return "is not up yet"
+        if self.consecutive_faults > 0:
+            return f"has failed {self.consecutive_faults} times in a row"
+        return None
+
     def initialize(self) -> None:
         """Begin the chip's bring-up at once."""
         self.bring_up_again()

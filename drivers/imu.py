@@ -42,6 +42,12 @@ class Imu(Atomic):
         self._wait_left = 0
         self._report: InertialSample | Fault | None = None
 
+    def unready(self) -> str | None:
+        """Why there are no samples, in a few words; None if there are."""
+        if self.consecutive_faults > 0:
+            return f"has failed {self.consecutive_faults} times in a row"
+        return None if self.stage == "sampling" else "is not up and calibrated yet"
+
     def initialize(self) -> None:
         """Begin the bring-up at once."""
         self._bring_up.restart()

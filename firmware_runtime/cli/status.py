@@ -15,5 +15,7 @@ class Status(IntEnum):
     """A bus or chip is missing; nothing was actuated."""
     NOT_SAFE = 4
     """The run ended, but some outputs could not be switched off."""
+    REFUSED = 5
+    """Something speaks against arming; nothing was actuated."""
     INTERRUPTED = 130
     TERMINATED = 143

@@ -1,0 +1,120 @@
+"""Whether outputs may be driven: the one place where that is decided, and taken back.
+
+    disarmed --asked for by the board or by request, nobody objects--> armed
+    armed --request, a guard's takeover, a guard gone where one is demanded--> disarmed
+
+A takeover is a higher generation in the statistics file: the guard has written full-off because it
+took this process for dead. If the process comes back it finds the new generation before its next
+write, makes its outputs safe itself, acknowledges, and stays disarmed until it is asked anew.
+"""
+
+from collections.abc import Callable, Sequence
+from time import monotonic_ns
+from typing import TypeAlias
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.telemetry.layout import GENERATION, GUARD
+
+GUARD_PATIENCE = SECOND // 2
+"""How old the guard's last sign of life may be, ns."""
+TRY_EVERY = 100 * MILLISECOND
+"""Ns from one attempt to arm, where the board asks for it, to the next."""
+
+Objection: TypeAlias = Callable[[int], str | None]
+"""At this instant of the run: why outputs must not be driven, in a sentence; None if they may."""
+
+
+class Arming:
+    """An attendant of the run, and the leave that motors ask for (`permit`).
+
+    `tell` hears of every change, in a sentence. Until `attach` nothing is permitted.
+    """
+
+    def __init__(
+        self, *, at_start: bool, demand_guard: bool, tell: Callable[[str], None] = lambda _: None
+    ) -> None:
+        self.armed = False
+        self.reason = "armed by nobody yet"
+        self._is_wanted = at_start
+        self._demands_guard = demand_guard
+        self._tell = tell
+        self._objections: Sequence[Objection] = ()
+        self._generation = 0
+        self._acknowledged = 0
+        self._try_at = 0
+        self._executive: Executive
+        self._make_safe: Callable[[], list[str]]
+
+    def attach(
+        self,
+        executive: Executive,
+        make_safe: Callable[[], list[str]],
+        objections: Sequence[Objection],
+    ) -> None:
+        """Look after this run; any of the objections keeps it from being armed."""
+        self._executive = executive
+        self._make_safe = make_safe
+        self._objections = (self._guard_objects, *objections)
+        executive.attendants.append(self)
+
+    def permit(self) -> bool:
+        """Leave to move: armed, no takeover since, and the guard there where one is demanded."""
+        return (
+            self.armed
+            and self._executive.cells[GENERATION] == self._generation
+            and not (self._demands_guard and self._guard_is_gone())
+        )
+
+    def request(self, now: int) -> list[str]:
+        """Arm, unless somebody objects; return the objections."""
+        against = [why for objection in self._objections if (why := objection(now)) is not None]
+        if against:
+            self.reason = "; ".join(against)
+        elif not self.armed:
+            self._generation = self._executive.cells[GENERATION]
+            self.armed = True
+            self._is_wanted = False
+            self._acknowledge()
+            self._tell("armed")
+        return against
+
+    def disarm(self, reason: str) -> list[str]:
+        """Make the outputs safe and keep them so; return what failed, one sentence each."""
+        self.armed = self._is_wanted = False
+        self.reason = reason
+        failed = self._make_safe()
+        self._acknowledge()
+        self._tell("; ".join([f"disarmed: {reason}", *failed]))
+        return failed
+
+    def attend(self, now: int, _left: int) -> None:
+        """Notice what happened to the leave; arm as soon as nobody objects, if that is wanted."""
+        if self.armed:
+            if not self.permit():
+                self.disarm(self._why_withdrawn())
+        elif self._executive.cells[GENERATION] != self._acknowledged:
+            self._make_safe()
+            self._acknowledge()
+        elif self._is_wanted and now >= self._try_at:
+            self._try_at = now + TRY_EVERY
+            self.request(now)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _acknowledge(self) -> None:
+        self._acknowledged = self._executive.cells[GENERATION]
+        self._executive.arm(armed=self.armed, generation=self._acknowledged)
+
+    def _why_withdrawn(self) -> str:
+        if self._executive.cells[GENERATION] != self._generation:
+            return "the guard took over, because this process seemed dead"
+        return "the guard is gone"
+
+    def _guard_is_gone(self) -> bool:
+        return monotonic_ns() - self._executive.cells[GUARD] > GUARD_PATIENCE
+
+    def _guard_objects(self, _now: int) -> str | None:
+        if self._demands_guard and self._guard_is_gone():
+            return "the guard is absent; expected `firmware-runtime guard` to run for this board"
+        return None

@@ -1,0 +1,91 @@
+"""The control socket: what a person may ask of a run, answered by its own loop.
+
+A Unix datagram socket beside the statistics (`BOARD.control`). A request is one word, the answer
+one JSON object, sent back to the socket the request came from. The loop reads it between two steps,
+as it reads any other source, and never waits for anybody: an answer that nobody takes is dropped.
+Who may write to the directory may ask.
+"""
+
+import json
+import os
+import socket
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.errors import FirmwareRuntimeError
+
+SUFFIX = ".control"
+PATIENCE_S = 2.0
+"""How long a request waits for its answer."""
+_LONGEST = 4096
+_AT_ONCE = 8
+
+Answer: TypeAlias = dict[str, Any]
+
+
+class ControlError(FirmwareRuntimeError):
+    """A run cannot be spoken to."""
+
+
+def control_path(statistics: Path) -> Path:
+    """Where a run listens that keeps its statistics at this path."""
+    return statistics.with_suffix(SUFFIX)
+
+
+class ControlSocket:
+    """The run's end, a source of its loop; `answers` has a function for every request."""
+
+    def __init__(self, path: Path, answers: Mapping[str, Callable[[], Answer]]) -> None:
+        self._path = path
+        self._answers = answers
+        path.unlink(missing_ok=True)
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self._socket.bind(os.fspath(path))
+        path.chmod(0o660)
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when there is a request."""
+        return self._socket.fileno()
+
+    def receive(self) -> Sequence[tuple[InPort[Any], object]]:
+        """Answer the requests that wait; none of them is a value for the model."""
+        for _ in range(_AT_ONCE):
+            try:
+                request, sender = self._socket.recvfrom(_LONGEST)
+            except BlockingIOError:
+                break
+            answer = json.dumps(self._answer(request)).encode()
+            with suppress(OSError, TypeError):  # who asked has gone, or has no address
+                self._socket.sendto(answer, sender)
+        return ()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._socket.close()
+        self._path.unlink(missing_ok=True)
+
+    def _answer(self, request: bytes) -> Answer:
+        answer = self._answers.get(request.decode(errors="replace"))
+        if answer is None:
+            return {"refused": [f"unknown request; expected one of {', '.join(self._answers)}"]}
+        return answer()
+
+
+def ask(path: Path, request: str) -> Answer:
+    """Send a request to a run and return its answer. Raises ControlError when there is none."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:
+        asking.bind("")  # the kernel finds a name for the answer, in no directory
+        asking.settimeout(PATIENCE_S)
+        try:
+            asking.sendto(request.encode(), os.fspath(path))
+            answer: Answer = json.loads(asking.recv(_LONGEST))
+        except TimeoutError as error:
+            raise ControlError(
+                f"{path}: no answer within {PATIENCE_S:g} s; expected the run to be alive"
+            ) from error
+        except (OSError, ValueError) as error:
+            raise ControlError(f"{path}: {error}; expected a run that listens there") from error
+    return answer
