@@ -55,6 +55,22 @@ class PathDeadlineSettings(Settings, frozen=True):
     within_us: Positive
 
 
+class ArmingSettings(Settings, frozen=True):
+    """When the outputs of a robot may be driven; doubles made for a run always may be."""
+
+    at_start: bool = False
+    """Arm as soon as nothing speaks against it; otherwise `firmware-runtime arm` does."""
+    demand_guard: bool = True
+    """Be armed only while `firmware-runtime guard` watches over the run."""
+
+
+class GuardSettings(Settings, frozen=True):
+    """When the guard switches off."""
+
+    stall_s: Annotated[float, Meta(ge=0.1, le=10)] = 0.2
+    """Time without a finished step after which the run counts as dead, s."""
+
+
 class ExecutiveSettings(Settings, frozen=True):
     """How the loop runs and what it asks of the system; what is not granted is reported."""
 

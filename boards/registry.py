@@ -10,8 +10,10 @@ from typing import Any, Protocol, cast
 
 from boards import strict
 from boards.common import (
+    ArmingSettings,
     BusSettings,
     ExecutiveSettings,
+    GuardSettings,
     ModelPolicy,
     PathDeadlineSettings,
     PortSettings,
@@ -37,6 +39,10 @@ class BoardSettings(Protocol):
     def buses(self) -> dict[str, BusSettings]: ...  # noqa: D102
     @property
     def executive(self) -> ExecutiveSettings: ...  # noqa: D102
+    @property
+    def arming(self) -> ArmingSettings: ...  # noqa: D102
+    @property
+    def guard(self) -> GuardSettings: ...  # noqa: D102
     @property
     def overruns(self) -> dict[str, ModelPolicy]: ...  # noqa: D102
     @property

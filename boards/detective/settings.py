@@ -6,9 +6,11 @@ from msgspec import Meta
 
 from boards.common import (
     Address,
+    ArmingSettings,
     BusSettings,
     Channel,
     ExecutiveSettings,
+    GuardSettings,
     ModelPolicy,
     NotNegative,
     PathDeadlineSettings,
@@ -154,5 +156,7 @@ class DetectiveSettings(Settings, frozen=True):
     world: ArenaTable
     ports: dict[str, PortSettings] = {}
     executive: ExecutiveSettings = ExecutiveSettings()
+    arming: ArmingSettings = ArmingSettings()
+    guard: GuardSettings = GuardSettings()
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()

@@ -6,10 +6,12 @@ from msgspec import Meta
 
 from boards.common import (
     Address,
+    ArmingSettings,
     BusSettings,
     Channel,
     ExecutiveSettings,
     Fraction,
+    GuardSettings,
     ModelPolicy,
     NotNegative,
     PathDeadlineSettings,
@@ -138,6 +140,8 @@ class TachobotSettings(Settings, frozen=True):
     controller: ControllerSettings
     world: WorldSettings
     executive: ExecutiveSettings = ExecutiveSettings()
+    arming: ArmingSettings = ArmingSettings()
+    guard: GuardSettings = GuardSettings()
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()
 

@@ -10,7 +10,7 @@ from importlib import import_module
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.status import Status
 
-_BENCHES = ("timing", "peers", "devstone", "accounting", "loop")
+_BENCHES = ("timing", "peers", "devstone", "accounting", "loop", "reader")
 
 
 def add_to(verbs: SubParsers) -> None:

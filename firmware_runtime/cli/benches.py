@@ -1,26 +1,27 @@
-"""Which bench stands for which board when a robot runs on doubles, here or in another process."""
+"""Which bench stands for which board when a robot runs on doubles, here or in another process.
 
-from collections.abc import Callable
+Only the board's own bench is imported.
+"""
+
+from importlib import import_module
 from pathlib import Path
 
 from boards.registry import Board
 from firmware_runtime.errors import BoardError
 from sim_doubles.benches.bench import Bench
-from sim_doubles.benches.detective import DetectiveBench
-from sim_doubles.benches.tachobot import TachobotBench
 from sim_doubles.clock import Now
 from sim_doubles.served.client import ServedDoubles, look
 from sim_doubles.served.connection import Connection
 
-_BENCHES: dict[str, Callable[..., Bench]] = {
-    "detective": DetectiveBench,
-    "tachobot": TachobotBench,
-}
+_BENCHES = {"detective": "DetectiveBench", "tachobot": "TachobotBench"}
+"""Classes by board; a board's module in `sim_doubles.benches` has its name."""
 
 
 def bench_for(board: Board, now: Now) -> Bench:
     """The board's doubles, on their buses and tied to their world, on this clock."""
-    return _BENCHES[board.name](board.settings, now)
+    module = import_module(f"sim_doubles.benches.{board.name}")
+    bench: Bench = getattr(module, _BENCHES[board.name])(board.settings, now)
+    return bench
 
 
 def served_doubles(board: Board, path: Path) -> ServedDoubles:

@@ -1,30 +1,51 @@
-"""The entry point: reads the command line, calls one verb, turns errors into sentences."""
+"""The entry point: reads the command line, calls one verb, turns errors into sentences.
+
+Only the verb that is asked for is imported, so that a robot's start does not wait for the others.
+"""
 
 import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from importlib.metadata import version
 
-from firmware_runtime.cli import bench, boards, check, diagram, doubles, run, stats, tree
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.service.control import ControlError
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
 from sim_doubles.served.errors import ServingError
 
-_VERBS = (run, check, boards, tree, diagram, stats, bench, doubles)
+_MODULES = {
+    "run": "run",
+    "check": "check",
+    "boards": "boards",
+    "tree": "tree",
+    "diagram": "diagram",
+    "stats": "stats",
+    "report": "report",
+    "perfetto": "perfetto",
+    "arm": "arm",
+    "disarm": "arm",
+    "guard": "guard",
+    "safe-state": "safe_state",
+    "bench": "bench",
+    "doubles": "doubles",
+}
+"""Where each verb is, in this package."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status."""
-    parsed = parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    parsed = parser(words).parse_args(words)
     try:
         status: int = parsed.execute(parsed)
     except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
-    except HalError as error:
+    except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE)
     except FirmwareRuntimeError as error:
         return _refuse(error, Status.MODEL_ERROR)
@@ -35,20 +56,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return status
 
 
-def parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+def parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """The command line with the verb that `words` begin with, or with all if that is none."""
     top = argparse.ArgumentParser(
         prog="firmware-runtime",
         description="Run DEVS models as the firmware of a robot.",
         epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, "
-        "4 some output could not be switched off, 130 and 143 stopped by SIGINT and SIGTERM.",
+        "4 some output could not be switched off, 5 refused to arm, 130 and 143 stopped by SIGINT "
+        "and SIGTERM.",
     )
     top.add_argument(
         "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"
     )
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
-    for verb in _VERBS:
-        verb.add_to(verbs)
+    asked_for = [_MODULES[word] for word in words[:1] if word in _MODULES]
+    for module in asked_for or dict.fromkeys(_MODULES.values()):
+        import_module(f"firmware_runtime.cli.{module}").add_to(verbs)
     return top
 
 

@@ -10,10 +10,8 @@ from sim_doubles.worlds.arena_picture_file import write_picture
 ENDINGS = (".svg", ".png")
 
 
-def check_plot(session: Session, path: Path | None) -> None:
+def check_plot(session: Session, path: Path) -> None:
     """Refuse, before the run, a picture that cannot be made. Raises BoardError."""
-    if path is None:
-        return
     faults = []
     if not isinstance(session.bench, Drawn):
         faults.append("--plot: there is no picture of this run; expected the detective on doubles")
@@ -25,9 +23,9 @@ def check_plot(session: Session, path: Path | None) -> None:
         raise BoardError(session.board.name, faults)
 
 
-def write_plot(session: Session, path: Path | None) -> None:
+def write_plot(session: Session, path: Path) -> None:
     """Draw what happened so far. Raises BoardError when the file cannot be written."""
-    if path is None or not isinstance(session.bench, Drawn):
+    if not isinstance(session.bench, Drawn):
         return
     try:
         write_picture(path, session.bench.draw(session.world_now()))

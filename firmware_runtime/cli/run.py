@@ -1,21 +1,23 @@
 """`firmware-runtime run BOARD`: run a robot, on its doubles or on its chips."""
 
 import argparse
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from importlib import import_module
 from pathlib import Path
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
-from firmware_runtime.cli.plot import check_plot, write_plot
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.service.arming import Arming
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.statistics import RunState
@@ -52,6 +54,14 @@ def add_to(verbs: SubParsers) -> None:
         help="robot time to run for; default on doubles as the board says, else until stopped",
     )
     verb.add_argument(
+        "--arm",
+        action="store_true",
+        help="arm it as soon as nothing speaks against it, whatever the board says",
+    )
+    verb.add_argument(
+        "--supervised", action="store_true", help="on doubles too, drive outputs only when armed"
+    )
+    verb.add_argument(
         "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
     )
     verb.add_argument(
@@ -78,22 +88,37 @@ def execute(arguments: argparse.Namespace) -> int:
         return run_event_file(arguments, board)
     clock = clock_of(arguments)
     session = Session(
-        board, clock, doubles=arguments.doubles, statistics_path=_statistics_path(arguments, board)
+        board,
+        clock,
+        doubles=arguments.doubles,
+        statistics_path=_statistics_path(arguments, board),
+        arming=_arming(arguments, board),
     )
     executive = session.executive
     try:
-        check_plot(session, arguments.plot)
-        report = Report(session, arguments)
-        with _tracing(session, arguments.trace), stop_on_signals(executive.request_stop):
-            report.begin()
-            outcome = executive.run(report.until)
-        if isinstance(outcome.error, StatisticsFileError):
-            raise outcome.error  # the run never began: where to keep its statistics was bad input
-        report.end(outcome)
-        write_plot(session, arguments.plot)
+        with _plotting(session, arguments.plot):
+            report = Report(session, arguments)
+            with _tracing(session, arguments.trace), stop_on_signals(executive.request_stop):
+                report.begin()
+                outcome = executive.run(report.until)
+            if isinstance(outcome.error, StatisticsFileError):
+                raise outcome.error  # the run never began: bad input, like a board's
+            report.end(outcome)
     finally:
         session.close()
     return _status(outcome, session)
+
+
+def _arming(arguments: argparse.Namespace, board: boards.registry.Board) -> Arming | None:
+    """Who decides whether outputs may be driven; doubles have nothing to be hurt."""
+    if arguments.doubles and not arguments.supervised:
+        return None
+    settings = board.settings.arming
+    return Arming(
+        at_start=settings.at_start or arguments.arm,
+        demand_guard=settings.demand_guard,
+        tell=lambda what: print(f"firmware-runtime: {what}", file=sys.stderr),
+    )
 
 
 def _statistics_path(arguments: argparse.Namespace, board: boards.registry.Board) -> Path | None:
@@ -109,6 +134,21 @@ def _tracing(session: Session, path: Path | None) -> Iterator[None]:
         if file is not None:
             trace(session.executive.simulator, file.write)
         yield
+
+
+@contextmanager
+def _plotting(session: Session, path: Path | None) -> Iterator[None]:
+    """Refuse a picture that cannot be made; draw it when the block is over.
+
+    What draws is imported only then.
+    """
+    if path is None:
+        yield
+        return
+    plot = import_module("firmware_runtime.cli.plot")
+    plot.check_plot(session, path)
+    yield
+    plot.write_plot(session, path)
 
 
 def _status(outcome: Outcome, session: Session) -> Status:

@@ -2,13 +2,13 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from boards.ending import Ending
-from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
-from firmware_runtime.cli.benches import bench_for, served_doubles
+from drivers.permit import always
+from firmware_runtime.cli.lines import bench_for, close_lines, open_lines, served_doubles
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -23,32 +23,43 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.linux import open_i2c
-from firmware_runtime.hal.linux_serial import open_serial
-from firmware_runtime.hal.retry import RetryPolicy
-from firmware_runtime.hal.serial import SerialPort
-from sim_doubles.benches.bench import Bench, Doubles
+from firmware_runtime.service.arming import Arming
+from firmware_runtime.service.control import Answer, ControlSocket, control_path
+from firmware_runtime.service.objections import objections_to
+
+if TYPE_CHECKING:
+    from sim_doubles.benches.bench import Bench, Doubles
 
 
 class Session:
     """A robot whose chips have answered, ready to run.
 
     `doubles` are made for the run (True), served at a path, or None on the real robot; `bench` is
-    there only if they were made. Raises BoardError for settings that do not fit the model, and
+    there only if they were made. A supervised run may drive its outputs only while it is armed, see
+    `arming`; any other always. Raises BoardError for settings that do not fit the model, and
     HalError when a bus or chip is missing; nothing was actuated then.
     """
 
     def __init__(
-        self, board: Board, clock: Clock, *, doubles: bool | Path, statistics_path: Path | None
+        self,
+        board: Board,
+        clock: Clock,
+        *,
+        doubles: bool | Path,
+        statistics_path: Path | None,
+        arming: Arming | None = None,
     ) -> None:
         self.board = board
+        self.arming = arming
         self._executive: Executive | None = None
-        self.bench: Bench | None = bench_for(board, self.world_now) if doubles is True else None
-        self.doubles: Doubles | None = self.bench
+        self.bench: Bench | None = None
+        self.doubles: Doubles | None = None
         if isinstance(doubles, Path):
             self.doubles = served_doubles(board, doubles)
-        self._lines = _lines_of(board, self.doubles)
+        elif doubles:
+            self.doubles = self.bench = bench_for(board, self.world_now)
+        self._lines = open_lines(board, self.doubles, always if arming is None else arming.permit)
+        self._control = None if arming is None else self._listen(arming, statistics_path)
         self.robot: Robot = board.build(self._lines)
         if self.bench is not None:
             self.bench.attach(self.robot.model)
@@ -58,6 +69,8 @@ class Session:
             self.robot.make_safe,
             self._configuration(statistics_path),
         )
+        if arming is not None:
+            arming.attach(self._executive, self.robot.make_safe, objections_to(self._executive))
         self.ending: Ending | None = None
         if self.robot.ended is not None:
             self._executive.simulator.listen(self.robot.ended, self._end)
@@ -94,8 +107,23 @@ class Session:
         return None
 
     def close(self) -> None:
-        """Release the buses."""
-        _close(self._lines)
+        """Release the buses; nobody can ask anything of the run any more."""
+        close_lines(self._lines)
+        if self._control is not None:
+            self._control.close()
+
+    def _listen(self, arming: Arming, statistics_path: Path | None) -> ControlSocket | None:
+        """Take requests to arm and disarm, if the run has a place where it can be found."""
+        if statistics_path is None:
+            return None
+
+        def arm() -> Answer:
+            return {"refused": arming.request(self.executive.clock.now()), "armed": arming.armed}
+
+        def disarm() -> Answer:
+            return {"not_safe": arming.disarm("asked for"), "armed": arming.armed}
+
+        return ControlSocket(control_path(statistics_path), {"arm": arm, "disarm": disarm})
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:
@@ -114,6 +142,8 @@ class Session:
             buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
             process=_process(settings.executive),
             statistics_path=statistics_path,
+            sources=() if self._control is None else (self._control,),
+            armed_at_start=self.arming is None,
             worst=settings.executive.worst,
             recorded_spans=settings.executive.recorded_spans,
             conditions={"board": self.board.name, "board_sha256": self.board.fingerprint},
@@ -133,31 +163,6 @@ def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
     owner, _, name = path.rpartition(".")
     component = find_component(root, owner) if owner else root
     return None if component is None else component.out_ports.get(name)
-
-
-def _lines_of(board: Board, doubles: Doubles | None) -> Lines:
-    """The doubles' lines or the real ones, buses with their retries and counters."""
-    buses: dict[str, I2cBus] = {}
-    ports: dict[str, SerialPort] = {}
-    try:
-        for name, bus in board.settings.buses.items():
-            inner = doubles.buses[name] if doubles else open_i2c(name, bus.device)
-            buses[name] = AccountedBus(inner, round(bus.speed_hz), RetryPolicy(bus.attempts))
-        for name, port in board.ports.items():
-            ports[name] = (
-                doubles.ports[name] if doubles else open_serial(name, port.device, port.baud)
-            )
-    except BaseException:
-        _close(Lines(buses, ports))
-        raise
-    return Lines(buses, ports)
-
-
-def _close(lines: Lines) -> None:
-    for bus in lines.buses.values():
-        bus.close()
-    for port in lines.ports.values():
-        port.close()
 
 
 def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # noqa: ANN401

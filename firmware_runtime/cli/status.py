@@ -17,5 +17,7 @@ class Status(IntEnum):
     """The run ended, but some outputs could not be switched off."""
     REFUSED = 5
     """Something speaks against arming; nothing was actuated."""
+    NOTHING_HAPPENED = 6
+    """What was waited for did not happen."""
     INTERRUPTED = 130
     TERMINATED = 143

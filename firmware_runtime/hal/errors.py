@@ -33,6 +33,10 @@ class BusAbsent(HalError, OSError):
     """The bus or port does not exist or may not be opened."""
 
 
+class BusInUse(BusAbsent):
+    """Another process drives what hangs on the bus, and asked to be alone."""
+
+
 class PortClosed(HalError, OSError):
     """The bus or port was used after it was closed."""
 

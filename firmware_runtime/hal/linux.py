@@ -15,13 +15,13 @@ Sources: Linux 6.1 drivers/i2c/i2c-dev.c, busses/i2c-bcm2835.c; smbus2 0.6.1.
 import errno
 import threading
 from collections.abc import Sequence
-from fcntl import ioctl
+from fcntl import LOCK_EX, LOCK_NB, flock, ioctl
 from pathlib import Path
 from typing import Final
 
 from smbus2 import I2cFunc, SMBus, i2c_msg
 
-from firmware_runtime.hal.errors import AddressInUse, BusAbsent, PortClosed, from_os_error
+from firmware_runtime.hal.errors import AddressInUse, BusAbsent, BusInUse, PortClosed, from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 I2C_SLAVE: Final = 0x0703
@@ -29,12 +29,15 @@ I2C_TIMEOUT: Final = 0x0702
 I2C_TIMEOUT_UNIT_MS: Final = 10
 
 
-def open_i2c(name: str, path_or_number: str | int, *, timeout_ms: int = 50) -> "LinuxI2cBus":
+def open_i2c(
+    name: str, path_or_number: str | int, *, timeout_ms: int = 50, alone: bool = False
+) -> "LinuxI2cBus":
     """Open a bus by its number or by the path of its device node.
 
     `name` is what errors call it. `timeout_ms`, in whole tens, bounds each transaction on a stuck
     bus; it is the adapter's, so it holds for every program that uses this bus.
-    Raises BusAbsent if the node is not there, may not be opened, or is no plain I2C bus.
+    With `alone` nobody else who asks for that gets the bus while it is open (flock: advisory).
+    Raises BusAbsent if the node is not there, may not be opened, or is no plain I2C bus; BusInUse.
     """
     is_number = isinstance(path_or_number, int)
     path = f"/dev/i2c-{path_or_number}" if is_number else str(path_or_number)
@@ -42,6 +45,13 @@ def open_i2c(name: str, path_or_number: str | int, *, timeout_ms: int = 50) -> "
     try:
         port.open(path)
         _bound_waiting(port, timeout_ms)
+        if alone:
+            _keep_others_out(port)
+    except BlockingIOError as error:
+        port.close()
+        raise BusInUse(
+            f"{name}: {path} is driven by another process, expected none; end that one"
+        ) from error
     except OSError as error:
         port.close()
         raise BusAbsent(f"{name}: {path} {_what_to_do(error)}") from error
@@ -109,6 +119,11 @@ def _bound_waiting(port: SMBus, timeout_ms: int) -> None:
     if port.fd is None or not port.funcs & I2cFunc.I2C:
         raise OSError(errno.EOPNOTSUPP, "no plain I2C transfers")
     ioctl(port.fd, I2C_TIMEOUT, -(-timeout_ms // I2C_TIMEOUT_UNIT_MS))
+
+
+def _keep_others_out(port: SMBus) -> None:
+    if port.fd is not None:
+        flock(port.fd, LOCK_EX | LOCK_NB)
 
 
 def _what_to_do(error: OSError) -> str:

@@ -25,15 +25,16 @@ CANDIDATES: Final = ("ttyAMA*", "ttyS*", "ttyUSB*", "ttyACM*", "serial*")
 
 
 def open_serial(
-    name: str, path: str, baud: int = 9600, *, write_timeout_ms: int = 20
+    name: str, path: str, baud: int = 9600, *, write_timeout_ms: int = 20, alone: bool = True
 ) -> "LinuxSerialPort":
     """Open a port by the path of its device node; what waited in its input buffer is thrown away.
 
-    `name` is what errors call it. `write_timeout_ms` bounds a write to a port that stopped sending.
+    `name` is what errors call it. Unless `alone`, a program that has the port does not keep us out.
+    `write_timeout_ms` bounds a write to a port that stopped sending.
     Raises BusAbsent if it is not there, may not be opened, is in use or cannot have that rate.
     """
     try:
-        port = Serial(path, baud, timeout=0, write_timeout=write_timeout_ms / 1000, exclusive=True)
+        port = Serial(path, baud, timeout=0, write_timeout=write_timeout_ms / 1000, exclusive=alone)
     except (OSError, ValueError, OverflowError, termios.error) as error:
         raise BusAbsent(f"{name}: {path} {_what_to_do(error, baud)}") from error
     return LinuxSerialPort(name, port)

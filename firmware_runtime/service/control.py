@@ -41,6 +41,7 @@ class ControlSocket:
     def __init__(self, path: Path, answers: Mapping[str, Callable[[], Answer]]) -> None:
         self._path = path
         self._answers = answers
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self._socket.bind(os.fspath(path))

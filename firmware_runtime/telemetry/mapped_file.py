@@ -64,6 +64,23 @@ class Kind:
             ) from error
         return memoryview(memory)[len(start) :].cast("q")
 
+    def attach(self, path: Path) -> tuple[dict[str, Any], Cells]:
+        """Map the cells of a file that another process writes too; return its header with them.
+
+        Raises StatisticsFileError when there is none, it is not whole, or may not be written.
+        """
+        with self.opened(path) as file:
+            try:
+                descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+            except OSError as error:
+                fault = f"{path}: the {self.name} cannot be written ({error.strerror})"
+                raise StatisticsFileError(f"{fault}; expected to be of its owner's") from error
+            try:
+                memory = mmap.mmap(descriptor, 0)
+            finally:
+                os.close(descriptor)
+            return file.header, memoryview(memory)[-file.cell_bytes :].cast("q")
+
     @contextmanager
     def opened(self, path: Path) -> Iterator["ReadableFile"]:
         """Open a file for reading, its prefix and header checked.

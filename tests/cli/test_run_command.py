@@ -8,7 +8,7 @@ import pytest
 from firmware_runtime.models.pid import Pid
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual")
-PERCENTILES = {"p50", "p90", "p99", "p999", "max"}
+PERCENTILES = {"p50", "p90", "p99", "p999", "max", "mean"}
 TRACED = {
     "world.yaw_rad",
     "world.yaw_rate_rad_s",

@@ -1,0 +1,78 @@
+"""`firmware-runtime guard BOARD`: switch off when the board's run is dead or hangs."""
+
+import argparse
+import json
+import os
+from pathlib import Path
+
+import boards.registry
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.cli.status import Status
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.process import ProcessSettings, in_force
+from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.service.guard import Guard
+from firmware_runtime.service.notices import Notices
+from firmware_runtime.telemetry.paths import default_path
+
+_ABOUT = """
+It holds the buses and the run's heartbeat, nothing else, and acts within 0.2 s ([guard] stall_s of
+the board): full-off to every chip, again until all have acknowledged. What it switched off stays
+off until the run is armed anew. Start it before the run; it waits for one, and for the next.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Watch over a board's run from another process; switch off when it is dead or hangs."
+    verb = add_verb(verbs, "guard", summary, execute)
+    verb.epilog = _ABOUT
+    add_board(verb)
+    add_doubles(verb)
+    verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
+    )
+
+
+def add_doubles(verb: argparse.ArgumentParser) -> None:
+    """Add --doubles PATH."""
+    verb.add_argument(
+        "--doubles", type=Path, metavar="PATH", help="on the doubles that are served at PATH"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Watch until a signal comes; a run that still goes on then is left alone."""
+    board = boards.registry.load(arguments.board, arguments.assignments)
+    path = arguments.statistics or default_path(board.name)
+    outputs = Outputs(board, arguments.doubles)
+    notices = Notices.from_environment()
+    stopped = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+    is_stopped: list[str] = []
+
+    def stop(signal: str) -> None:
+        is_stopped.append(signal)
+        os.eventfd_write(stopped, 1)
+
+    def tell(what: str) -> None:
+        print(f"guard: {what}", flush=True)
+        notices.status(what)
+
+    guard = Guard(path, outputs.make_safe, seconds(board.settings.guard.stall_s), tell)
+    priority = min(board.settings.executive.fifo_priority + 1, 99)
+    asked = ProcessSettings(
+        fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,
+        lock_memory=board.settings.executive.lock_memory,
+    )
+    with in_force(asked, MonotonicClock()) as granted, stop_on_signals(stop):
+        tell(f"watching {path}; {json.dumps(granted['fifo_priority'])}")
+        notices.ready()
+        while not is_stopped:
+            guard.look()
+            notices.alive()
+            guard.wait(stopped)
+    notices.stopping()
+    outputs.close()
+    return Status.OK

@@ -1,0 +1,70 @@
+"""A board's buses and ports, opened: the real ones, or those of its doubles.
+
+What makes doubles is imported only when they are asked for.
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from boards.lines import Lines
+from boards.registry import Board
+from drivers.permit import Permit, always
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.linux_serial import open_serial
+from firmware_runtime.hal.retry import RetryPolicy
+from firmware_runtime.hal.serial import SerialPort
+
+if TYPE_CHECKING:
+    from sim_doubles.benches.bench import Bench, Doubles
+    from sim_doubles.clock import Now
+    from sim_doubles.served.client import ServedDoubles
+
+
+def open_lines(
+    board: Board, doubles: "Doubles | None", permit: Permit = always, *, alone: bool = True
+) -> Lines:
+    """The doubles' lines or the real ones, buses with their retries and counters.
+
+    `alone` keeps out every other process that asks for the same. Raises HalError.
+    """
+    buses: dict[str, I2cBus] = {}
+    ports: dict[str, SerialPort] = {}
+    try:
+        for name, bus in board.settings.buses.items():
+            inner = doubles.buses[name] if doubles else open_i2c(name, bus.device, alone=alone)
+            buses[name] = AccountedBus(inner, round(bus.speed_hz), RetryPolicy(bus.attempts))
+        for name, port in board.ports.items():
+            ports[name] = (
+                doubles.ports[name]
+                if doubles
+                else open_serial(name, port.device, port.baud, alone=alone)
+            )
+    except BaseException:
+        close_lines(Lines(buses, ports))
+        raise
+    return Lines(buses, ports, permit)
+
+
+def close_lines(lines: Lines) -> None:
+    """Release buses and ports."""
+    for bus in lines.buses.values():
+        bus.close()
+    for port in lines.ports.values():
+        port.close()
+
+
+def bench_for(board: Board, now: "Now") -> "Bench":
+    """The board's doubles, made here."""
+    bench: Bench = import_module("firmware_runtime.cli.benches").bench_for(board, now)
+    return bench
+
+
+def served_doubles(board: Board, path: Path) -> "ServedDoubles":
+    """The board's doubles that are served at a path. Raises BusAbsent, BoardError."""
+    served: ServedDoubles = import_module("firmware_runtime.cli.benches").served_doubles(
+        board, path
+    )
+    return served

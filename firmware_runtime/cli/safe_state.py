@@ -1,0 +1,46 @@
+"""`firmware-runtime safe-state BOARD`: write full-off to every chip, and nothing else."""
+
+import argparse
+import sys
+from select import select
+
+import boards.registry
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.guard import add_doubles
+from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.cli.status import Status
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+
+ATTEMPTS = 100
+BETWEEN = 20 * MILLISECOND
+"""Together two seconds: longer than a stuck bus holds on for, and than a person waits."""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Switch every output of a board full-off, whoever drives it."
+    verb = add_verb(verbs, "safe-state", summary, execute)
+    add_board(verb)
+    add_doubles(verb)
+    verb.add_argument(
+        "--reason", default="asked for", help="why, for the journal; systemd's $SERVICE_RESULT"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write until all chips have acknowledged, at most for two seconds."""
+    board = boards.registry.load(arguments.board, arguments.assignments)
+    outputs = Outputs(board, arguments.doubles)
+    failed = outputs.make_safe()
+    for _ in range(ATTEMPTS):
+        if not failed:
+            break
+        select((), (), (), BETWEEN / SECOND)
+        failed = outputs.make_safe()
+    outputs.close()
+    for failure in failed:
+        print(f"firmware-runtime: not made safe: {failure}", file=sys.stderr)
+    if failed:
+        return Status.NOT_SAFE
+    print(f"{board.name}: all outputs off ({arguments.reason})")
+    return Status.OK

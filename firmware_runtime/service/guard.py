@@ -1,0 +1,180 @@
+"""The guard: watches over a run from another process, and switches off when it is dead or hangs.
+
+    waiting --a run's file, its process alive--> watching
+    watching --process gone--> holding;  --no finished step for the limit--> holding
+    holding: full-off, again every LOOK_EVERY until the chips have acknowledged, and as long as the
+             run has not acknowledged the takeover
+    holding, process gone, chips off--> waiting;  takeover acknowledged, chips off--> watching
+
+It takes over by raising the generation in the statistics file first and writing full-off then. A
+run that was only stopped, and comes back, finds the generation before its next write. If it had
+passed that check when it was stopped, its one late write is overwritten at the next look.
+
+The guard never gives control back. The run has to be armed anew, by somebody.
+"""
+
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from enum import Enum
+from pathlib import Path
+from select import select
+from time import monotonic_ns
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.histogram import Cells
+from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT
+from firmware_runtime.telemetry.process_identity import is_running
+from firmware_runtime.telemetry.statistics_file import STATISTICS
+
+LOOK_EVERY = 20 * MILLISECOND
+
+
+class Phase(Enum):
+    """What the guard is doing."""
+
+    WAITING = "waiting for a run"
+    WATCHING = "watching"
+    HOLDING = "holding the outputs off"
+
+
+class Guard:
+    """Watches the run whose statistics are at `path`; a new file there is a new run.
+
+    `make_safe` writes full-off to every chip and returns what failed, one sentence each. `stall` is
+    how many ns without a finished step count as dead. `tell` hears of every takeover and its end.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        make_safe: Callable[[], list[str]],
+        stall: int,
+        tell: Callable[[str], None],
+    ) -> None:
+        self.phase = Phase.WAITING
+        self._path = path
+        self._make_safe = make_safe
+        self._stall = stall
+        self._tell = tell
+        self._run: _Run | None = None
+        self._seen: tuple[int, int] | None = None
+        self._took_over_at = 0
+        self._failed: list[str] | None = None
+
+    def look(self) -> None:
+        """Look once, and act; to be called every LOOK_EVERY and when the run's process ends."""
+        self._find_run()
+        if self._run is not None:
+            self._run.show_presence()
+            if self.phase is Phase.WATCHING and (why := self._run.is_lost(self._stall)):
+                self._take_over(why)
+            if self.phase is Phase.HOLDING:
+                self._hold(self._run)
+
+    def wait(self, wake_up: int) -> None:
+        """Wait for the next look: at most LOOK_EVERY, less if the run ends or `wake_up` is read."""
+        ends = [] if self._run is None else self._run.ends
+        select([wake_up, *ends], (), (), LOOK_EVERY / SECOND)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _find_run(self) -> None:
+        """Take up a new file, unless a takeover from the run before is not over."""
+        try:
+            status = self._path.stat()
+        except OSError:
+            return
+        identity = status.st_dev, status.st_ino
+        if identity == self._seen or (self.phase is Phase.HOLDING and self._failed != []):
+            return
+        with suppress(StatisticsFileError):  # not whole yet, or not ours: the next look tells
+            run = _Run(self._path)
+            self._seen = identity
+            if self._run is not None:
+                self._run.close()
+            self._run = run
+            self.phase = Phase.WATCHING
+
+    def _take_over(self, why: str) -> None:
+        assert self._run is not None  # noqa: S101 -- there is a run while it is watched
+        self._took_over_at = monotonic_ns()
+        self._failed = None
+        self.phase = Phase.HOLDING
+        generation = self._run.raise_generation()
+        self._tell(f"takeover {generation}: {why}")
+
+    def _hold(self, run: "_Run") -> None:
+        failed = self._make_safe()
+        if failed != self._failed:
+            self._failed = failed
+            took_ms = (monotonic_ns() - self._took_over_at) / MILLISECOND
+            self._tell("; ".join(failed) or f"all outputs off {took_ms:.1f} ms after the takeover")
+        if failed:
+            return
+        if run.has_ended:
+            self.phase = Phase.WAITING
+            run.close()
+            self._run = None
+        elif run.has_acknowledged:
+            self._make_safe()  # a write that was under way is over by now
+            self.phase = Phase.WATCHING
+            self._tell("the run came back, disarmed")
+
+
+class _Run:
+    """One run, as its statistics file and its process show it."""
+
+    def __init__(self, path: Path) -> None:
+        header, self._cells = STATISTICS.attach(path)
+        self._writer = header["writer"]
+        self._process: int | None = None
+        with suppress(OSError):
+            self._process = os.pidfd_open(self._writer["pid"])
+        if not is_running(self._writer):  # of another boot, or its number is another's by now
+            self.close()
+
+    @property
+    def ends(self) -> list[int]:
+        """A descriptor that becomes readable when the process ends, if it has not."""
+        return [] if self._process is None else [self._process]
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the process is gone."""
+        if self._process is not None and select([self._process], (), (), 0)[0]:
+            self.close()
+        return self._process is None
+
+    @property
+    def has_acknowledged(self) -> bool:
+        """Whether the run has seen the last takeover."""
+        return self._cells[ACKNOWLEDGED] == self._cells[GENERATION]
+
+    def show_presence(self) -> None:
+        """Let the run know that it is watched."""
+        self._cells[GUARD] = monotonic_ns()
+
+    def is_lost(self, stall: int) -> str:
+        """Why outputs must be taken from it, empty if they need not."""
+        if self.has_ended:
+            return f"process {self._writer['pid']} has ended"
+        heartbeat: int = self._cells[HEARTBEAT]
+        silent = monotonic_ns() - heartbeat
+        if heartbeat > 0 and silent > stall:
+            return f"no finished step for {silent / MILLISECOND:.0f} ms"
+        return ""
+
+    def raise_generation(self) -> int:
+        """Withdraw the leave to move from the run; return the new generation."""
+        cells: Cells = self._cells
+        cells[GENERATION] += 1
+        generation: int = cells[GENERATION]
+        return generation
+
+    def close(self) -> None:
+        """Stop watching the process."""
+        if self._process is not None:
+            os.close(self._process)
+            self._process = None
