@@ -5,7 +5,7 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.kept import add_kept, path_of
-from firmware_runtime.cli.statistics_text import summary
+from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError
 from firmware_runtime.report.page import page

@@ -1,36 +1,69 @@
-"""Statistics as a person reads them: a line to begin with, then a table, then the worst."""
+"""Statistics as a person reads them: one line, how it went, a table, the worst, the conditions."""
 
 from collections.abc import Mapping
 from typing import Any
 
+from firmware_runtime.cli.statistics_summary import summary
+
 _WORST_SHOWN = 3
 _NOTHING_REFUSED = {"not asked for", "virtual time waits for nothing"}
+_MARGIN = "  "
 
 
-def statistics_text(statistics: Mapping[str, Any]) -> list[str]:
+def statistics_text(statistics: Mapping[str, Any], worst: int = _WORST_SHOWN) -> list[str]:
     """Lines for the statistics of one run, given as `Statistics.as_json` gives them."""
     return [
         summary(statistics),
+        _story(statistics),
         "",
-        *_table(statistics),
+        *_models(statistics),
+        *_times(statistics),
         *_buses(statistics),
         *_deadlines(statistics),
-        *_worst(statistics),
+        *_worst(statistics, worst),
         "",
         *_conditions(statistics["conditions"]),
     ]
 
 
-def summary(statistics: Mapping[str, Any]) -> str:
-    """The one line that says whether the run kept its time."""
+def microseconds(us: float | None) -> str:
+    """A span of time in the unit that reads best."""
+    if us is None:
+        return "-"
+    if us >= 1e6:
+        return f"{us / 1e6:.2f} s"
+    if us >= 1000:
+        return f"{us / 1000:.2f} ms"
+    return f"{us:.1f} us"
+
+
+def causes_text(causes: Mapping[str, Any], shown: int = 4) -> str:
+    """What an activation spent its time on, the longest first; the wire is within the models."""
+    spent = {
+        "waking": causes["wake_us"],
+        "steps before": causes["behind_us"],
+        "garbage": causes["garbage_us"],
+        **causes["models_us"],
+        **{
+            f"on the wire {bus} {address}": us
+            for bus, devices in causes["bus_us"].items()
+            for address, us in devices.items()
+        },
+    }
+    longest = sorted(spent.items(), key=lambda each: -each[1])[:shown]
+    text = ", ".join(f"{name} {microseconds(us)}" for name, us in longest if us > 0)
+    return text or "nothing measurable"
+
+
+def _story(statistics: Mapping[str, Any]) -> str:
+    """How far it has come, or how it ended, in whole numbers."""
     run = statistics["conditions"]["run"]
-    late = statistics["lateness_us"]
+    state = "has run for" if run["state"] == "running" else f"{_ended(run)} after"
     return (
-        f"{_ended(run)} after {run['elapsed_s']:.2f} s: {statistics['run']} of "
+        f"{state} {run['elapsed_s']:.2f} s: {statistics['run']} of "
         f"{statistics['scheduled']} activations run, {statistics['skipped']} skipped, "
         f"{statistics['coalesced']} coalesced; {statistics['overruns']} overruns in "
-        f"{statistics['episodes']} episodes; lateness p50 {_us(late['p50'])}, "
-        f"p99 {_us(late['p99'])}, max {_us(late['max'])}"
+        f"{statistics['episodes']} episodes"
     )
 
 
@@ -41,20 +74,47 @@ def _ended(run: Mapping[str, Any]) -> str:
     return f"{run['state']} ({run['reason']})"
 
 
-def _table(statistics: Mapping[str, Any]) -> list[str]:
-    models = statistics["models"].items()
-    rows: list[tuple[str, ...]] = [("", "p50", "p90", "p99", "p99.9", "max")]
-    rows += [(f"{path} lateness", *_row(model["lateness_us"])) for path, model in models]
-    rows += [(f"{path} own time", *_row(model["step_us"])) for path, model in models]
-    rows.append(("whole step", *_row(statistics["step_us"])))
-    width = max(len(row[0]) for row in rows)
+def _models(statistics: Mapping[str, Any]) -> list[str]:
+    if not statistics["models"]:
+        return []
+    head = ("lateness of", "rate", "p50", "p99", "max", "budget", "load", "late", "skipped", "last")
+    rows = [(path, *_model(model)) for path, model in statistics["models"].items()]
+    return [*_aligned([head, *rows]), ""]
+
+
+def _model(model: Mapping[str, Any]) -> tuple[str, ...]:
+    late, last = model["lateness_us"], model["last_late_t_ns"]
+    return (
+        f"{1e6 / model['period_us']:g} Hz",
+        *(microseconds(late[key]) for key in ("p50", "p99", "max")),
+        microseconds(model["tolerance_us"]),
+        _percent(model["load"]),
+        str(model["overruns"]),
+        str(model["skipped"]),
+        "-" if last is None else f"at {last / 1e9:.2f} s",
+    )
+
+
+def _times(statistics: Mapping[str, Any]) -> list[str]:
+    keys = ("p50", "p90", "p99", "p999", "max")
+    rows: list[tuple[str, ...]] = [("time of", "p50", "p90", "p99", "p99.9", "max")]
+    for path, model in statistics["models"].items():
+        rows.append((path, *(microseconds(model["step_us"][key]) for key in keys)))
+    rows.append(("whole step", *(microseconds(statistics["step_us"][key]) for key in keys)))
+    return _aligned(rows)
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    """Rows of a table: the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
-        f"  {name:{width}} " + " ".join(f"{cell:>9}" for cell in cells) for name, *cells in rows
+        _MARGIN
+        + "  ".join(
+            [row[0].ljust(widths[0])]
+            + [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        ).rstrip()
+        for row in rows
     ]
-
-
-def _row(histogram: Mapping[str, float | None]) -> tuple[str, ...]:
-    return tuple(_us(histogram[key]) for key in ("p50", "p90", "p99", "p999", "max"))
 
 
 def _buses(statistics: Mapping[str, Any]) -> list[str]:
@@ -72,47 +132,25 @@ def _deadlines(statistics: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _worst(statistics: Mapping[str, Any]) -> list[str]:
+def _worst(statistics: Mapping[str, Any], shown: int) -> list[str]:
     return [
-        f"  worst: {worst['model']} at {worst['t_ns'] / 1e9:.3f} s, {_us(worst['lateness_us'])} "
-        f"late, step {_us(worst['step_us'])}: {_causes(worst['causes'])}"
-        for worst in statistics["worst"][:_WORST_SHOWN]
+        f"  worst: {worst['model']} at {worst['t_ns'] / 1e9:.3f} s, "
+        f"{microseconds(worst['lateness_us'])} late, step {microseconds(worst['step_us'])}: "
+        f"{causes_text(worst['causes'])}"
+        for worst in statistics["worst"][:shown]
     ]
-
-
-def _causes(causes: Mapping[str, Any]) -> str:
-    spent = {
-        "waking": causes["wake_us"],
-        "steps before": causes["behind_us"],
-        "garbage": causes["garbage_us"],
-        **causes["models_us"],
-    }
-    longest = sorted(spent.items(), key=lambda each: -each[1])[:3]
-    return ", ".join(f"{name} {_us(us)}" for name, us in longest if us > 0) or "nothing measurable"
 
 
 def _conditions(conditions: Mapping[str, Any]) -> list[str]:
-    lines = [
-        f"  on {conditions['machine']}, {conditions['kernel']}, {conditions['python']}, "
-        f"{conditions['scheduler']} {conditions['scheduler_priority'] or ''}".rstrip()
-    ]
+    where = (conditions.get(name) for name in ("machine", "kernel", "python"))
+    scheduler, priority = conditions.get("scheduler"), conditions.get("scheduler_priority")
+    lines = [f"  on {', '.join(map(str, where))}, {scheduler} {priority or ''}".rstrip()]
     lines += [
         f"  not granted: {name} = {request['asked']} ({request['reason']})"
         for name, request in conditions.get("settings", {}).items()
         if not request["granted"] and request["reason"] not in _NOTHING_REFUSED
     ]
     return lines
-
-
-def _us(microseconds: float | None) -> str:
-    """A span of time in the unit that reads best."""
-    if microseconds is None:
-        return "-"
-    if microseconds >= 1e6:
-        return f"{microseconds / 1e6:.2f} s"
-    if microseconds >= 1000:
-        return f"{microseconds / 1000:.2f} ms"
-    return f"{microseconds:.1f} us"
 
 
 def _percent(share: float | None) -> str:

@@ -2,12 +2,18 @@
 
 import argparse
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.statistics_difference import difference_json, difference_text
+from firmware_runtime.cli.statistics_histogram import histogram_text
 from firmware_runtime.cli.statistics_text import statistics_text
 from firmware_runtime.cli.status import Status
+from firmware_runtime.telemetry.comparison import difference, merged, same_run
 from firmware_runtime.telemetry.paths import find_statistics
+from firmware_runtime.telemetry.statistics import Statistics
+from firmware_runtime.telemetry.statistics_file import save
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 
 
@@ -18,15 +24,90 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "board", metavar="BOARD", nargs="?", help="a board's name; default: whatever ran last"
     )
-    verb.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
-    verb.add_argument("--json", action="store_true", help="print them as JSON")
+    _add_sources(verb)
+    _add_forms(verb)
+    verb.add_argument(
+        "--since",
+        type=Path,
+        metavar="CURSOR",
+        help="only what came since the last time with this file, which then notes this time",
+    )
+    verb.add_argument(
+        "--save", type=Path, metavar="FILE", help="keep what was read in a file like the run's own"
+    )
+    verb.add_argument(
+        "--worst", type=int, default=3, metavar="N", help="how many of the worst to show; default 3"
+    )
+
+
+def _add_sources(verb: argparse.ArgumentParser) -> None:
+    sources = verb.add_mutually_exclusive_group()
+    sources.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
+    sources.add_argument(
+        "--merge",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="add up several runs of one board, of one robot or of many",
+    )
+    sources.add_argument(
+        "--diff", type=Path, nargs=2, metavar=("A", "B"), help="compare two runs, figure by figure"
+    )
+
+
+def _add_forms(verb: argparse.ArgumentParser) -> None:
+    forms = verb.add_mutually_exclusive_group()
+    forms.add_argument("--json", action="store_true", help="print them as JSON")
+    forms.add_argument(
+        "--prometheus", action="store_true", help="print them as Prometheus reads them"
+    )
+    forms.add_argument(
+        "--histogram",
+        action="store_true",
+        help="print the lateness of each periodic model as cyclictest prints its histogram",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the statistics; StatisticsFileError says why there are none."""
-    statistics = read_statistics(arguments.statistics or find_statistics(arguments.board)).as_json()
-    if arguments.json:
-        print(json.dumps(statistics, allow_nan=False))
-    else:
-        print("\n".join(statistics_text(statistics)))
+    if arguments.diff is not None:
+        _print_difference(arguments)
+        return Status.OK
+    statistics = _read(arguments)
+    if arguments.save is not None:
+        save(statistics, arguments.save)
+    for line in _lines(arguments, statistics):
+        print(line)
     return Status.OK
+
+
+def _read(arguments: argparse.Namespace) -> Statistics:
+    if arguments.merge is not None:
+        return merged([read_statistics(path) for path in arguments.merge])
+    now = read_statistics(arguments.statistics or find_statistics(arguments.board))
+    return now if arguments.since is None else _since(now, arguments.since)
+
+
+def _since(now: Statistics, cursor: Path) -> Statistics:
+    """What came since the cursor, which is moved to now."""
+    before = read_statistics(cursor) if cursor.exists() else None
+    save(now, cursor)
+    if before is None or not same_run(now, before):
+        return now  # a run of which the cursor knows nothing yet: all of it is new
+    return difference(now, before)
+
+
+def _lines(arguments: argparse.Namespace, statistics: Statistics) -> Iterable[str]:
+    if arguments.histogram:
+        return histogram_text(statistics)
+    if arguments.json:
+        return [json.dumps(statistics.as_json(), allow_nan=False)]
+    return statistics_text(statistics.as_json(), arguments.worst)
+
+
+def _print_difference(arguments: argparse.Namespace) -> None:
+    found = difference_json(*(read_statistics(path) for path in arguments.diff))
+    if arguments.json:
+        print(json.dumps(found, allow_nan=False))
+    else:
+        print("\n".join(difference_text(found)))

@@ -5,11 +5,13 @@ first cell, the sequence, odd and even again: a reader that sees the same even n
 after its copy has copied no half of a section.
 """
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, SEQUENCE, Layout
 from firmware_runtime.telemetry.mapped_file import Kind
@@ -17,6 +19,27 @@ from firmware_runtime.telemetry.process_identity import this_process
 from firmware_runtime.telemetry.statistics import SCHEMA, Statistics
 
 STATISTICS = Kind("statistics file", b"FWRTSTAT", SCHEMA)
+SAVED = "saved"
+"""In a header: this is a copy, with what held of the writer when it was made."""
+
+
+def save(statistics: Statistics, path: Path) -> None:
+    """Keep a reading in a file that can be read like a run's own; replaces what was there.
+
+    Raises StatisticsFileError when it cannot be written.
+    """
+    found = {"writer_alive": statistics.writer_alive, "complete": statistics.complete}
+    header = {**statistics.header, SAVED: found}
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        unfinished.write_bytes(
+            STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)
+        )
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
+        raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
 
 
 class StatisticsFile:

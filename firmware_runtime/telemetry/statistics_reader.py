@@ -16,7 +16,7 @@ from firmware_runtime.telemetry.layout import Layout
 from firmware_runtime.telemetry.mapped_file import ReadableFile
 from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.statistics import Statistics
-from firmware_runtime.telemetry.statistics_file import STATISTICS
+from firmware_runtime.telemetry.statistics_file import SAVED, STATISTICS
 
 STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
 SETTLE_S = 50e-6
@@ -54,6 +54,8 @@ def _read(file: ReadableFile) -> Statistics:
 def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:
     """Copy until a copy is good; what a dead writer left is taken as it is."""
     header, first_sequence = file.header, _sequence(file)
+    if SAVED in header:
+        return _saved(file, layout)
     alive = is_running(header["writer"])
     give_up_at = monotonic() + PATIENCE_S
     while True:
@@ -64,6 +66,15 @@ def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:
                 raise _busy(file, stopped=_sequence(file) == first_sequence)
         elif complete or not alive:
             return Statistics(header, layout, memoryview(cells).cast("q"), alive, complete)
+
+
+def _saved(file: ReadableFile, layout: Layout) -> Statistics:
+    """A saved copy: what held of the writer when it was made."""
+    found = file.header[SAVED]
+    if not isinstance(found, dict) or not {"writer_alive", "complete"} <= found.keys():
+        raise file.damaged(f"its header has no usable {SAVED!r}")
+    cells = memoryview(file.read()).cast("q")
+    return Statistics(file.header, layout, cells, found["writer_alive"], found["complete"])
 
 
 def _busy(file: ReadableFile, *, stopped: bool) -> StatisticsFileError:

@@ -1,0 +1,164 @@
+"""Statistics of two moments of a run subtracted, and statistics of several runs added up.
+
+Counters, histograms and their sums add and subtract exactly, cell by cell, because the buckets of
+all histograms are the same. Two things do not subtract: of the largest sample since a moment only
+the bucket is known, so its upper edge stands for it (at most 3.1 % too high, and never more than
+the largest of all); and the worst activations are those that came after the moment.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.histogram import (
+    BUCKETS,
+    CELLS,
+    LARGEST_CELL,
+    Cells,
+    Histogram,
+    empty_cells,
+    upper_edge,
+)
+from firmware_runtime.telemetry.layout import (
+    CPU,
+    ELAPSED,
+    INPUTS_DROPPED,
+    MODEL,
+    STEP_HISTOGRAM,
+    STEPS,
+    WORST,
+    Layout,
+)
+from firmware_runtime.telemetry.statistics import Statistics
+
+_LAST_LATE = MODEL.index("last_late_ns")
+_LATENESS, _STEP = WORST.index("lateness_ns"), WORST.index("step_ns")
+
+
+def difference(later: Statistics, earlier: Statistics) -> Statistics:
+    """What was counted between two readings of one run.
+
+    Raises StatisticsFileError when they are not of one run, or not in this order.
+    """
+    if not same_run(later, earlier):
+        raise StatisticsFileError("these statistics are of two runs; expected two moments of one")
+    layout = later.layout
+    cells = _copy_of(later)
+    for index in _counters(layout):
+        cells[index] -= earlier.cells[index]
+    for part in _histograms(layout):
+        _subtract(cells[part], earlier.cells[part])
+    known = set(map(bytes, _places(earlier)))
+    _keep_worst(cells, layout, [each for each in _places(later) if bytes(each) not in known])
+    return replace(later, cells=cells)
+
+
+def same_run(later: Statistics, earlier: Statistics) -> bool:
+    """Whether both are of one run, `earlier` first."""
+    return (
+        later.header["writer"] == earlier.header["writer"]
+        and later.layout == earlier.layout
+        and all(later.cells[index] >= earlier.cells[index] for index in _counters(later.layout))
+    )
+
+
+def merged(runs: Sequence[Statistics]) -> Statistics:
+    """Several runs as if they were one; conditions that differ read `differs`.
+
+    Times since the start of a run, and the timeline, have no meaning here and are left out. Raises
+    StatisticsFileError when the runs have not the same models, buses and deadlines.
+    """
+    first = runs[0]
+    layout = first.layout
+    if any(run.layout != layout for run in runs):
+        raise StatisticsFileError(
+            "these runs have different models, buses or deadlines; expected runs of one board"
+        )
+    cells = _copy_of(first)
+    cells[layout.timeline] = empty_cells(layout.cells)[layout.timeline]
+    for run in runs[1:]:
+        for index in _counters(layout):
+            cells[index] += run.cells[index]
+        for part in _histograms(layout):
+            Histogram(cells[part]).merge(Histogram(run.cells[part]))
+    for index in range(len(layout.models)):
+        cells[layout.model(index) + _LAST_LATE] = 0
+    _keep_worst(cells, layout, [place for run in runs for place in _places(run)])
+    return replace(first, header=_merged_header(runs), cells=cells)
+
+
+def differing_conditions(runs: Sequence[Statistics]) -> dict[str, list[Any]]:
+    """The conditions in which runs differ, with the value of each; None where one has none."""
+    tables = [run.header["conditions"] for run in runs]
+    names = dict.fromkeys(name for table in tables for name in table)
+    values = {name: [table.get(name) for table in tables] for name in names}
+    return {name: each for name, each in values.items() if any(one != each[0] for one in each)}
+
+
+# -------------------------------------------------------------------------------------------------
+
+
+def _copy_of(statistics: Statistics) -> Cells:
+    return memoryview(bytearray(statistics.cells)).cast("q")
+
+
+def _counters(layout: Layout) -> Iterator[int]:
+    """Where all cells are that only grow, histograms aside."""
+    yield from (ELAPSED, STEPS, INPUTS_DROPPED, CPU)
+    for index in range(len(layout.models)):
+        yield from range(layout.model(index), layout.model(index) + _LAST_LATE)
+    yield from range(layout.bus(0), layout.bus(len(layout.buses)))
+    yield from range(layout.deadline(0), layout.deadline(len(layout.deadlines)))
+
+
+def _histograms(layout: Layout) -> Iterator[slice]:
+    yield STEP_HISTOGRAM
+    for index in range(len(layout.models)):
+        yield layout.lateness(index)
+        yield layout.step(index)
+
+
+def _subtract(cells: Cells, earlier: Cells) -> None:
+    """Take an earlier state of a histogram from its cells."""
+    largest = cells[LARGEST_CELL]
+    for index in range(CELLS):
+        cells[index] -= earlier[index]
+    if largest > earlier[LARGEST_CELL]:
+        cells[LARGEST_CELL] = largest
+        return
+    grown = [bucket for bucket in range(BUCKETS) if cells[bucket] > 0]
+    cells[LARGEST_CELL] = min(upper_edge(grown[-1]), largest) if grown else 0
+
+
+def _places(statistics: Statistics) -> list[Cells]:
+    """The places of the list of the worst that are taken."""
+    layout = statistics.layout
+    ends = [layout.place(index) for index in range(layout.worst + 1)]
+    places = [statistics.cells[first:end] for first, end in pairwise(ends)]
+    return [place for place in places if _badness(place) > 0]
+
+
+def _keep_worst(cells: Cells, layout: Layout, places: Sequence[Cells]) -> None:
+    """Fill the list of the worst."""
+    cells[layout.place(0) : layout.place(layout.worst)] = empty_cells(
+        layout.worst * layout.place_cells
+    )
+    for index, place in enumerate(sorted(places, key=_badness, reverse=True)[: layout.worst]):
+        cells[layout.place(index) : layout.place(index + 1)] = place
+
+
+def _badness(place: Cells) -> int:
+    return place[_LATENESS] + place[_STEP]
+
+
+def _merged_header(runs: Sequence[Statistics]) -> dict[str, Any]:
+    header = runs[0].header
+    differing = differing_conditions(runs)
+    conditions = {
+        name: "differs" if name in differing else value
+        for name, value in header["conditions"].items()
+        if name not in differing or not isinstance(value, dict)
+    }
+    return {**header, "conditions": conditions}
