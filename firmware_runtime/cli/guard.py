@@ -2,17 +2,16 @@
 
 import argparse
 import json
-import os
 from pathlib import Path
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.outputs import Outputs
 from firmware_runtime.cli.status import Status
+from firmware_runtime.cli.until_signal import until_signal
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
-from firmware_runtime.executive.signals import stop_on_signals
 from firmware_runtime.service.guard import Guard
 from firmware_runtime.service.notices import Notices
 from firmware_runtime.telemetry.paths import default_path
@@ -49,12 +48,6 @@ def execute(arguments: argparse.Namespace) -> int:
     path = arguments.statistics or default_path(board.name)
     outputs = Outputs(board, arguments.doubles)
     notices = Notices.from_environment()
-    stopped = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-    is_stopped: list[str] = []
-
-    def stop(signal: str) -> None:
-        is_stopped.append(signal)
-        os.eventfd_write(stopped, 1)
 
     def tell(what: str) -> None:
         print(f"guard: {what}", flush=True)
@@ -66,13 +59,13 @@ def execute(arguments: argparse.Namespace) -> int:
         fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,
         lock_memory=board.settings.executive.lock_memory,
     )
-    with in_force(asked, MonotonicClock()) as granted, stop_on_signals(stop):
+    with in_force(asked, MonotonicClock()) as granted, until_signal() as signal:
         tell(f"watching {path}; {json.dumps(granted['fifo_priority'])}")
         notices.ready()
-        while not is_stopped:
+        while not signal.came:
             guard.look()
             notices.alive()
-            guard.wait(stopped)
+            guard.wait(signal.fileno())
     notices.stopping()
     outputs.close()
     return Status.OK

@@ -25,6 +25,7 @@ _MODULES = {
     "tree": "tree",
     "diagram": "diagram",
     "stats": "stats",
+    "metrics": "metrics",
     "report": "report",
     "perfetto": "perfetto",
     "arm": "arm",

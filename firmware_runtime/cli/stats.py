@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.extras import module_of_extra
 from firmware_runtime.cli.statistics_difference import difference_json, difference_text
 from firmware_runtime.cli.statistics_histogram import histogram_text
 from firmware_runtime.cli.statistics_text import statistics_text
@@ -98,6 +99,10 @@ def _since(now: Statistics, cursor: Path) -> Statistics:
 
 
 def _lines(arguments: argparse.Namespace, statistics: Statistics) -> Iterable[str]:
+    if arguments.prometheus:
+        collecting = module_of_extra("firmware_runtime.metrics.collector", "metrics")
+        board = statistics.header["conditions"].get("board", "unnamed")
+        return [collecting.exposition(board, statistics).rstrip()]
     if arguments.histogram:
         return histogram_text(statistics)
     if arguments.json:

@@ -48,6 +48,17 @@ def find_statistics(board: str | None = None) -> Path:
     )
 
 
+def all_statistics(board: str | None = None) -> dict[str, Path]:
+    """The files there are, by board, or that of one board, which may not be there yet."""
+    for directory in _directories():
+        found = {path.stem: path for path in sorted(directory.glob(f"*{SUFFIX}"))}
+        if board is None and found:
+            return found
+        if board in found:
+            return {board: found[board]}
+    return {} if board is None else {board: default_path(board)}
+
+
 def _directories() -> Iterator[Path]:
     if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
         yield Path(stated)

@@ -6,6 +6,7 @@ histograms of their lateness, made here.
 
 from dataclasses import dataclass
 from enum import IntEnum
+from time import monotonic_ns
 from typing import Any
 
 from firmware_runtime.devs.time import SECOND
@@ -66,6 +67,11 @@ class Statistics:
         """How the run ended, in a sentence; None before that."""
         text = bytes(self.cells[self.layout.reason]).rstrip(b"\0")
         return text.decode("utf-8", errors="ignore") or None
+
+    @property
+    def heartbeat_age_ns(self) -> int:
+        """How long ago, by CLOCK_MONOTONIC of this machine, the loop last showed itself."""
+        return monotonic_ns() - self.cells[HEARTBEAT]
 
     @property
     def timeline(self) -> list[Span]:

@@ -1,0 +1,19 @@
+"""Modules that need an extra: imported when they are asked for, missed in one sentence."""
+
+from importlib import import_module
+from types import ModuleType
+
+from firmware_runtime.errors import BoardError
+
+
+def module_of_extra(name: str, extra: str) -> ModuleType:
+    """Import a module of this project. Raises BoardError naming the extra when that is missing."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and error.name.startswith("firmware_runtime"):
+            raise
+        raise BoardError(
+            error.name or name,
+            [f"not installed; expected the extra: pip install 'firmware-runtime[{extra}]'"],
+        ) from error

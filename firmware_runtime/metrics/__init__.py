@@ -1,0 +1,1 @@
+"""Statistics as Prometheus reads them. Needs the extra `metrics`; no run ever imports it."""
