@@ -26,6 +26,7 @@ _MODULES = {
     "diagram": "diagram",
     "stats": "stats",
     "metrics": "metrics",
+    "top": "top",
     "report": "report",
     "perfetto": "perfetto",
     "arm": "arm",

@@ -41,11 +41,6 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FILE.json", help="where to write it"
     )
-    add_choice(verb)
-
-
-def add_choice(verb: argparse.ArgumentParser) -> None:
-    """Add what part of the record is wanted, and when."""
     verb.add_argument(
         "--last", type=positive, metavar="SECONDS", help="only so much; default: all there is"
     )
@@ -65,18 +60,15 @@ def add_choice(verb: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the trace, at once or when an activation was late."""
-    return write_trace(path_of(arguments.kept), arguments.output, arguments)
-
-
-def write_trace(kept: Path, output: Path, choice: argparse.Namespace) -> int:
-    """Write the trace of the run with its statistics at `kept`; return the exit status."""
-    if choice.wait is not None and choice.when_late is None:
+    if arguments.wait is not None and arguments.when_late is None:
         raise BoardError("perfetto", ["--wait belongs to --when-late"])
+    kept = path_of(arguments.kept)
     _check_recorder(kept)
     trigger = None
     try:
-        if choice.when_late is not None:
-            trigger = _wait(kept, round(choice.when_late * MICROSECOND), choice.wait or math.inf)
+        if arguments.when_late is not None:
+            limit_ns = round(arguments.when_late * MICROSECOND)
+            trigger = _wait(kept, limit_ns, arguments.wait or math.inf)
             sleep(AFTERMATH_S)
     except _NothingHappened as reason:
         print(f"firmware-runtime: {reason}; no trace was written", file=sys.stderr)
@@ -84,8 +76,27 @@ def write_trace(kept: Path, output: Path, choice: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("firmware-runtime: interrupted; no trace was written", file=sys.stderr)
         return Status.INTERRUPTED
-    _write(kept, output, choice.last, trigger)
+    write_trace(kept, arguments.output, arguments.last, trigger)
     return Status.OK
+
+
+def write_trace(
+    kept: Path, output: Path, last_s: float | None = None, trigger: Late | None = None
+) -> None:
+    """Write the trace of the run with its statistics at `kept`, or its last part; say so."""
+    recorded = read_spans(spans_path(kept))
+    if last_s is not None:
+        recorded = the_last(recorded, seconds(last_s))
+    trace = chrome_trace(recorded, read_statistics(kept), trigger)
+    try:
+        output.write_text(json.dumps(trace, allow_nan=False), encoding="utf-8")
+    except OSError as error:
+        raise BoardError(str(output), [f"cannot be written ({error.strerror})"]) from error
+    first = min((each.begin_ns for each in recorded), default=0)
+    end = max((each.end_ns for each in recorded), default=0)
+    print(f"{output}: {len(recorded)} spans, from {first / 1e9:.3f} s to {end / 1e9:.3f} s")
+    if trigger is not None:
+        print(f"taken because of {trigger}")
 
 
 def _check_recorder(kept: Path) -> None:
@@ -115,19 +126,3 @@ def _wait(kept: Path, limit_ns: int, longest_s: float) -> Late:
 
 def _is_under_way(statistics: Statistics) -> bool:
     return statistics.state is RunState.RUNNING and statistics.writer_alive
-
-
-def _write(kept: Path, output: Path, last_s: float | None, trigger: Late | None) -> None:
-    recorded = read_spans(spans_path(kept))
-    if last_s is not None:
-        recorded = the_last(recorded, seconds(last_s))
-    trace = chrome_trace(recorded, read_statistics(kept), trigger)
-    try:
-        output.write_text(json.dumps(trace, allow_nan=False), encoding="utf-8")
-    except OSError as error:
-        raise BoardError(str(output), [f"cannot be written ({error.strerror})"]) from error
-    first = min((each.begin_ns for each in recorded), default=0)
-    end = max((each.end_ns for each in recorded), default=0)
-    print(f"{output}: {len(recorded)} spans, from {first / 1e9:.3f} s to {end / 1e9:.3f} s")
-    if trigger is not None:
-        print(f"taken because of {trigger}")

@@ -1,0 +1,141 @@
+"""What `top` shows: a reading of the statistics, drawn to fit a terminal. Needs the extra `top`."""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from firmware_runtime.cli.statistics_summary import summary
+from firmware_runtime.cli.statistics_text import causes_text, microseconds
+from firmware_runtime.telemetry.histogram import Histogram, bucket_of
+from firmware_runtime.telemetry.statistics import Statistics
+
+_SPARKS = "▁▂▃▄▅▆▇█"
+_BAR = "█"
+_WORST = 4
+_NARROW = 60
+"""Columns below which only what matters most is shown."""
+
+
+def screen(now: Statistics, lately: Statistics, width: int, *, paused: bool) -> RenderableType:
+    """The whole picture; `lately` is what came since the last one."""
+    found = now.as_json()
+    return Group(*_parts(now, lately, found, width, paused=paused))
+
+
+def _parts(
+    now: Statistics, lately: Statistics, found: dict[str, Any], width: int, *, paused: bool
+) -> Iterable[RenderableType]:
+    yield Text(summary(found), style=_style(found))
+    yield _facts(found)
+    if found["models"]:
+        yield Text()
+        yield _models(found, lately.as_json(), width)
+        yield Text()
+        yield _histogram(now, lately, width)
+        yield _sparkline(now, width)
+    yield Text()
+    yield from _worst(found)
+    yield Text()
+    keys = "q quit  space go on" if paused else "q quit  space pause"
+    yield Text(f"{keys}  {'paused' if paused else ''}", style="dim")
+
+
+def _style(found: dict[str, Any]) -> str:
+    """Red when something is wrong, green while all is well."""
+    state = found["conditions"]["run"]["state"]
+    if state in {"died", "failed", "overrun"}:
+        return "bold red"
+    return "bold green" if found["overruns"] + found["skipped"] == 0 else "bold yellow"
+
+
+def _facts(found: dict[str, Any]) -> Text:
+    """Where, how long, and what the bus carries."""
+    run = found["conditions"]["run"]
+    cpu = "-" if run["cpu_s"] is None else f"{run['cpu_s'] / max(run['elapsed_s'], 1e-9):.1%}"
+    parts = [
+        str(found["conditions"].get("board", "")),
+        f"{run['elapsed_s']:.0f} s",
+        f"cpu {cpu}",
+        *(f"{name} {bus['errors']} errors" for name, bus in found["bus"].items()),
+        *(f"{missed} missed {name}" for name, missed in found["deadline_misses"].items()),
+    ]
+    return Text("  ".join(parts), style="dim", overflow="ellipsis", no_wrap=True)
+
+
+def _models(found: dict[str, Any], lately: dict[str, Any], width: int) -> Table:
+    """A row for every periodic model: the whole run's lateness, and what happened lately."""
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("lateness", no_wrap=True)
+    names = ["rate", "p50", "p99", "max", "load", "late", "skipped", "lately p99"]
+    shown = names if width >= _NARROW else names[1:4]
+    for name in shown:
+        table.add_column(name, justify="right", no_wrap=True)
+    for path, model in found["models"].items():
+        late = model["lateness_us"]
+        cells = {
+            "rate": f"{1e6 / model['period_us']:g} Hz",
+            "p50": microseconds(late["p50"]),
+            "p99": microseconds(late["p99"]),
+            "max": microseconds(late["max"]),
+            "load": "-" if model["load"] is None else f"{model['load']:.1%}",
+            "late": str(model["overruns"]),
+            "skipped": str(model["skipped"]),
+            "lately p99": microseconds(lately["models"][path]["lateness_us"]["p99"]),
+        }
+        table.add_row(path, *(cells[name] for name in shown))
+    return table
+
+
+def _histogram(now: Statistics, lately: Statistics, width: int) -> Table:
+    """Lateness in powers of two: bars for what came lately, numbers for the whole run."""
+    whole, new = _octaves(now.lateness()), _octaves(lately.lateness())
+    used = [index for index, count in enumerate(whole) if count > 0]
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(justify="right", style="dim", no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(justify="right", no_wrap=True)
+    if not used:
+        return table
+    most, length = max(*new, 1), max(width - 32, 8)
+    for index in range(used[0], used[-1] + 1):
+        bar = _BAR * -(-new[index] * length // most)
+        table.add_row(f"< {microseconds(2**index / 1000)}", bar.ljust(length), f"{whole[index]}")
+    return table
+
+
+def _octaves(histogram: Histogram) -> list[int]:
+    """How many samples are below each power of two ns, and not below the one before."""
+    buckets = histogram.buckets.tolist()
+    edges = [0, *(bucket_of((1 << power) - 1) + 1 for power in range(1, 38))]
+    return [0, *(sum(buckets[a:b]) for a, b in pairwise(edges))]
+
+
+def _sparkline(now: Statistics, width: int) -> Text:
+    """The largest lateness of each second of the last minutes."""
+    spans = now.timeline[-max(width - 24, 8) :]
+    largest = max((span.lateness_max_ns for span in spans), default=0)
+    return Text(
+        f"max a second {_sparks([span.lateness_max_ns for span in spans], largest)} "
+        f"{microseconds(largest / 1000)}",
+        style="cyan",
+        overflow="crop",
+        no_wrap=True,
+    )
+
+
+def _sparks(values: Sequence[int], largest: int) -> str:
+    return "".join(_SPARKS[value * (len(_SPARKS) - 1) // max(largest, 1)] for value in values)
+
+
+def _worst(found: dict[str, Any]) -> Iterable[Text]:
+    for worst in found["worst"][:_WORST]:
+        yield Text(
+            f"{worst['t_ns'] / 1e9:9.2f} s  {worst['model']} {microseconds(worst['lateness_us'])}"
+            f" late, step {microseconds(worst['step_us'])}: {causes_text(worst['causes'])}",
+            overflow="ellipsis",
+            no_wrap=True,
+        )

@@ -1,0 +1,133 @@
+"""`top` in a real terminal: what it shows, and that it leaves the terminal as it was."""
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import termios
+from collections.abc import Iterator
+from pathlib import Path
+from select import select
+
+import pytest
+
+from firmware_runtime.cli.main import main
+from firmware_runtime.telemetry.histogram import Histogram
+from firmware_runtime.telemetry.layout import MODEL, Layout
+from firmware_runtime.telemetry.statistics_file import StatisticsFile
+
+LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), worst=2)
+HEADER = {
+    "models": {"imu": {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "skip"}},
+    "conditions": {"board": "tachobot", "scheduler": "SCHED_FIFO", "scheduler_priority": 60},
+}
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "tachobot.stats"
+
+
+@pytest.fixture(autouse=True)
+def file(path: Path) -> StatisticsFile:
+    file = StatisticsFile(LAYOUT, HEADER, path)
+    file.open_section()
+    for name, value in (("scheduled", 100), ("run", 98), ("skipped", 2), ("overruns", 3)):
+        file.cells[LAYOUT.model(0) + MODEL.index(name)] = value
+    for sample in (60_000, 70_000, 2_000_000):
+        Histogram(file.cells[LAYOUT.lateness(0)]).record(sample)
+    file.close_section(1_000_000_000)
+    return file
+
+
+class Terminal:
+    """`top` on a pseudo-terminal of 80 by 24."""
+
+    def __init__(self, path: Path, *words: str) -> None:
+        self._ours, theirs = pty.openpty()
+        termios.tcsetwinsize(self._ours, (24, 80))
+        self.before = termios.tcgetattr(self._ours)
+        command = [sys.executable, "-m", "firmware_runtime.cli", "top", "--statistics", str(path)]
+        self.process = subprocess.Popen(
+            [*command, *words],
+            stdin=theirs,
+            stdout=theirs,
+            stderr=theirs,
+            env={**os.environ, "TERM": "xterm", "COLUMNS": "80", "LINES": "24"},
+        )
+        os.close(theirs)
+        self.shown = ""
+
+    def wait_for(self, text: str) -> None:
+        while text not in self.shown:
+            ready, _, _ = select([self._ours], (), (), 30)
+            assert ready, f"{text!r} is not in {self.shown!r}"
+            self.shown += os.read(self._ours, 65536).decode(errors="replace")
+
+    def press(self, key: str) -> None:
+        os.write(self._ours, key.encode())
+
+    def settings(self) -> list[object]:
+        return list(termios.tcgetattr(self._ours))
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        os.close(self._ours)
+
+
+@pytest.fixture
+def terminal(path: Path) -> Iterator[Terminal]:
+    opened = Terminal(path, "--interval", "0.05")
+    yield opened
+    opened.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["q", "Q"])
+def test_it_shows_the_summary_and_quits_on_a_key(terminal: Terminal, key: str) -> None:
+    terminal.wait_for("100 Hz 95.00 % late 3 skip 2/100")
+    terminal.wait_for("lately p99")
+    terminal.wait_for("q quit")
+    terminal.press(key)
+    assert terminal.process.wait(timeout=30) == 0
+    assert terminal.settings() == list(terminal.before)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_leaves_the_terminal_as_it_was(terminal: Terminal, number: signal.Signals) -> None:
+    terminal.wait_for("q quit")
+    terminal.process.send_signal(number)
+    assert terminal.process.wait(timeout=30) == 0
+    assert terminal.settings() == list(terminal.before)
+
+
+@pytest.mark.slow
+def test_it_follows_the_run_unless_paused(terminal: Terminal, file: StatisticsFile) -> None:
+    terminal.wait_for("late 3")
+    file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 4
+    terminal.wait_for("late 4")
+    terminal.press(" ")
+    terminal.wait_for("paused")
+    terminal.press(" ")
+    file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 5
+    terminal.wait_for("late 5")
+
+
+@pytest.mark.slow
+def test_a_new_run_is_taken_up(terminal: Terminal, path: Path) -> None:
+    terminal.wait_for("late 3")
+    again = StatisticsFile(LAYOUT, HEADER, path)
+    terminal.wait_for("skip 0/0")
+    assert again.cells[0] == 0
+
+
+def test_without_a_terminal_it_is_shown_once(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["top", "--statistics", str(path)]) == 0
+    printed = capsys.readouterr()
+    assert "100 Hz 95.00 % late 3 skip 2/100" in printed.out
+    assert "no terminal here" in printed.err
