@@ -63,7 +63,6 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.wait is not None and arguments.when_late is None:
         raise BoardError("perfetto", ["--wait belongs to --when-late"])
     kept = path_of(arguments.kept)
-    _check_recorder(kept)
     trigger = None
     try:
         if arguments.when_late is not None:
@@ -84,6 +83,7 @@ def write_trace(
     kept: Path, output: Path, last_s: float | None = None, trigger: Late | None = None
 ) -> None:
     """Write the trace of the run with its statistics at `kept`, or its last part; say so."""
+    _check_recorder(kept)
     recorded = read_spans(spans_path(kept))
     if last_s is not None:
         recorded = the_last(recorded, seconds(last_s))
@@ -100,8 +100,8 @@ def write_trace(
 
 
 def _check_recorder(kept: Path) -> None:
-    """Refuse a run that keeps no record, before anybody waits for it."""
-    read_statistics(kept)
+    """Refuse a run that keeps no record."""
+    read_statistics(kept)  # where there was no run, that is what to say
     if not spans_path(kept).is_file():
         raise StatisticsFileError(
             f"{spans_path(kept)}: this run has no flight recorder; "
@@ -111,6 +111,7 @@ def _check_recorder(kept: Path) -> None:
 
 def _wait(kept: Path, limit_ns: int, longest_s: float) -> Late:
     """Look until an activation is later than the limit."""
+    _check_recorder(kept)
     statistics = read_statistics(kept)
     watch, until = LateWatch(limit_ns, statistics), monotonic() + longest_s
     limit = f"over {limit_ns / MICROSECOND:.10g} us late"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.extras import module_of_extra
+from firmware_runtime.cli.perfetto import write_trace
 from firmware_runtime.cli.statistics_difference import difference_json, difference_text
 from firmware_runtime.cli.statistics_histogram import histogram_text
 from firmware_runtime.cli.statistics_text import statistics_text
@@ -63,6 +64,12 @@ def _add_forms(verb: argparse.ArgumentParser) -> None:
         "--prometheus", action="store_true", help="print them as Prometheus reads them"
     )
     forms.add_argument(
+        "--perfetto",
+        type=Path,
+        metavar="FILE",
+        help="write what ran when, for Perfetto; the verb `perfetto` can do more",
+    )
+    forms.add_argument(
         "--histogram",
         action="store_true",
         help="print the lateness of each periodic model as cyclictest prints its histogram",
@@ -73,6 +80,10 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the statistics; StatisticsFileError says why there are none."""
     if arguments.diff is not None:
         _print_difference(arguments)
+        return Status.OK
+    if arguments.perfetto is not None:
+        kept = arguments.statistics or find_statistics(arguments.board)
+        write_trace(kept, arguments.perfetto)
         return Status.OK
     statistics = _read(arguments)
     if arguments.save is not None:

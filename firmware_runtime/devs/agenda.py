@@ -4,13 +4,17 @@ A heap of pairs: an instant, and models booked for it. Bookings for one instant 
 other share a pair, so models with one period cost one heap operation together, not one each.
 Rebooking leaves the old entry behind; it is passed over when its instant comes, because `due_at` no
 longer agrees (lazy deletion). When the pairs left behind outnumber the models, all are dropped at
-once, so a timeout that is always rebooked and never comes does not fill the memory.
+once, so a timeout that is always rebooked and never comes does not fill the memory. Two pairs for
+never stay at the bottom, so that a heap always has a first place, and the two places under it.
 """
 
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush, heapreplace
 
 from firmware_runtime.devs.time import NEVER
 
+NOBODY = -1
+"""The number of no model."""
+_BOTTOM = ((NEVER, [NOBODY]), (NEVER, [NOBODY]))
 _SPARE = 64
 """Pairs beyond two a model that the heap may hold before it is rid of stale ones."""
 
@@ -20,7 +24,7 @@ class Agenda:
 
     def __init__(self, models: int) -> None:
         self.due_at: list[int] = [NEVER] * models
-        self._heap: list[tuple[int, list[int]]] = []
+        self._heap: list[tuple[int, list[int]]] = list(_BOTTOM)
         self._most_pairs = 2 * models + _SPARE
         self._open_at = NEVER
         self._open: list[int] = []
@@ -40,28 +44,62 @@ class Agenda:
                 if len(self._heap) > self._most_pairs:
                     self._drop_stale()
 
+    def alone_at(self, until: int) -> int:
+        """The model that is due first, by `until` (not NEVER), and is due alone; or NOBODY.
+
+        NOBODY may also mean that it takes a longer look to tell: `next_at` and `take` have it.
+        """
+        heap = self._heap
+        at, models = heap[0]
+        number = models[0]
+        if (
+            at > until
+            or len(models) > 1
+            or self.due_at[number] != at
+            or heap[1][0] == at  # what comes next stands in one of these two places
+            or heap[2][0] == at
+        ):
+            return NOBODY
+        return number
+
+    def rebook_first(self, model: int, at: int) -> None:
+        """Book anew the model that `alone_at` has told of; from NEVER on it is never due."""
+        if at >= NEVER:
+            self.due_at[model] = NEVER
+            self._pop()
+        elif at == self._open_at and self._heap[0][1] is not self._open:
+            self.due_at[model] = at
+            self._open.append(model)
+            heappop(self._heap)
+        else:
+            self.due_at[model] = self._open_at = at
+            self._open = [model]
+            heapreplace(self._heap, (at, self._open))
+
     def next_at(self) -> int:
         """The earliest instant somebody is due at, or NEVER."""
         heap, due_at = self._heap, self.due_at
-        while heap:
+        while True:
             at, models = heap[0]
+            if at >= NEVER:
+                return NEVER
             for model in models:
                 if due_at[model] == at:
                     return at
             self._pop()
-        return NEVER
 
     def take(self, at: int) -> list[int]:
         """Remove and return the models due at `at`, which is not past `next_at`, in order."""
         heap, due_at = self._heap, self.due_at
         due: list[int] = []
-        while heap and heap[0][0] <= at:
+        while heap[0][0] <= at:
             instant, models = self._pop()
             for model in models:
                 if due_at[model] == instant:
                     due_at[model] = NEVER
                     due.append(model)
-        due.sort()
+        if len(due) > 1:
+            due.sort()
         return due
 
     def _pop(self) -> tuple[int, list[int]]:
@@ -72,5 +110,6 @@ class Agenda:
 
     def _drop_stale(self) -> None:
         bookings = [(at, [model]) for model, at in enumerate(self.due_at) if at != NEVER]
-        self._heap[:] = sorted(bookings)
+        self._heap[:] = [*bookings, *_BOTTOM]
+        heapify(self._heap)
         self._open_at = NEVER

@@ -124,6 +124,7 @@ class Engine(ABC):
         while at <= until and at < NEVER:
             self.now = at
             work_off(at, take(at))
+            self._run_alone(until)
             at = next_at()
 
     def due_at(self, atomic: Atomic) -> int:
@@ -172,6 +173,9 @@ class Engine(ABC):
     @abstractmethod
     def _work_off(self, at: int, imminent: list[int]) -> None:
         """Do everything that happens at instant `at`; `imminent` in order of declaration."""
+
+    def _run_alone(self, until: int) -> None:  # noqa: B027 -- there need not be a shorter way
+        """Take instants up to `until` by a shorter way, as long as there is one."""
 
     def _number(self, model: Component) -> int:
         if model not in self._numbers:

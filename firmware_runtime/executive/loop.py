@@ -18,6 +18,7 @@ say how it ended; what the system granted is given back.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import process_time_ns
@@ -187,6 +188,9 @@ class Executive:
         }
         if instruments.recorder is not None:
             instruments.recorder.open(None if path is None else spans_path(path))
+        elif path is not None:
+            with suppress(OSError):  # of a run before this one; a missing folder is the next fault
+                spans_path(path).unlink()
         header = {"models": instruments.models(), "conditions": conditions}
         file = StatisticsFile(instruments.layout(), header, path)
         # in virtual time equal runs have equal statistics, whatever they cost

@@ -1,9 +1,10 @@
 """Statistics of two moments of a run subtracted, and statistics of several runs added up.
 
 Counters, histograms and their sums add and subtract exactly, cell by cell, because the buckets of
-all histograms are the same. Two things do not subtract: of the largest sample since a moment only
-the bucket is known, so its upper edge stands for it (at most 3.1 % too high, and never more than
-the largest of all); and the worst activations are those that came after the moment.
+all histograms are the same. The timeline is left out. Two things do not subtract: of the largest
+sample since a moment only the bucket is known, so its upper edge stands for it (at most 3.1 % too
+high, and never more than the largest of all); and the worst activations are those that came after
+the moment.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,6 +29,7 @@ from firmware_runtime.telemetry.layout import (
     MODEL,
     STEP_HISTOGRAM,
     STEPS,
+    TIMELINE,
     WORST,
     Layout,
 )
@@ -50,6 +52,7 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
         cells[index] -= earlier.cells[index]
     for part in _histograms(layout):
         _subtract(cells[part], earlier.cells[part])
+    cells[layout.timeline] = empty_cells(TIMELINE)
     known = set(map(bytes, _places(earlier)))
     _keep_worst(cells, layout, [each for each in _places(later) if bytes(each) not in known])
     return replace(later, cells=cells)
@@ -77,7 +80,7 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
             "these runs have different models, buses or deadlines; expected runs of one board"
         )
     cells = _copy_of(first)
-    cells[layout.timeline] = empty_cells(layout.cells)[layout.timeline]
+    cells[layout.timeline] = empty_cells(TIMELINE)
     for run in runs[1:]:
         for index in _counters(layout):
             cells[index] += run.cells[index]

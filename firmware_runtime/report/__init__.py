@@ -1,0 +1,1 @@
+"""One self-contained page of a run's timing, made from a copy of its statistics file."""

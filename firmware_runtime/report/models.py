@@ -1,0 +1,74 @@
+"""The periodic models: a table of what became of their activations, and charts of each."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.report.distribution import Mark, distribution
+from firmware_runtime.report.markup import element
+from firmware_runtime.report.tables import table
+from firmware_runtime.report.words import duration_us, instant, rate, share
+from firmware_runtime.telemetry.histogram import Histogram
+from firmware_runtime.telemetry.statistics import Statistics
+
+_COUNTS = ("scheduled", "run", "overruns", "skipped", "coalesced")
+_TIMES = ("p50", "p99", "p999", "max")
+
+
+def models_section(statistics: Statistics, models: Mapping[str, Any]) -> list[Element]:
+    """The tables, then lateness and own time of each model."""
+    if not models:
+        return [element("p", "This model has no periodic part: it acts when something happens.")]
+    return [
+        _activations(models),
+        _times(models),
+        element("div", *_charts(statistics, models), class_="pairs"),
+    ]
+
+
+def tolerance_ns(model: Mapping[str, Any]) -> int:
+    """The lateness from which on an activation of a model is late."""
+    return round(float(model["tolerance_us"]) * 1000)
+
+
+def _activations(models: Mapping[str, Any]) -> Element:
+    head = ["model", "rate", "policy", "tolerance"]
+    head += ["scheduled", "run", "late", "skipped", "coalesced", "last late"]
+    rows = (
+        [
+            path,
+            rate(model["period_us"]),
+            model["policy"],
+            duration_us(model["tolerance_us"]),
+            *(f"{model[key]:,}" for key in _COUNTS),
+            instant(model["last_late_t_ns"]),
+        ]
+        for path, model in models.items()
+    )
+    return table("What became of the activations of each periodic model", head, rows)
+
+
+def _times(models: Mapping[str, Any]) -> Element:
+    head = ["model", "lateness p50", "p99", "p99.9", "max"]
+    head += ["own time p50", "p99", "p99.9", "max", "load"]
+    rows = (
+        [
+            path,
+            *(duration_us(model["lateness_us"][key]) for key in _TIMES),
+            *(duration_us(model["step_us"][key]) for key in _TIMES),
+            share(model["load"]),
+        ]
+        for path, model in models.items()
+    )
+    return table("How late they began, and what the models' own functions took", head, rows)
+
+
+def _charts(statistics: Statistics, models: Mapping[str, Any]) -> Iterator[Element]:
+    """Lateness is left out where there is one model only: it is the page's first chart."""
+    for index, (path, model) in enumerate(models.items()):
+        if len(models) > 1:
+            lateness = Histogram(statistics.cells[statistics.layout.lateness(index)])
+            limit = Mark("tolerance", tolerance_ns(model), "limit")
+            yield distribution(f"lateness-{index}", f"{path}: lateness", lateness, [limit])
+        own_time = Histogram(statistics.cells[statistics.layout.step(index)])
+        yield distribution(f"own-time-{index}", f"{path}: own time", own_time)

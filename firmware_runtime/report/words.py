@@ -1,0 +1,77 @@
+"""Numbers as a reader says them: spans of time in the unit that reads best, shares in percent."""
+
+from typing import Any, Final
+
+NOTHING: Final = "\N{EN DASH}"
+_MICRO: Final = "\N{MICRO SIGN}s"
+_UNITS: Final = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, _MICRO), (1, "ns"))
+_DECIMALS: Final = {"s": 2, "ms": 2, _MICRO: 1, "ns": 0}
+
+
+def duration(ns: float | None) -> str:
+    """A measured span: `46.1 µs`, `2.10 ms`."""
+    if ns is None:
+        return NOTHING
+    for size, unit in _UNITS:
+        if ns >= size:
+            return f"{ns / size:.{_DECIMALS[unit]}f} {unit}"
+    return "0 s" if ns == 0 else f"{ns:.1f} ns"
+
+
+def duration_us(us: float | None) -> str:
+    """The same, of a number in microseconds."""
+    return duration(None if us is None else us * 1000)
+
+
+def round_duration(ns: int) -> str:
+    """A span that was chosen, not measured: `10 ms`."""
+    size, unit = next(((size, unit) for size, unit in _UNITS if ns >= size), (1, "s"))
+    return f"{ns / size:g} {unit}"
+
+
+def passed(ns: int) -> str:
+    """How long something went on: `20.00 s`, `72 h 5 min`."""
+    minutes = ns // 60_000_000_000
+    if minutes < 2:
+        return duration(ns)
+    return f"{minutes} min" if minutes < 120 else f"{minutes // 60:,} h {minutes % 60} min"
+
+
+def instant(t_ns: int | None) -> str:
+    """A moment of the run, in seconds since its start."""
+    return NOTHING if t_ns is None else f"{t_ns / 1e9:.3f} s"
+
+
+def share(part: float | None) -> str:
+    """A share in percent; what is not nothing never reads as nothing."""
+    if part is None:
+        return NOTHING
+    if part in {0, 1}:
+        return f"{part * 100:.0f} %"
+    if part < 0.0001:
+        return "under 0.01 %"
+    return f"{part * 100:.{2 if part < 0.01 else 1}f} %"
+
+
+def rate(period_us: float) -> str:
+    """How often, of a period."""
+    return f"{1e6 / period_us:.4g} Hz" if period_us > 0 else NOTHING
+
+
+def count(number: int, noun: str = "", plural: str = "") -> str:
+    """A number with its thousands set apart, and what it counts."""
+    word = noun if number == 1 else plural or f"{noun}s"
+    return f"{number:,} {word}" if noun else f"{number:,}"
+
+
+def plain(value: Any) -> str:  # noqa: ANN401 -- whatever a file's conditions hold
+    """A value of the conditions."""
+    if value is None:
+        return "not shown"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {plain(each)}" for name, each in value.items()) or "none"
+    if isinstance(value, list):
+        return ", ".join(map(plain, value)) or "none"
+    return str(value)

@@ -1,0 +1,149 @@
+"""Headless Chromium, spoken to by the DevTools protocol over a pair of pipes."""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+FOUND = shutil.which("chromium")
+_ARGUMENTS = (
+    *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"),
+    *("--no-first-run", "--disable-background-networking", "--disable-component-update"),
+    *("--remote-debugging-pipe", "--hide-scrollbars"),
+)
+_READS, _WRITES = 3, 4
+"""The descriptors on which a browser that is started so listens and answers."""
+
+
+class Page:
+    """A page in a browser: what it asked for over the network, and what it complained of."""
+
+    def __init__(self, browser: "_Browser") -> None:
+        self.requests: list[str] = []
+        self.complaints: list[str] = []
+        self._browser = browser
+        target = browser.ask("Target.createTarget", url="about:blank")["targetId"]
+        attached = browser.ask("Target.attachToTarget", targetId=target, flatten=True)
+        self._session: str = attached["sessionId"]
+        for domain in ("Page", "Network", "Log", "Runtime"):
+            self._ask(f"{domain}.enable")
+
+    def open(self, path: Path, scheme: str, width: int = 1100) -> None:
+        """Load a file in a colour scheme, and wait until all it wants is there.
+
+        `requests` and `complaints` are those of this file.
+        """
+        self._browser.events.clear()
+        self.requests.clear()
+        self.complaints.clear()
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self._ask("Emulation.setEmulatedMedia", features=features)
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        self._ask("Emulation.setDeviceMetricsOverride", **size)
+        self._ask("Page.navigate", url=path.as_uri())
+        while (event := self._browser.event())["method"] != "Page.loadEventFired":
+            self._note(event)
+        self.evaluate("document.fonts.ready")
+        for event in self._browser.events:
+            self._note(event)
+        self._browser.events.clear()
+
+    def evaluate(self, expression: str) -> Any:  # noqa: ANN401 -- whatever JavaScript answers
+        """The value of an expression in the page."""
+        answer = self._ask(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
+
+    def ask(self, method: str, **parameters: object) -> dict[str, Any]:
+        """One call of the protocol."""
+        return self._ask(method, **parameters)
+
+    def _ask(self, method: str, **parameters: object) -> dict[str, Any]:
+        answer: dict[str, Any] = self._browser.ask(method, self._session, **parameters)
+        return answer
+
+    def _note(self, event: dict[str, Any]) -> None:
+        method, parameters = event["method"], event["params"]
+        if method == "Network.requestWillBeSent":
+            self.requests.append(parameters["request"]["url"])
+        elif method in {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}:
+            self.complaints.append(json.dumps(parameters))
+
+
+class _Browser:
+    """One browser process: calls, their answers, and the events between them."""
+
+    def __init__(self, commands: int, answers: int) -> None:
+        self.events: list[dict[str, Any]] = []
+        self._commands = commands
+        self._answers = os.fdopen(answers, "rb")
+        self._calls = 0
+        self._rest = b""
+
+    def ask(self, method: str, session: str | None = None, /, **parameters: object) -> Any:  # noqa: ANN401
+        """Call a method and wait for its answer; what happens meanwhile is kept in `events`."""
+        self._calls += 1
+        call = {"id": self._calls, "method": method, "params": parameters}
+        if session is not None:
+            call["sessionId"] = session
+        os.write(self._commands, json.dumps(call).encode() + b"\0")
+        while True:
+            message = self._message()
+            if message.get("id") == self._calls:
+                assert "error" not in message, (method, message)
+                return message["result"]
+            if "method" in message:
+                self.events.append(message)
+
+    def event(self) -> dict[str, Any]:
+        """The next event."""
+        return self.events.pop(0) if self.events else self._message()
+
+    def _message(self) -> dict[str, Any]:
+        while b"\0" not in self._rest:
+            more = os.read(self._answers.fileno(), 1 << 16)
+            assert more, "chromium has gone"
+            self._rest += more
+        first, _, self._rest = self._rest.partition(b"\0")
+        message: dict[str, Any] = json.loads(first)
+        return message
+
+    def close(self) -> None:
+        """Let go of both pipes."""
+        os.close(self._commands)
+        self._answers.close()
+
+
+@contextmanager
+def open_page(profile: Path) -> Iterator[Page]:
+    """A page in a browser of its own that keeps what it must in the folder `profile`."""
+    assert FOUND is not None
+    to_browser, commands = os.pipe()
+    answers, from_browser = os.pipe()
+    words = [FOUND, *_ARGUMENTS, f"--user-data-dir={profile}", "about:blank"]
+    silent = os.open(os.devnull, os.O_RDWR)
+    process = os.posix_spawn(
+        FOUND,
+        words,
+        os.environ,
+        file_actions=[
+            (os.POSIX_SPAWN_DUP2, silent, 1),
+            (os.POSIX_SPAWN_DUP2, silent, 2),
+            (os.POSIX_SPAWN_DUP2, to_browser, _READS),
+            (os.POSIX_SPAWN_DUP2, from_browser, _WRITES),
+        ],
+    )
+    for descriptor in (to_browser, from_browser, silent):
+        os.close(descriptor)
+    browser = _Browser(commands, answers)
+    try:
+        yield Page(browser)
+        browser.ask("Browser.close")
+    finally:
+        browser.close()
+        os.waitpid(process, 0)
