@@ -26,8 +26,7 @@ types: $(VENV)/installed-test
 	@$(BIN)/mypy
 
 bench: $(VENV)/installed-bench
-	@$(BIN)/python -m benchmarks.devstone
-	@$(BIN)/python -m benchmarks.hold
+	@$(BIN)/firmware-runtime bench devstone
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \

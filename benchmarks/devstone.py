@@ -1,121 +1,138 @@
-"""DEVStone, side by side with xdevs.py: `python -m benchmarks.devstone [--json]`.
+"""DEVStone and the hold model, side by side with xdevs.py: `firmware-runtime bench devstone`.
 
-CPU seconds of each engine, set-up included and shown apart, medians over runs in fresh processes
-that take turns. Both engines' transitions are checked against the published formulas. Prints
-seconds, transitions and, last, the ratios: how many times as much CPU time xdevs.py takes.
-
-Exit status 1 if an engine did not do the work, 2 if xdevs.py is not installed.
+CPU seconds of each engine, set-up included, medians over runs in fresh processes that take turns.
+Both engines' transitions are checked against the published formulas, or the arithmetic. The hold
+model is N atomics that only wait: it shows what finding the next one costs as N grows.
 """
 
 import argparse
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from benchmarks.devstone_counts import transitions
+from benchmarks import hold, shapes
 from benchmarks.devstone_models import SHAPES
+from benchmarks.results import add_common_options, save
 from benchmarks.side_by_side import (
     OURS,
-    PARTS,
     PEER,
     WrongCountError,
-    check_counts,
     conditions,
     conditions_text,
-    in_turns,
-    medians,
     missing_peer,
     peer_version,
     positive,
-    run_once,
 )
+from firmware_runtime.cli.status import Status
 
-WIDTHS = {"LI": 200, "HI": 200, "HO": 200, "HOmod": 20}
-MODULES = ("benchmarks.devstone_ours", "benchmarks.devstone_xdevs")
-
-
-def main() -> int:
-    """Measure the shapes asked for; return the exit status."""
-    arguments = _arguments()
-    if peer_version() is None:
-        print(missing_peer(), file=sys.stderr)
-        return 2
-    report: dict[str, Any] = {"conditions": conditions(), "models": []}
-    if not arguments.json:
-        runs = f"medians of {arguments.repetitions} runs each"
-        print(f"DEVStone, zero-time Dhrystone: CPU seconds, {runs}")
-        print(conditions_text(report["conditions"]))
-    for shape in arguments.models:
-        width = arguments.width or WIDTHS[shape]
-        try:
-            result = measure(shape, width, arguments.depth, arguments.repetitions)
-        except WrongCountError as error:
-            print(f"benchmarks: {shape} {width}x{arguments.depth}: {error}", file=sys.stderr)
-            return 1
-        report["models"].append(result)
-        if not arguments.json:
-            _print_result(result)
-    report["ratio"] = min(result["ratio"] for result in _weighty(report["models"]))
-    _print_end(report, as_json=arguments.json)
-    return 0
+SUMMARY = "The kernel beside xdevs.py: DEVStone's shapes, and models that only wait."
+GOALS = {"HI": 11.0, "HO": 11.0, "HOmod": 11.0, "hold 50 distinct": 30.0}
+"""How many times as much CPU time the peer is to take."""
 
 
-def measure(shape: str, width: int, depth: int, repetitions: int) -> dict[str, Any]:
-    """Both engines on one model. Raises WrongCountError."""
-    each = transitions(shape, width, depth)
-    expected = {"internal": each, "external": each}
-    check_counts(PEER, run_once(MODULES[1], shape, width, depth, "count"), expected)
-    ours, peers = in_turns(MODULES, repetitions, shape, width, depth)
-    for sample in ours:
-        check_counts(OURS, sample, expected)
-    seconds = {OURS: medians(ours), PEER: medians(peers)}
-    return {
-        "model": shape,
-        "width": width,
-        "depth": depth,
-        "seconds": seconds,
-        "totals": {OURS: [sample.total for sample in ours], PEER: [s.total for s in peers]},
-        "transitions": 2 * each,
-        "ratio": seconds[PEER]["total"] / seconds[OURS]["total"],
-    }
-
-
-def _print_result(result: Mapping[str, Any]) -> None:
-    print(f"\n{result['model']} {result['width']}x{result['depth']}")
-    columns = (*PARTS, "total")
-    print(f"{'':18}" + "".join(f"{column:>11}" for column in columns))
-    for engine, seconds in result["seconds"].items():
-        print(f"{engine:18}" + "".join(f"{seconds[column]:11.4f}" for column in columns))
-    print(f"transitions {result['transitions']}, as published, by both")
-
-
-def _print_end(report: Mapping[str, Any], *, as_json: bool) -> None:
-    if as_json:
-        print(json.dumps(report))
-        return
-    print()
-    for result in report["models"]:
-        print(f"ratio {result['model']} {result['ratio']:.1f}")
-    names = ", ".join(result["model"] for result in _weighty(report["models"]))
-    print(f"ratio {report['ratio']:.1f} (the least of {names})")
-
-
-def _weighty(results: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """All but LI, unless it is alone: it runs for so short a time that it measures set-up."""
-    return [result for result in results if result["model"] != "LI"] or results
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.devstone", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--models", nargs="+", choices=list(SHAPES), default=list(SHAPES))
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what this bench takes."""
+    add_common_options(parser)
+    parser.add_argument(
+        "--shapes", nargs="*", choices=list(SHAPES), default=list(SHAPES), help="default: all"
+    )
+    parser.add_argument(
+        "--hold",
+        nargs="*",
+        type=positive,
+        default=list(hold.COUNTS),
+        metavar="N",
+        help="numbers of waiting models; default 1 10 50 200 1000",
+    )
     parser.add_argument("--width", type=positive, help="atomics a level; default 200, for HOmod 20")
     parser.add_argument("--depth", type=positive, default=20, help="levels; default 20")
     parser.add_argument("--repetitions", type=positive, default=5, help="runs of each engine")
-    return parser.parse_args()
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def execute(arguments: argparse.Namespace) -> int:
+    """Measure; the ratio that is worst beside its goal comes last."""
+    if peer_version() is None:
+        print(missing_peer(), file=sys.stderr)
+        return Status.BAD_INPUT
+    report: dict[str, Any] = {"conditions": conditions(), "goals": GOALS, "models": []}
+    try:
+        for name, measure in _measurements(arguments).items():
+            print(f"bench devstone: {name}", file=sys.stderr)
+            report["models"].append({"name": name, **measure()})
+    except WrongCountError as error:
+        print(f"firmware-runtime: bench devstone: {error}", file=sys.stderr)
+        return Status.MODEL_ERROR
+    report.update(_verdict(report["models"]))
+    save(arguments.save, "devstone", report)
+    print(json.dumps(report) if arguments.json else _text(report, arguments.repetitions))
+    return Status.OK
+
+
+def _measurements(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What is to be measured, by name."""
+    wanted: dict[str, Any] = {}
+    for shape in arguments.shapes:
+        width = arguments.width or shapes.WIDTHS[shape]
+        wanted[shape] = lambda shape=shape, width=width: shapes.measure(
+            shape, width, arguments.depth, arguments.repetitions
+        )
+    for kind in hold.KINDS:
+        for count in arguments.hold:
+            wanted[f"hold {count} {kind}"] = lambda kind=kind, count=count: hold.measure(
+                kind, count, arguments.repetitions
+            )
+    return wanted
+
+
+def _verdict(models: list[dict[str, Any]]) -> dict[str, Any]:
+    """The ratio that is worst beside its goal; of models without a goal, the least."""
+    if not models:
+        return {"worst": None, "ratio": None}
+    stated = [each for each in models if each["name"] in GOALS]
+    worst = (
+        min(stated, key=lambda each: each["ratio"] / GOALS[each["name"]])
+        if stated
+        else min(models, key=lambda each: each["ratio"])
+    )
+    return {"worst": worst["name"], "ratio": worst["ratio"]}
+
+
+def _text(report: Mapping[str, Any], repetitions: int) -> str:
+    lines = [
+        f"CPU time, set-up included, medians of {repetitions} runs each",
+        conditions_text(report["conditions"]),
+        "",
+        f"{'':20}{'transitions':>12}{OURS:>18}{PEER:>12}{'ratio':>8}{'goal':>6}",
+    ]
+    for each in report["models"]:
+        ours, peer = (
+            each["seconds"][engine]["total"] / each["transitions"] * 1e6 for engine in (OURS, PEER)
+        )
+        goal = f"{GOALS[each['name']]:g}" if each["name"] in GOALS else ""
+        lines.append(
+            f"{each['name']:20}{each['transitions']:12}{ours:15.3f} us{peer:9.2f} us"
+            f"{each['ratio']:8.1f}{goal:>6}"
+        )
+    lines += ["", *_growth(report["models"])]
+    if report["ratio"] is not None:
+        aim = f", goal {GOALS[report['worst']]:g}" if report["worst"] in GOALS else ""
+        lines.append(f"ratio {report['ratio']:.1f} ({report['worst']}{aim})")
+    return "\n".join(lines)
+
+
+def _growth(models: list[dict[str, Any]]) -> list[str]:
+    """How much dearer a transition is among the most models than among the fewest."""
+    held = [each for each in models if each["name"].endswith("distinct")]
+    if len(held) < 2:
+        return []
+    few, many = held[0], held[-1]
+    grown = {
+        engine: many["seconds"][engine]["total"]
+        / many["transitions"]
+        / (few["seconds"][engine]["total"] / few["transitions"])
+        for engine in (OURS, PEER)
+    }
+    from_to = f"from {few['name']} to {many['name']}"
+    ours = f"a transition takes {grown[OURS]:.1f} times as long"
+    return [f"{from_to} {ours}; {PEER}: {grown[PEER]:.0f} times"]

@@ -2,13 +2,16 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import pytest
 
 from benchmarks import devstone as command
+from benchmarks import hold, shapes
 from benchmarks.devstone_counts import transitions
 from benchmarks.devstone_models import SHAPES, devstone
 from benchmarks.side_by_side import PARTS, Sample
+from firmware_runtime.cli.main import main
 from firmware_runtime.devs.simulator import Simulator
 
 
@@ -60,14 +63,14 @@ def run(
     monkeypatch: pytest.MonkeyPatch, arguments: Sequence[str], counts: Mapping[str, int]
 ) -> int:
     engines = Engines(counts)
-    monkeypatch.setattr(command, "run_once", engines.run_once)
-    monkeypatch.setattr(command, "in_turns", engines.in_turns)
+    for module in (shapes, hold):
+        monkeypatch.setattr(module, "in_turns", engines.in_turns)
+    monkeypatch.setattr(shapes, "run_once", engines.run_once)
     monkeypatch.setattr(command, "peer_version", lambda: "3.0.0")
-    monkeypatch.setattr("sys.argv", ["devstone", *arguments])
-    return command.main()
+    return main(["bench", "devstone", *arguments])
 
 
-HI_3X2 = ("--models", "HI", "--width", "3", "--depth", "2")
+HI_3X2 = ("--shapes", "HI", "--width", "3", "--depth", "2", "--hold")
 RIGHT = {"internal": 4, "external": 4}
 
 
@@ -76,20 +79,33 @@ def test_the_ratio_comes_last(
 ) -> None:
     assert run(monkeypatch, HI_3X2, RIGHT) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "transitions 8, as published, by both" in lines
-    assert lines[-2:] == ["ratio HI 3.0", "ratio 3.0 (the least of HI)"]
+    assert lines[-1] == "ratio 3.0 (HI, goal 11)"
+
+
+def test_models_that_only_wait_tell_how_their_cost_grows(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(hold, "transitions", lambda _kind, _count: 4)
+    assert run(monkeypatch, ["--shapes", "--hold", "1", "50"], {"internal": 4}) == 0
+    *_, growth, ratio = capsys.readouterr().out.splitlines()
+    assert growth == (
+        "from hold 1 distinct to hold 50 distinct a transition takes 1.0 times as long; "
+        "xdevs.py: 1 times"
+    )
+    assert ratio == "ratio 3.0 (hold 50 distinct, goal 30)"
 
 
 def test_json_has_conditions_seconds_transitions_and_the_ratio_last(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert run(monkeypatch, ["--json", *HI_3X2], RIGHT) == 0
+    assert run(monkeypatch, ["--json", "--save", str(tmp_path), *HI_3X2], RIGHT) == 0
     report = json.loads(capsys.readouterr().out)
-    assert list(report) == ["conditions", "models", "ratio"]
+    assert list(report) == ["conditions", "goals", "models", "worst", "ratio"]
     assert report["conditions"]["cpus"] >= 1
     (model,) = report["models"]
     assert model["seconds"]["xdevs.py"]["total"] == 9.0
     assert (model["transitions"], list(model)[-1], model["ratio"]) == (8, "ratio", 3.0)
+    assert json.loads((tmp_path / "devstone.json").read_text()) == report
 
 
 def test_an_engine_that_did_other_work_is_told_and_fails_the_run(
@@ -103,8 +119,7 @@ def test_without_the_peer_one_sentence_names_the_extra(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(command, "peer_version", lambda: None)
-    monkeypatch.setattr("sys.argv", ["devstone"])
-    assert command.main() == 2
+    assert main(["bench", "devstone"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "xdevs.py is not installed" in line
     assert "bench" in line
