@@ -64,6 +64,11 @@ class Accounting:
         """The least lateness that is an overrun of some model; 1 ms if there is no such model."""
         return min((account.tolerance for account in self.accounts), default=MILLISECOND)
 
+    @property
+    def has_limits(self) -> bool:
+        """Whether some model has the policy `stop`."""
+        return bool(self._stopping)
+
     def is_overdue(self, now: int) -> bool:
         """Whether a model with policy `stop` waits for its turn beyond its limit."""
         for account in self._stopping:

@@ -3,12 +3,20 @@
 import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
+from firmware_runtime.system.calling_process import memory_lock_limit
+from firmware_runtime.system.files import SystemFiles
+from firmware_runtime.system.kernel import clock_source, preemption, realtime_throttling
+from firmware_runtime.system.processors import (
+    CPUS,
+    computer_model,
+    isolated,
+    tickless,
+    virtualised,
+)
+
 PACKAGES = ("firmware-runtime", "numpy", "smbus2", "pyserial", "msgspec")
-_CPU = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")
-_CLOCK_SOURCE = Path("/sys/devices/system/clocksource/clocksource0/current_clocksource")
 _CLASSES = {
     os.SCHED_OTHER: "SCHED_OTHER",
     os.SCHED_FIFO: "SCHED_FIFO",
@@ -18,41 +26,42 @@ _CLASSES = {
 }
 
 
-def system_conditions() -> dict[str, Any]:
+def system_conditions(files: SystemFiles = SystemFiles()) -> dict[str, Any]:
     """Kernel, Python, machine and the scheduling really in force; null for what is not shown."""
     return {
-        "kernel": f"{platform.system()} {platform.release()}",
-        "kernel_build": platform.version(),
-        "machine": platform.machine(),
-        "model": _text(Path("/proc/device-tree/model")),
-        "virtualised": _virtualised(),
-        "cpu_count": os.cpu_count(),
-        "cpus_allowed": sorted(os.sched_getaffinity(0)),
-        "governor": _text(_CPU),
-        "clock_source": _text(_CLOCK_SOURCE),
+        **_kernel(files),
+        **_processors(files),
         "scheduler": _CLASSES.get(os.sched_getscheduler(0), "unknown"),
         "scheduler_priority": os.sched_getparam(0).sched_priority,
+        "memory_lock_limit_bytes": memory_lock_limit(files),
         "python": f"{platform.python_implementation()} {platform.python_version()}",
         "versions": {name: _version(name) for name in PACKAGES},
     }
 
 
-def _text(path: Path) -> str | None:
-    """A one-line file of the kernel's, if there is one and it may be read."""
-    try:
-        return path.read_text().strip("\0\n ")
-    except OSError:
-        return None
+def _kernel(files: SystemFiles) -> dict[str, Any]:
+    throttling = realtime_throttling(files)
+    return {
+        "kernel": f"{platform.system()} {platform.release()}",
+        "kernel_build": platform.version(),
+        "preemption": preemption(files, platform.version()),
+        "clock_source": clock_source(files),
+        "rt_runtime_us": throttling.runtime_us,
+        "rt_period_us": throttling.period_us,
+    }
 
 
-def _virtualised() -> bool | None:
-    """Whether a hypervisor is underneath; None where nothing tells."""
-    if Path("/proc/device-tree/hypervisor").exists() or Path("/sys/hypervisor/type").exists():
-        return True
-    information = _text(Path("/proc/cpuinfo"))
-    if information is None or "flags" not in information:
-        return None  # on Arm, /proc/cpuinfo does not say
-    return " hypervisor" in information
+def _processors(files: SystemFiles) -> dict[str, Any]:
+    return {
+        "machine": platform.machine(),
+        "model": computer_model(files),
+        "virtualised": virtualised(files),
+        "cpu_count": os.cpu_count(),
+        "cpus_allowed": sorted(os.sched_getaffinity(0)),
+        "cpus_isolated": isolated(files),
+        "cpus_tickless": tickless(files),
+        "governor": files.text(f"{CPUS}/cpu0/cpufreq/scaling_governor"),
+    }
 
 
 def _version(package: str) -> str | None:

@@ -133,13 +133,20 @@ class Executive:
         if self._configuration.armed_at_start:
             self.arm(armed=True, generation=0)
         while accounting.overrun == "":
-            now = self._wait(min(self._next_at(), until))
+            at = self._next_at()
+            due = min(at, until)
+            self._use_slack(due)
+            ready = self.clock.wait(due, self._arrivals.sources)
+            now = self.clock.now()
+            # from here to the first function of a model every microsecond is lateness
+            if ready:
+                self._arrivals.receive(ready, now)
+                at = self._next_at()
             if self._stop_reason is not None:
                 return Outcome(RunState.STOPPED, self._stop_reason)
-            if accounting.is_overdue(min(now, until)):
+            if accounting.has_limits and accounting.is_overdue(min(now, until)):
                 break
-            at = self._next_at()
-            if at <= min(now, until) and at != NEVER:
+            if at <= now and at <= until and at != NEVER:
                 self._work_off(at)
             elif now >= until:
                 return Outcome(RunState.ENDED, f"the run reached {format_time(until)}")
@@ -151,17 +158,13 @@ class Executive:
         """The instant of the next internal event or input, whichever comes first."""
         return min(self.simulator.next_at, self._arrivals.next_at(self.simulator.now))
 
-    def _wait(self, until: int) -> int:
-        """Wait, at most up to `until`; take what arrives; return the present instant."""
+    def _use_slack(self, until: int) -> None:
+        """Do what is better done now than in a step."""
         for attendant in self.attendants:
             now = self.clock.now()
             attendant.attend(now, until - now)
         if self._collector is not None:
             self._collector.offer(until - self.clock.now())
-        ready = self.clock.wait(until, self._arrivals.sources)
-        now = self.clock.now()
-        self._arrivals.receive(ready, now)
-        return now
 
     def _work_off(self, at: int) -> None:
         """One step: everything that happens at instant `at`, then its entries in the ledger."""

@@ -35,9 +35,9 @@ class Step:
 
     def begin(self, at: int) -> None:
         """Enter an instant, with all own times at zero."""
+        self.lap = self.started = self._now()
         self.at = at
         self.own_times[:] = self._zeros
-        self.lap = self.started = self._now()
 
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
         """Time one model's functions."""
