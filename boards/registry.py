@@ -55,6 +55,8 @@ class Board:
 
     name: str
     source: Path
+    assignments: Sequence[str]
+    """Overrides of single numbers, `KEY=VALUE`."""
     settings: Any
     """The board's own settings class; satisfies `BoardSettings`."""
     loads: Mapping[str, BusLoad]
@@ -67,6 +69,8 @@ class Board:
     build: Callable[[Lines], Robot]
     event_model: Callable[[Path | None], Component] | None
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
+    retunable: Sequence[str]
+    """Keys that may change while the robot runs; `*` stands for any word."""
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
@@ -102,6 +106,7 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
     return Board(
         name=cast("str", kind),
         source=source,
+        assignments=assignments,
         settings=settings,
         loads=loads,
         doubles_run_s=definition.DOUBLES_RUN_S,
@@ -109,6 +114,7 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
         ports=getattr(settings, "ports", {}),
         build=lambda lines: definition.build(settings, lines),
         event_model=_event_model(definition, settings),
+        retunable=definition.RETUNABLE,
         fingerprint=_fingerprint(source, assignments),
     )
 

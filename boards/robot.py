@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from boards.ending import Ending
 from firmware_runtime.devs.coupled import Coupled
@@ -24,6 +25,8 @@ class Robot:
     """Where the model says that its task is over, if it ever does."""
     ends_on_failure: bool
     """Whether a task that failed ends the run; otherwise it goes on with everything stopped."""
+    retune: Callable[[Any], None]
+    """Takes up gains and limits from new settings of the board, while the robot runs."""
     warnings: Sequence[str]
     """What works less well than it should, found while the chips were brought up."""
 

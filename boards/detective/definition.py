@@ -24,6 +24,8 @@ from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 from firmware_runtime.hal.i2c import Message
 
 SETTINGS = DetectiveSettings
+RETUNABLE = ("treads.speed", "radar_motor.duty")
+"""Limits that a running robot takes up."""
 DOUBLES_RUN_S = 240.0
 """How long a run on doubles may take when nobody says; it ends in front of the target."""
 
@@ -81,6 +83,7 @@ def build(settings: DetectiveSettings, lines: Lines) -> Robot:
         result=lambda: {"found": model.has_found},
         ended=model.mission.ended,
         ends_on_failure=settings.mission.on_failure == "end",
+        retune=model.retune,
         warnings=(),
     )
 

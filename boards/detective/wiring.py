@@ -51,6 +51,11 @@ class DetectiveRobot(Coupled):
         ending = self.mission.ending
         return ending is not None and not ending.failed
 
+    def retune(self, settings: DetectiveSettings) -> None:
+        """Take up how fast treads and head turn, from the next order on."""
+        self.treads.settings = chips.tread_settings(settings.treads)
+        self.radar_motor.settings = chips.radar_motor_settings(settings)
+
     def _wire(self) -> None:
         model, mission = self.model, self.mission
         self.couple(mission.in1, model.in1)

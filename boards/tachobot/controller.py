@@ -48,8 +48,15 @@ class Controller(Coupled):
         else:
             self.couple(yaw.command, allocation.yaw_n)
         self.couple(allocation.forces_out, self.forces)
+        self._limit_n = limit_n
+        self._pids = {"yaw": yaw}
         if is_free:
             self._add_position(settings, limit_n, allocation)
+
+    def retune(self, settings: ControllerSettings) -> None:
+        """Take up new gains; integrals stay, so nothing jumps."""
+        for name, pid in self._pids.items():
+            pid.gains = _gains(getattr(settings, name), self._limit_n)
 
     def _add_position(
         self, settings: ControllerSettings, limit_n: float, allocation: Allocation
@@ -59,6 +66,7 @@ class Controller(Coupled):
         self.y_position = self.in_port("y_position", Motion)
         x = self.add(Pid("x", _gains(settings.x, limit_n), settings.x.reference_m))
         y = self.add(Pid("y", _gains(settings.y, limit_n), settings.y.reference_m))
+        self._pids.update(x=x, y=y)
         self.couple(self.x_position, x.measurement)
         self.couple(self.y_position, y.measurement)
         self.couple(x.command, allocation.x_n)

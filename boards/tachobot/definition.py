@@ -12,6 +12,15 @@ from drivers.thrust_pairs import MOTORS
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 
 SETTINGS = TachobotSettings
+RETUNABLE = (
+    "controller.*.kp",
+    "controller.*.ki",
+    "controller.*.kd",
+    "controller.*.anti_windup",
+    "thrust_pairs.slew_per_s",
+    "thrust_pairs.timeout_s",
+)
+"""Gains and limits that a running robot takes up."""
 DOUBLES_RUN_S = 10.0
 """How long a run on doubles takes when nobody says."""
 
@@ -65,6 +74,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         result=lambda: yaw_result(settings, model.controller.attitude.motion),
         ended=None,
         ends_on_failure=True,
+        retune=model.retune,
         warnings=model.imu_chip.warnings,
     )
 

@@ -48,6 +48,11 @@ class Tachobot(Coupled):
         if settings.controller.mode == "free":
             self._add_lift(esc.throttle)
 
+    def retune(self, settings: TachobotSettings) -> None:
+        """Take up the gains and limits of new settings."""
+        self.controller.retune(settings.controller)
+        self.thrust_pairs.settings = thrust_settings(settings)
+
     def _add_lift(self, throttle: float) -> None:
         """Arm the central propeller at the start; control begins once it is armed and lifts."""
         self.x_position = self.in_port("x_position", Motion)

@@ -35,6 +35,7 @@ _MODULES = {
     "safe-state": "safe_state",
     "bench": "bench",
     "doubles": "doubles",
+    "doctor": "doctor",
 }
 """Where each verb is, in this package."""
 

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
@@ -13,11 +13,16 @@ from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
+from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
 from firmware_runtime.service.arming import Arming
+from firmware_runtime.service.chronicle import Chronicle
+from firmware_runtime.service.journal import Journal
+from firmware_runtime.service.notices import Notices
+from firmware_runtime.service.reloading import Reloading
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.statistics import RunState
@@ -98,7 +103,11 @@ def execute(arguments: argparse.Namespace) -> int:
     try:
         with _plotting(session, arguments.plot):
             report = Report(session, arguments)
-            with _tracing(session, arguments.trace), stop_on_signals(executive.request_stop):
+            with (
+                _tracing(session, arguments.trace),
+                _serving(session) as reload,
+                stop_on_signals(executive.request_stop, reload),
+            ):
                 report.begin()
                 outcome = executive.run(report.until)
             if isinstance(outcome.error, StatisticsFileError):
@@ -149,6 +158,26 @@ def _plotting(session: Session, path: Path | None) -> Iterator[None]:
     plot.check_plot(session, path)
     yield
     plot.write_plot(session, path)
+
+
+@contextmanager
+def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
+    """Tell systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
+    notices, journal = Notices.from_environment(), Journal.from_environment()
+    executive = session.executive
+    if notices.is_there or journal.is_there:
+        Chronicle(executive, notices, journal, summary)
+
+    def tell(what: str) -> None:
+        print(f"firmware-runtime: {what}", file=sys.stderr, flush=True)
+
+    reloading = Reloading(session.board, session.robot, executive, notices, tell)
+    try:
+        yield None if sys.stdin.isatty() else reloading.request
+    finally:
+        notices.stopping()
+        notices.close()
+        journal.close()
 
 
 def _status(outcome: Outcome, session: Session) -> Status:

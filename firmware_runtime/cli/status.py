@@ -19,5 +19,9 @@ class Status(IntEnum):
     """Something speaks against arming; nothing was actuated."""
     NOTHING_HAPPENED = 6
     """What was waited for did not happen."""
+    DOCTOR_WARNS = 7
+    """The doctor's worst finding is a warning: a run works, but not as well as it could."""
+    DOCTOR_FAILS = 8
+    """The doctor's worst finding is a failure: a run fails or does not get what it asks for."""
     INTERRUPTED = 130
     TERMINATED = 143

@@ -38,7 +38,9 @@ class ModelAccount:
 
     `number` is the model's place among the step's own times, `index` among the file's periodic
     models; `deadline` is the instant it is booked at, NEVER if it waits for input. During a step
-    `ran` and `replanned` note what happened; `count` moves them into the cells.
+    `ran` and `replanned` note what happened; `count` moves them into the cells. Of the episode
+    under way, or the last one, there is the latest activation, ns, how many were missed, and the
+    `cause` of the first overrun, as the ledger found it.
     """
 
     def __init__(self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy) -> None:
@@ -60,7 +62,10 @@ class ModelAccount:
         self.overruns = 0
         self.episodes = 0
         self._last_late = 0
-        self._in_episode = False
+        self.in_episode = False
+        self.latest_in_episode = 0
+        self.missed_in_episode = 0
+        self.cause = ""
         self.index = 0
         self._block = empty_cells(len(MODEL)).cast("B")
         self.late_by = self._own_time = Histogram(empty_cells())
@@ -133,17 +138,19 @@ class ModelAccount:
             self.late_by.record(self.lateness)
             self._own_time.record(own_time)
             if self.lateness <= self.tolerance:
-                self._in_episode = False
+                self.in_episode = False
             else:
                 self.overruns += 1
                 self._last_late = at
                 self._miss()
+                self.latest_in_episode = max(self.latest_in_episode, self.lateness)
         self._write()
 
     def skip(self, activations: int) -> None:
         """Count activations that were due and are dropped."""
         self.skipped += activations
         self._miss()
+        self.missed_in_episode += activations
         self._write()
 
     def skip_to(self, now: int) -> None:
@@ -159,9 +166,11 @@ class ModelAccount:
 
     def _miss(self) -> None:
         """Start an episode, unless one is under way."""
-        if not self._in_episode:
-            self._in_episode = True
+        if not self.in_episode:
+            self.in_episode = True
             self.episodes += 1
+            self.latest_in_episode = self.missed_in_episode = 0
+            self.cause = ""
 
     def _write(self) -> None:
         """Move the counters into the file."""

@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from firmware_runtime.system.calling_process import memory_lock_limit
-from firmware_runtime.system.files import SystemFiles
+from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
 from firmware_runtime.system.kernel import clock_source, preemption, realtime_throttling
 from firmware_runtime.system.processors import (
     CPUS,
@@ -26,7 +26,7 @@ _CLASSES = {
 }
 
 
-def system_conditions(files: SystemFiles = SystemFiles()) -> dict[str, Any]:
+def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
     """Kernel, Python, machine and the scheduling really in force; null for what is not shown."""
     return {
         **_kernel(files),

@@ -79,6 +79,8 @@ class Ledger:
         if latest is not None:
             if latest.lateness > timeline.lateness_max:
                 timeline.lateness_max = latest.lateness
+            if latest.in_episode and latest.cause == "":
+                latest.cause = self._cause_of(latest, garbage.spent)
             if latest.lateness + step_time > self._worst.smallest:
                 self._keep(latest, step_time, garbage.spent)
         garbage.spent = 0
@@ -128,6 +130,16 @@ class Ledger:
         cells[CPU] = self._cpu_time() - self._cpu_time_before
         busy = sum(meter.busy_ns for meter in self._meters)
         return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
+
+    def _cause_of(self, latest: ModelAccount, garbage: int) -> str:
+        """What took most of the time before a late activation: one of the keys in `causes`."""
+        step = self._step
+        behind = max(self._previous_end - step.at, 0)
+        spent = {"wake": max(step.started - step.at - behind, 0), "behind": behind}
+        spent["garbage"] = garbage
+        earlier = zip(step.paths[: latest.number], step.own_times, strict=False)
+        spent.update(dict(earlier))
+        return max(spent, key=spent.__getitem__)
 
     def _keep(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
         """Put an activation on the list of the worst, with what the step spent its time on."""

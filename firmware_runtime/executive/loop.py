@@ -17,7 +17,7 @@ The end is always the same: outputs are made safe, once, whatever happened; mode
 say how it ended; what the system granted is given back.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +26,7 @@ from time import process_time_ns
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, format_time
+from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.arrivals import Arrivals
 from firmware_runtime.executive.attendant import Attendant
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
@@ -81,6 +82,11 @@ class Executive:
     def statistics(self) -> Statistics:
         """What has been counted so far."""
         return self._ledger.file.statistics()
+
+    @property
+    def accounts(self) -> Sequence[ModelAccount]:
+        """The accounts of all periodic models."""
+        return self._instruments.accounting.accounts
 
     @property
     def cells(self) -> Cells:

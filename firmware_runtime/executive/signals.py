@@ -13,14 +13,20 @@ STOPS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 @contextmanager
-def stop_on_signals(request_stop: Callable[[str], None]) -> Iterator[None]:
+def stop_on_signals(
+    request_stop: Callable[[str], None], reload: Callable[[], None] | None = None
+) -> Iterator[None]:
     """Within the block, call `request_stop` with a signal's name; afterwards all is as it was.
 
-    Main thread only, as Python allows no other to handle signals.
+    With `reload`, SIGHUP calls that instead: a service has no terminal that could go. Main thread
+    only, as Python allows no other to handle signals.
     """
 
     def handle(number: int, _frame: FrameType | None) -> None:
-        request_stop(signal.Signals(number).name)
+        if number == signal.SIGHUP and reload is not None:
+            reload()
+        else:
+            request_stop(signal.Signals(number).name)
 
     before = {number: signal.signal(number, handle) for number in STOPS}
     try:

@@ -17,7 +17,7 @@ class Notices:
     """What a service tells its manager. `watchdog` is the time within which it must be `alive`."""
 
     def __init__(self, watchdog: int = NEVER) -> None:
-        self._notifier = SystemdNotifier()
+        self._notifier = SystemdNotifier() if "NOTIFY_SOCKET" in os.environ else None
         self._every = watchdog if watchdog == NEVER else watchdog // 4
         self._last_alive = 0
 
@@ -26,28 +26,43 @@ class Notices:
         """As systemd has it: NOTIFY_SOCKET, and WATCHDOG_USEC if this process is meant."""
         return cls(watchdog_of(os.environ))
 
+    @property
+    def is_there(self) -> bool:
+        """Whether somebody listens."""
+        return self._notifier is not None
+
+    def close(self) -> None:
+        """Tell nobody anything any more."""
+        if self._notifier is not None:
+            self._notifier.socket.close()
+            self._notifier = None
+
     def ready(self) -> None:
         """The service works from now on."""
-        self._notifier.notify("READY=1")
+        self._notify("READY=1")
 
     def reloading(self) -> None:
         """Settings are read again; `ready` says that it is over."""
-        self._notifier.notify(f"RELOADING=1\nMONOTONIC_USEC={monotonic_ns() // MICROSECOND}")
+        self._notify(f"RELOADING=1\nMONOTONIC_USEC={monotonic_ns() // MICROSECOND}")
 
     def stopping(self) -> None:
         """The service is about to end."""
-        self._notifier.notify("STOPPING=1")
+        self._notify("STOPPING=1")
 
     def status(self, what: str) -> None:
         """One line for `systemctl status`."""
-        self._notifier.notify(f"STATUS={what}")
+        self._notify(f"STATUS={what}")
 
     def alive(self) -> None:
         """Feed the watchdog, four times as often as it must be."""
         now = monotonic_ns()
         if self._every != NEVER and now - self._last_alive >= self._every:
             self._last_alive = now
-            self._notifier.notify("WATCHDOG=1")
+            self._notify("WATCHDOG=1")
+
+    def _notify(self, state: str) -> None:
+        if self._notifier is not None:
+            self._notifier.notify(state)
 
 
 def watchdog_of(environment: Mapping[str, str]) -> int:

@@ -1,0 +1,37 @@
+"""What of a board's settings may change while a robot runs: gains and limits, by their keys."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from msgspec import Struct
+
+
+def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
+    """The keys whose values differ, in full, such as `controller.yaw.kp`."""
+    if isinstance(before, Struct) and isinstance(after, Struct):
+        tables: tuple[Any, Any] = (_fields(before), _fields(after))
+    elif isinstance(before, dict) and isinstance(after, dict):
+        tables = (before, after)
+    else:
+        if before != after:
+            yield prefix
+        return
+    for name in dict.fromkeys([*tables[0], *tables[1]]):
+        path = f"{prefix}.{name}" if prefix else str(name)
+        yield from changed_keys(tables[0].get(name), tables[1].get(name), path)
+
+
+def need_restart(changed: Sequence[str], retunable: Sequence[str]) -> list[str]:
+    """Those of the changed keys that only a new run takes up; `*` stands for any one word."""
+    return [key for key in changed if not any(_matches(key, pattern) for pattern in retunable)]
+
+
+def _matches(key: str, pattern: str) -> bool:
+    words, wanted = key.split("."), pattern.split(".")
+    return len(words) == len(wanted) and all(
+        want in {"*", word} for word, want in zip(words, wanted, strict=True)
+    )
+
+
+def _fields(settings: Struct) -> dict[str, Any]:
+    return {name: getattr(settings, name) for name in settings.__struct_fields__}

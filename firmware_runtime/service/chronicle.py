@@ -1,0 +1,80 @@
+"""What a run tells systemd and the journal: an attendant, quiet unless something happened.
+
+- READY after the first step, when devices have answered; the watchdog is fed by the loop itself,
+  between two steps, and by nothing else.
+- STATUS, once a second where there is time: the one-line summary.
+- The journal: a line for each episode of overruns when it is over, and a summary a minute.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.service.journal import WARNING, Journal
+from firmware_runtime.service.notices import Notices
+from firmware_runtime.telemetry.layout import STEPS
+
+STATUS_EVERY = SECOND
+SUMMARY_EVERY = 60 * SECOND
+RESERVE = MILLISECOND
+
+
+class Chronicle:
+    """Attends to a run; `summary` makes the one line of its statistics."""
+
+    def __init__(
+        self,
+        executive: Executive,
+        notices: Notices,
+        journal: Journal,
+        summary: Callable[[Mapping[str, Any]], str],
+    ) -> None:
+        self._executive = executive
+        self._notices = notices
+        self._journal = journal
+        self._summary = summary
+        self._is_ready = False
+        self._told = dict.fromkeys(executive.accounts, 0)
+        self._status_at = 0
+        self._summary_at = SUMMARY_EVERY
+        self._longest = 0
+        executive.attendants.append(self)
+
+    def attend(self, now: int, left: int) -> None:
+        """Tell what there is to tell."""
+        if not self._is_ready and self._executive.cells[STEPS] > 0:
+            self._is_ready = True
+            self._notices.ready()
+        self._notices.alive()
+        for account, told in self._told.items():
+            if account.episodes > told and not account.in_episode:
+                self._told[account] = account.episodes
+                self._tell(account)
+        if now >= self._status_at and left > 2 * self._longest + RESERVE:
+            self._status_at = now + STATUS_EVERY
+            self._show_status(now)
+
+    def _tell(self, account: ModelAccount) -> None:
+        """One line for an episode that is over."""
+        late_us, period_us = account.latest_in_episode // MICROSECOND, account.period // MICROSECOND
+        missed, cause = account.missed_in_episode, account.cause or "unknown"
+        self._journal.write(
+            f"{account.path}: {late_us} us late, {missed} missed, period {period_us} us: {cause}",
+            WARNING,
+            MODEL=account.path,
+            PERIOD_US=period_us,
+            LATE_US=late_us,
+            MISSED=missed,
+            CAUSE=cause,
+        )
+
+    def _show_status(self, now: int) -> None:
+        """The summary, for whoever asks systemd; once a minute for the journal too."""
+        line = self._summary(self._executive.statistics.as_json())
+        self._notices.status(line)
+        if now >= self._summary_at:
+            self._summary_at = now + SUMMARY_EVERY
+            self._journal.write(line)
+        self._longest = max(self._longest, self._executive.clock.now() - now)

@@ -1,0 +1,63 @@
+"""Gains and limits, read again while the robot runs: an attendant that waits for SIGHUP."""
+
+from collections.abc import Callable
+
+from boards import registry
+from boards.registry import Board
+from boards.retuning import changed_keys, need_restart
+from boards.robot import Robot
+from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.service.notices import Notices
+
+
+class Reloading:
+    """Reads the board's file again when asked, between two steps.
+
+    A file with any fault changes nothing. What only a new run can take up is named and left as it
+    is. `tell` hears how it went.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        robot: Robot,
+        executive: Executive,
+        notices: Notices,
+        tell: Callable[[str], None],
+    ) -> None:
+        self._board = board
+        self._robot = robot
+        self._executive = executive
+        self._notices = notices
+        self._tell = tell
+        self._is_asked = False
+        executive.attendants.append(self)
+
+    def request(self) -> None:
+        """Read it again after the step under way; safe in a signal handler."""
+        self._is_asked = True
+        self._executive.inbox.wake()
+
+    def attend(self, _now: int, _left: int) -> None:
+        """Do what was asked for."""
+        if self._is_asked:
+            self._is_asked = False
+            self._notices.reloading()
+            self._tell(self._reload())
+            self._notices.ready()
+
+    def _reload(self) -> str:
+        try:
+            board = registry.load(str(self._board.source), self._board.assignments)
+        except BoardError as error:
+            return f"not reloaded, everything stays as it was: {error}"
+        changed = list(changed_keys(self._board.settings, board.settings))
+        left = need_restart(changed, board.retunable)
+        taken = [key for key in changed if key not in left]
+        self._robot.retune(board.settings)
+        self._board = board
+        parts = [f"reloaded {self._board.source}: {', '.join(taken) or 'nothing new'}"]
+        if left:
+            parts.append(f"only a new run takes up {', '.join(left)}")
+        return "; ".join(parts)
