@@ -1,19 +1,20 @@
 """Clocks: what a run takes time from. Real, scaled and virtual time are one loop with three clocks.
 
 A clock counts integer nanoseconds since the start of the run and never goes back. The real ones
-read CLOCK_MONOTONIC, which no correction of the wall clock can move. To wait they turn the deadline
-into the time left at that moment, so an error of one wait is not carried into the next, and they
-never wait longer than `LONGEST_WAIT`: the loop looks around, and shows that it is alive, at least
-that often.
+read CLOCK_MONOTONIC, which no correction of the wall clock can move. They sleep in one `select` for
+all sources and for an alarm at the deadline itself, not after the time left: nothing is rounded,
+and what passes before the sleep begins does not prolong it. No sleep is longer than `LONGEST_WAIT`:
+the loop looks around, and shows that it is alive, at least that often.
 """
 
 from collections.abc import Sequence
 from math import inf
 from select import select
 from time import monotonic_ns
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.alarm import Alarm
 
 LONGEST_WAIT = 50 * MILLISECOND
 
@@ -54,6 +55,7 @@ class MonotonicClock:
     def __init__(self) -> None:
         self.spin = 0
         self._epoch = monotonic_ns()
+        self._alarm = Alarm()
 
     def start(self, at: int) -> None:
         """From this moment on, count from `at`."""
@@ -65,16 +67,29 @@ class MonotonicClock:
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Sleep until the deadline, an input, or the longest wait; then spin if asked to."""
-        asleep = self._real(until - self.now()) - self.spin
-        ready, _, _ = select(sources, (), (), min(max(asleep, 0), LONGEST_WAIT) / SECOND)
-        if self.spin > 0 and asleep <= LONGEST_WAIT and not ready:
-            while self.now() < until:
+        due = self._monotonic(until)
+        wake_at = due - self.spin
+        left = wake_at - monotonic_ns()
+        if left > LONGEST_WAIT:
+            return self._sleep(wake_at - left + LONGEST_WAIT, sources)
+        ready = self._sleep(wake_at, sources) if left > 0 else select(sources, (), (), 0)[0]
+        if self.spin > 0 and not ready:
+            while monotonic_ns() < due:
                 pass
         return ready
 
-    def _real(self, span: int) -> int:
-        """Nanoseconds of real time that a span of the run takes."""
-        return span
+    def _sleep(self, wake_at: int, sources: Sequence[S]) -> list[S]:
+        """Sleep until a source is readable, or the instant of CLOCK_MONOTONIC has come."""
+        self._alarm.set(wake_at)
+        anything: list[Any] = [*sources, self._alarm]
+        ready, _, _ = select(anything, (), ())
+        if ready[-1] is self._alarm:
+            ready.pop()
+        return ready
+
+    def _monotonic(self, at: int) -> int:
+        """The instant of CLOCK_MONOTONIC, or the first one, at which an instant of the run is."""
+        return self._epoch + at
 
 
 class ScaledClock(MonotonicClock):
@@ -99,8 +114,9 @@ class ScaledClock(MonotonicClock):
         """Return the present instant of the run, in ns."""
         return self._at + super().now() * self._gained // self._spent
 
-    def _real(self, span: int) -> int:
-        return -(-span * self._spent // self._gained)
+    def _monotonic(self, at: int) -> int:
+        # rounded up: a deadline is never early
+        return self._epoch - (self._at - at) * self._spent // self._gained
 
 
 class VirtualClock:

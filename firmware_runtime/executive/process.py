@@ -22,7 +22,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 Report: TypeAlias = dict[str, dict[str, Any]]
 
 CPU_DMA_LATENCY = Path("/dev/cpu_dma_latency")
-_MCL_CURRENT, _MCL_FUTURE = 1, 2
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _PR_SET_TIMERSLACK, _PR_GET_TIMERSLACK = 29, 30
 
 
@@ -33,7 +33,7 @@ class ProcessSettings:
     fifo_priority: int = 0
     """SCHED_FIFO at this priority, 1 to 99: whatever has a lower one waits while the loop runs."""
     lock_memory: bool = False
-    """Keep all memory, present and future, in RAM: no step waits for a page."""
+    """Keep in RAM what has been touched once, now or later: no step waits for a page again."""
     cpus: tuple[int, ...] = ()
     """Run on these processors only."""
     timer_slack_ns: int = 0
@@ -113,7 +113,8 @@ def _cpus(cpus: tuple[int, ...], _clock: MonotonicClock, undo: ExitStack) -> Non
 
 
 def _memory(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # noqa: FBT001
-    _libc("mlockall", _MCL_CURRENT | _MCL_FUTURE)
+    # what is touched stays; what libraries reserve and never touch need not be in RAM at all
+    _libc("mlockall", _MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT)
     _afterwards(undo, _libc, "munlockall")
 
 

@@ -133,9 +133,13 @@ def test_a_broken_file_at_sighup_changes_nothing(tmp_path: Path) -> None:
     source = Path("boards/tachobot/board.toml").read_text()
     board = tmp_path / "board.toml"
     board.write_text(source)
-    with guarded_run(tmp_path) as run:
+    with guarded_run(tmp_path, board=str(board)) as run:
+        board.write_text(source.replace("kp = 0.75", "kp = 0.5"))
         run.signal(signal.SIGHUP)
-        wait_until(lambda: "nothing new" in run.errors(), "the board is read again")
+        wait_until(lambda: "controller.yaw.kp" in run.errors(), "a new gain is taken up")
+        board.write_text("nothing = sound")
+        run.signal(signal.SIGHUP)
+        wait_until(lambda: "everything stays as it was" in run.errors(), "the file is refused")
         assert not run.is_off
         assert run.run.poll() is None
 

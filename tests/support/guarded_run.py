@@ -36,7 +36,7 @@ class GuardedRun:
         self._errors = directory / "stderr.log"
         self._stack = ExitStack()
 
-    def start(self, *, guard: bool, words: Sequence[str], program: str) -> None:
+    def start(self, board: str, *, guard: bool, words: Sequence[str], program: str) -> None:
         """Start the doubles, the guard and the run, and wait until it drives."""
         self._start("doubles", "serve", "tachobot", "--socket", self.socket, "--log", self.log)
         wait_until(self.socket.exists, "the doubles are served")
@@ -44,7 +44,7 @@ class GuardedRun:
             self.guard = self._start("guard", "tachobot", "--doubles", self.socket)
             assert self.guard.stdout is not None
             assert "watching" in self.guard.stdout.readline()
-        arguments = ["run", "tachobot", "--doubles", self.socket, "--supervised", "--arm"]
+        arguments = ["run", board, "--doubles", self.socket, "--supervised", "--arm"]
         arguments += ["--for", "600", "--json", *words]
         if not guard:
             arguments += ["--set", "arming.demand_guard=false"]
@@ -121,12 +121,17 @@ class GuardedRun:
 
 @contextmanager
 def guarded_run(
-    directory: Path, *, guard: bool = True, words: Sequence[str] = (), program: str = ""
+    directory: Path,
+    *,
+    board: str = "tachobot",
+    guard: bool = True,
+    words: Sequence[str] = (),
+    program: str = "",
 ) -> Iterator[GuardedRun]:
     """A run whose propellers turn; everything is killed afterwards."""
     run = GuardedRun(directory)
     try:
-        run.start(guard=guard, words=words, program=program)
+        run.start(board, guard=guard, words=words, program=program)
         yield run
     finally:
         run.close()
