@@ -1,0 +1,217 @@
+"""The steps that are timed are the real ones, and the report says what was measured."""
+
+import json
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic_ns
+from typing import Any
+
+import pytest
+
+from benchmarks import accounting, accounting_cold, accounting_cost, accounting_memory
+from benchmarks.accounting_growth import growth, measure
+from benchmarks.accounting_models import PERIOD, HastyClock, configuration, tickers
+from benchmarks.accounting_start import first_step_ended
+from benchmarks.accounting_steps import WAYS, AccountedStep, StopwatchClock
+from benchmarks.loop_process import LoopError, seconds_of_python, status_of_python
+from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.telemetry.layout import STEPS
+from firmware_runtime.telemetry.spans import read_spans, spans_path
+from firmware_runtime.telemetry.statistics_reader import read_statistics
+from tests.support.periodic_models import Robot
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_step_put_together_is_accounted_like_one_of_the_executive(
+    tmp_path: Path, count: int, *, recorded: bool
+) -> None:
+    step = AccountedStep(count, tmp_path, recorded=recorded)
+    for _ in range(20):
+        step()
+    put_together = read_statistics(tmp_path / "tickers.stats").as_json()
+    run = Executive(tickers(count), HastyClock(), list, configuration(tmp_path, recorded=recorded))
+    run.run(20 * PERIOD)
+    executive = read_statistics(tmp_path / "tickers.stats").as_json()
+    assert put_together["run"] == executive["run"] == 20 * count
+    for each in (put_together, executive):
+        assert each["scheduled"] == each["run"] + each["skipped"] + each["coalesced"]
+        assert each["conditions"]["run"]["steps"] == 20
+    assert spans_path(tmp_path / "tickers.stats").exists() == recorded
+
+
+def test_the_stopwatch_counts_the_steps_after_those_left_out() -> None:
+    clock = StopwatchClock(leave_out=3)
+    begun = monotonic_ns()
+    Executive(tickers(1), clock, list).run(10 * PERIOD)
+    assert clock.passes == 10 - 3
+    assert 0 < clock.spent < monotonic_ns() - begun
+
+
+def test_a_hasty_wait_is_over_at_its_deadline() -> None:
+    clock = HastyClock()
+    assert clock.wait(7 * PERIOD, ()) == []
+    assert clock.now() >= 7 * PERIOD
+
+
+def test_what_accounting_adds_is_the_median_of_the_rounds_differences() -> None:
+    rounds = [
+        {"bare": 1.0, "accounted": 5.0, "recorded": 7.0, "loop": 9.0},
+        {"bare": 2.0, "accounted": 6.0, "recorded": 9.0, "loop": 9.0},
+        {"bare": 2.0, "accounted": 20.0, "recorded": 40.0, "loop": 9.0},
+    ]
+    found = accounting_cost.summary(2, rounds)
+    assert (found["accounting_us"], found["recording_us"]) == (2.0, 3.5)
+    assert (found["us"]["accounted"], found["least_us"]["accounted"]) == (6.0, 5.0)
+    assert found["ratio"] == 5.0
+
+
+def test_the_cost_of_a_step_and_of_an_activation_are_a_line() -> None:
+    few, many = {"models": 1, "accounting_us": 5.0}, {"models": 16, "accounting_us": 35 / 16}
+    assert accounting_cost.step_and_activation(few, many) == {"step_us": 3.0, "activation_us": 2.0}
+
+
+def test_cold_laps_leave_out_the_first_ones() -> None:
+    clock = accounting_cold.LapClock()
+    clock.laps = [10**9] * accounting_cold.WARM_UP + [1000, 3000, 2000]
+    assert clock.median_us() == 2.0
+    found = accounting_cold.summary(4, [(10.0, 30.0), (20.0, 30.0), (10.0, 40.0)])
+    assert (found["bare_us"], found["loop_us"], found["added_us"]) == (10.0, 30.0, 20.0)
+
+
+# Growth -------------------------------------------------------------------------------------------
+
+
+def test_what_stays_is_found_by_line() -> None:
+    tracemalloc.start()
+    before = tracemalloc.take_snapshot()
+    kept = [object() for _ in range(1000)]
+    found = growth(before, tracemalloc.take_snapshot())
+    tracemalloc.stop()
+    assert found["bytes"] >= 1000 * object().__sizeof__()
+    assert found["objects"] >= len(kept)
+    assert any(Path(__file__).name in place for place in found["places"])
+
+
+@pytest.mark.slow
+def test_ticks_leave_nothing_behind(tmp_path: Path) -> None:
+    found = measure(tmp_path, 2_000)
+    assert found["ratio"] == found["bytes"] / 2_000
+    assert found["ratio"] < 1, found["places"]
+
+
+# Start and memory ---------------------------------------------------------------------------------
+
+
+def run_of_a_robot(path: Path, recorded_spans: int) -> None:
+    settings = Configuration(statistics_path=path, recorded_spans=recorded_spans)
+    Executive(Robot(imu=MILLISECOND), MonotonicClock(), list, settings).run(20 * MILLISECOND)
+
+
+def test_the_first_step_is_found_on_the_clock_of_the_machine(tmp_path: Path) -> None:
+    path = tmp_path / "robot.stats"
+    begun = monotonic_ns()
+    run_of_a_robot(path, 4096)
+    statistics = read_statistics(path)
+    ended = first_step_ended(statistics, spans_path(path))
+    last = [each for each in read_spans(spans_path(path)) if each.track == "step"][-1]
+    assert begun < ended < monotonic_ns()
+    assert ended < first_step_ended(statistics, spans_path(path)) + last.end_ns
+
+
+def test_a_first_step_that_was_overwritten_is_not_made_up(tmp_path: Path) -> None:
+    path = tmp_path / "robot.stats"
+    run_of_a_robot(path, 8)
+    statistics = read_statistics(path)
+    assert statistics.cells[STEPS] == 21
+    with pytest.raises(LoopError, match="first step is no longer recorded"):
+        first_step_ended(statistics, spans_path(path))
+
+
+@pytest.mark.slow
+def test_a_bare_interpreter_has_a_size_and_a_start(tmp_path: Path) -> None:
+    assert seconds_of_python(tmp_path, "pass") > 0
+    assert status_of_python(tmp_path, "pass", "Threads") == 1
+    with pytest.raises(LoopError, match="has no VmNothing"):
+        status_of_python(tmp_path, "pass", "VmNothing")
+
+
+def test_memory_is_told_in_megabytes_by_that_of_numpy() -> None:
+    assert accounting_memory.megabytes(1_000_000) == 1024.0
+    megabytes = {"python": 10.0, "python with numpy": 20.0, "without doubles": 30.0}
+    lines = accounting_memory.text({"megabytes": megabytes, "goal_mb": 45.0, "ratio": 1.5})
+    assert lines[3].split() == ["without", "doubles", "30.0"]
+    assert lines[-1].startswith("ratio 1.50")
+
+
+# The command --------------------------------------------------------------------------------------
+
+QUICK = ("--repetitions", "1", "--activations", "64", "--ticks", "50", "--cold-steps", "2")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("only", [("cost",), ("cold",), ("growth", "cost")])
+def test_the_ratio_comes_last(only: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    parts = [word for part in only for word in ("--only", part)]
+    assert main(["bench", "accounting", *parts, *QUICK]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.splitlines()[-1].startswith("ratio ")
+    assert printed.err.splitlines() == [f"bench accounting: {part}" for part in only]
+
+
+@pytest.mark.slow
+def test_the_report_is_kept_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["bench", "accounting", "--only", "cost", *QUICK, "--json", "--save", str(tmp_path)]
+    assert main(arguments) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert json.loads((tmp_path / "accounting.json").read_text()) == report
+    assert list(report) == ["conditions", "cost", "ratio"]
+    assert report["ratio"] == report["cost"]["ratio"]
+    (one, _, _) = report["cost"]["steps_of"]
+    assert list(one["us"]) == list(WAYS)
+
+
+@pytest.mark.slow
+def test_processes_are_started_and_weighed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(accounting_memory, "STEADY_NS", 1)
+    parts = ("--only", "start", "--only", "memory", "--json")
+    assert main(["bench", "accounting", *parts, "--repetitions", "1"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    seconds, sizes = report["start"]["seconds"], report["memory"]["megabytes"]
+    assert min(seconds.values()) > 0
+    assert report["start"]["ratio"] == seconds["as shipped"] / seconds["python"]
+    assert sizes["without doubles, locked"] >= sizes["without doubles"] > sizes["python"] > 0
+    assert report["ratio"] == report["memory"]["ratio"]
+
+
+def test_another_part_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        main(["bench", "accounting", "--only", "speed"])
+    assert exit_.value.code == 2
+    assert "invalid choice: 'speed'" in capsys.readouterr().err
+
+
+def test_every_part_is_measured_and_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured: list[str] = []
+
+    def fake(part: str, *_arguments: object) -> dict[str, Any]:
+        measured.append(part)
+        return {"ratio": float(len(measured))}
+
+    told: dict[str, Callable[[dict[str, Any]], list[str]]] = {
+        part: lambda result: [f"ratio {result['ratio']}"] for part in accounting.TEXTS
+    }
+    monkeypatch.setattr(accounting, "_measure", fake)
+    monkeypatch.setattr(accounting, "TEXTS", told)
+    assert main(["bench", "accounting"]) == 0
+    assert measured == ["start", "memory", "growth", "cold", "cost"]
+    assert capsys.readouterr().out.splitlines()[-1] == "ratio 5.0"
