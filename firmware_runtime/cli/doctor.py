@@ -64,7 +64,6 @@ def _as_json(results: Sequence[Result], grade: Severity) -> dict[str, object]:
         "checks": [
             {
                 "id": result.check.id,
-                "group": result.group,
                 "status": result.finding.status,
                 "seen": result.finding.seen,
                 "why": result.check.why,

@@ -66,7 +66,8 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         description="Run DEVS models as the firmware of a robot.",
         epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, "
         "4 some output could not be switched off, 5 refused to arm, 6 what was waited for did "
-        "not happen, 130 and 143 stopped by SIGINT and SIGTERM.",
+        "not happen, 7 and 8 the doctor's worst finding is a warning or a failure, 130 and 143 "
+        "stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
         "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"

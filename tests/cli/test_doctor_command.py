@@ -1,0 +1,112 @@
+"""The real command on this machine, as the user of the tests and as nobody."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.cli import doctor
+from firmware_runtime.doctor.check import Check, Result
+from firmware_runtime.doctor.finding import Finding, Severity, ok
+from firmware_runtime.doctor.registry import GROUPS
+
+IDS = [check.id for checks in GROUPS.values() for check in checks]
+NOBODY = 65534
+FAKE = Check("supply", "it starves", "charge it", lambda _machine: ok("full"))
+
+
+def worst_exit_status(report: dict[str, Any]) -> int:
+    return {"failure": 8, "warning": 7}.get(report["worst"], 0)
+
+
+@pytest.mark.parametrize("words", [[], ["tachobot"], ["detective"]])
+def test_every_check_reports_itself_completely(
+    command: Callable[..., Any], words: list[str]
+) -> None:
+    ended = command("doctor", *words, "--json")
+    report = json.loads(ended.out)
+    assert ended.error == ""
+    assert (report["schema"], [each["id"] for each in report["checks"]]) == (1, IDS)
+    for each in report["checks"]:
+        assert list(each) == ["id", "status", "seen", "why", "mend"]
+        assert all(each.values())
+    assert ended.status == worst_exit_status(report)
+
+
+def test_the_report_for_people_is_grouped_and_counted(command: Callable[..., Any]) -> None:
+    ended = command("doctor")
+    lines = ended.out.splitlines()
+    assert [line for line in lines if line in GROUPS] == list(GROUPS)
+    assert lines[-1].startswith(f"{len(IDS)} checks: ")
+    assert all(any(f" {name} " in line for line in lines) for name in IDS)
+
+
+def test_verbose_says_of_every_check_why(command: Callable[..., Any]) -> None:
+    brief, full = command("doctor").out, command("doctor", "--verbose").out
+    assert brief.count("why: ") < full.count("why: ") == full.count("mend: ") == len(IDS)
+
+
+@pytest.mark.parametrize(
+    ("status", "exit_status"),
+    [("not-applicable", 0), ("ok", 0), ("note", 0), ("warning", 7), ("failure", 8)],
+)
+def test_the_exit_status_is_that_of_the_worst_finding(
+    command: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    status: str,
+    exit_status: int,
+) -> None:
+    results = [
+        Result("supply", FAKE, finding)
+        for finding in (ok("full"), Finding(Severity(status), "empty", "change it"))
+    ]
+    monkeypatch.setattr(doctor, "examine", lambda _machine: results)
+    ended = command("doctor")
+    assert ended.status == exit_status
+    assert ("mend: change it" in ended.out) == (status in {"note", "warning", "failure"})
+    assert json.loads(command("doctor", "--json").out)["worst"] in {status, "ok"}
+
+
+def test_the_exit_statuses_are_in_the_help(command: Callable[..., Any]) -> None:
+    text = " ".join(command("doctor", "--help").out.split())
+    assert "0 all well, or notes only; 7 a warning; 8 a failure" in text
+
+
+def test_an_unknown_board_is_bad_input(command: Callable[..., Any]) -> None:
+    ended = command("doctor", "no-such-board")
+    assert (ended.status, ended.out) == (2, "")
+    assert "unknown board" in ended.error
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.geteuid() != 0, reason="becoming another user takes root")
+def test_an_ordinary_user_gets_an_answer_to_every_check(tmp_path: Path) -> None:
+    if shutil.which("setpriv") is None:
+        pytest.skip("setpriv is of the Debian package util-linux")
+    become = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+    if (
+        subprocess.run(
+            [*become, sys.executable, "-c", "import msgspec, numpy"], check=False
+        ).returncode
+        != 0
+    ):
+        pytest.skip("nobody may not run this interpreter and its packages")
+    ended = subprocess.run(
+        [*become, sys.executable, "-m", "firmware_runtime.cli", "doctor", "tachobot", "--json"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path / "state")},
+    )
+    assert ended.stderr == ""
+    report = json.loads(ended.stdout)
+    assert len(report["checks"]) == len(IDS)
+    assert ended.returncode == worst_exit_status(report)

@@ -1,0 +1,11 @@
+import pytest
+
+from firmware_runtime.doctor.registry import GROUPS
+from tests.support.fake_machines import Look
+
+
+@pytest.fixture
+def look() -> Look:
+    """Carries out one check, by its id, and lets its errors through."""
+    by_id = {check.id: check for checks in GROUPS.values() for check in checks}
+    return lambda name, machine: by_id[name].look(machine)
