@@ -6,7 +6,6 @@ Each setting is asked for, read back where the system allows it, and reported as
 Sources: sched(7), mlockall(2), prctl(2), Linux Documentation/power/pm_qos_interface.rst.
 """
 
-import ctypes
 import gc
 import os
 import struct
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.executive.c_library import call
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 
 Report: TypeAlias = dict[str, dict[str, Any]]
@@ -87,10 +87,10 @@ def _afterwards(undo: ExitStack, function: Callable[..., object], *arguments: ob
 
 
 def _timer_slack(slack_ns: int, _clock: MonotonicClock, undo: ExitStack) -> None:
-    before = _libc("prctl", _PR_GET_TIMERSLACK, 0, 0, 0, 0)
-    _libc("prctl", _PR_SET_TIMERSLACK, slack_ns, 0, 0, 0)
-    _afterwards(undo, _libc, "prctl", _PR_SET_TIMERSLACK, before, 0, 0, 0)
-    held = _libc("prctl", _PR_GET_TIMERSLACK, 0, 0, 0, 0)
+    before = call("prctl", _PR_GET_TIMERSLACK, 0, 0, 0, 0)
+    call("prctl", _PR_SET_TIMERSLACK, slack_ns, 0, 0, 0)
+    _afterwards(undo, call, "prctl", _PR_SET_TIMERSLACK, before, 0, 0, 0)
+    held = call("prctl", _PR_GET_TIMERSLACK, 0, 0, 0, 0)
     if held > slack_ns:
         raise _Refusal(f"the kernel keeps {held} ns")
 
@@ -114,8 +114,8 @@ def _cpus(cpus: tuple[int, ...], _clock: MonotonicClock, undo: ExitStack) -> Non
 
 def _memory(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # noqa: FBT001
     # what is touched stays; what libraries reserve and never touch need not be in RAM at all
-    _libc("mlockall", _MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT)
-    _afterwards(undo, _libc, "munlockall")
+    call("mlockall", _MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT)
+    _afterwards(undo, call, "munlockall")
 
 
 def _cpu_awake(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # noqa: FBT001
@@ -136,16 +136,6 @@ def _garbage(_asked: bool, _clock: MonotonicClock, undo: ExitStack) -> None:  # 
     gc.collect()
     gc.freeze()
     gc.disable()
-
-
-def _libc(function: str, *arguments: int) -> int:
-    """Call a function of the C library. Raises OSError with its errno."""
-    library = ctypes.CDLL(None, use_errno=True)
-    result: int = getattr(library, function)(*(ctypes.c_ulong(each) for each in arguments))
-    if result < 0:
-        code = ctypes.get_errno()
-        raise OSError(code, os.strerror(code))
-    return result
 
 
 _NOTHING = ProcessSettings()

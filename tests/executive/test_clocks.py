@@ -1,7 +1,8 @@
 """Clocks: what they count and when their waits end, never how exactly."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 
@@ -31,25 +32,30 @@ def bell() -> Iterator[Bell]:
 
 
 class Hardware:
-    """Stands in for CLOCK_MONOTONIC and for select."""
+    """Stands in for CLOCK_MONOTONIC, for select and for the alarm."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.instant = 5 * SECOND
         self.reading = 0
-        self.slept: list[float] = []
+        self.alarms: list[int] = []
         monkeypatch.setattr(clocks, "monotonic_ns", self.read)
         monkeypatch.setattr(clocks, "select", self.select)
+        monkeypatch.setattr(clocks, "Alarm", lambda: self)
 
     def read(self) -> int:
         self.instant += self.reading
         return self.instant
 
-    def select(self, *arguments: object) -> tuple[list[object], list[object], list[object]]:
-        timeout = arguments[3]
-        assert isinstance(timeout, float | int)
-        self.slept.append(timeout)
-        self.instant += round(timeout * SECOND)
-        return [], [], []
+    def set(self, at: int) -> None:
+        self.alarms.append(at)
+
+    def select(
+        self, sources: list[object], *_others: object
+    ) -> tuple[list[object], list[object], list[object]]:
+        if sources != [self]:
+            return [], [], []
+        self.instant = max(self.instant, self.alarms[-1])
+        return [self], [], []
 
 
 @pytest.fixture
@@ -81,27 +87,35 @@ def test_real_time_counts_from_the_start_of_the_run(hardware: Hardware) -> None:
     assert clock.now() == 120
 
 
-def test_a_wait_lasts_what_is_left_up_to_the_deadline(hardware: Hardware) -> None:
+def test_a_wait_is_for_the_deadline_however_long_it_takes_to_begin(hardware: Hardware) -> None:
     clock = MonotonicClock()
     clock.start(0)
-    hardware.instant += 4 * MILLISECOND
-    clock.wait(10 * MILLISECOND, [])
-    assert hardware.slept == [0.006]
+    hardware.reading = 7
+    assert clock.wait(10 * MILLISECOND, []) == []
+    assert hardware.alarms == [5 * SECOND + 10 * MILLISECOND]
 
 
 def test_a_deadline_that_has_passed_is_not_waited_for(hardware: Hardware) -> None:
     clock = MonotonicClock()
     clock.start(0)
     hardware.instant += SECOND
-    clock.wait(10 * MILLISECOND, [])
-    assert hardware.slept == [0]
+    assert clock.wait(10 * MILLISECOND, []) == []
+    assert hardware.alarms == []
 
 
-@pytest.mark.parametrize("clock", [MonotonicClock(), ScaledClock(0.001)], ids=["real", "scaled"])
-def test_every_wait_has_a_bound(hardware: Hardware, clock: MonotonicClock) -> None:
+def test_a_late_loop_still_takes_its_inputs(bell: Bell) -> None:
+    clock = MonotonicClock()
+    clock.start(SECOND)
+    bell.ring()
+    assert clock.wait(0, [bell]) == [bell]
+
+
+@pytest.mark.parametrize("make", [MonotonicClock, partial(ScaledClock, 0.001)])
+def test_every_wait_has_a_bound(hardware: Hardware, make: Callable[[], MonotonicClock]) -> None:
+    clock = make()
     clock.start(0)
     clock.wait(NEVER, [])
-    assert hardware.slept == [0.05]
+    assert hardware.alarms == [5 * SECOND + clocks.LONGEST_WAIT]
 
 
 def test_an_input_ends_a_wait(bell: Bell) -> None:
@@ -118,7 +132,7 @@ def test_scaled_time_is_faster_by_its_speed(hardware: Hardware) -> None:
     hardware.instant += 4 * MILLISECOND
     assert clock.now() == SECOND + 10 * MILLISECOND
     clock.wait(SECOND + 35 * MILLISECOND, [])
-    assert hardware.slept == [0.01]
+    assert hardware.alarms == [5 * SECOND + 14 * MILLISECOND]
     assert clock.now() == SECOND + 35 * MILLISECOND
 
 
@@ -126,7 +140,7 @@ def test_a_scaled_wait_does_not_end_early_by_rounding(hardware: Hardware) -> Non
     clock = ScaledClock(3)
     clock.start(0)
     clock.wait(10, [])
-    assert hardware.slept == [4e-9]
+    assert hardware.alarms == [5 * SECOND + 4]
     assert clock.now() >= 10
 
 
@@ -144,8 +158,27 @@ def test_spinning_sleeps_short_of_the_deadline_and_looks_at_the_clock_up_to_it(
     clock.start(0)
     hardware.reading = 1_000
     clock.wait(MILLISECOND, [])
-    assert hardware.slept == [pytest.approx(0.0009, abs=1e-5)]
+    assert hardware.alarms == [5 * SECOND + 900_000]
     assert clock.now() >= MILLISECOND
+
+
+def test_spinning_begins_at_once_when_the_deadline_is_near(hardware: Hardware) -> None:
+    clock = MonotonicClock()
+    clock.spin = 100_000
+    clock.start(0)
+    hardware.reading = 1_000
+    clock.wait(50_000, [])
+    assert hardware.alarms == []
+    assert clock.now() >= 50_000
+
+
+def test_an_input_ends_a_wait_without_a_spin(bell: Bell) -> None:
+    clock = MonotonicClock()
+    clock.spin = 10 * SECOND
+    clock.start(0)
+    bell.ring()
+    assert clock.wait(5 * SECOND, [bell]) == [bell]
+    assert clock.now() < 5 * SECOND
 
 
 @pytest.mark.usefixtures("hardware")
@@ -155,3 +188,10 @@ def test_a_wait_that_ends_at_its_bound_does_not_spin() -> None:
     clock.start(0)
     clock.wait(SECOND, [])
     assert clock.now() == clocks.LONGEST_WAIT
+
+
+def test_an_alarm_that_has_rung_is_no_source(bell: Bell) -> None:
+    clock = MonotonicClock()
+    clock.start(0)
+    assert clock.wait(MILLISECOND, [bell]) == []
+    assert clock.now() >= MILLISECOND
