@@ -56,7 +56,9 @@ def _rate(statistics: Statistics, now: int) -> str | None:
     periods = [stated["period_ns"] for stated in statistics.header["models"].values()]
     if not periods:
         return None
-    whole = [span for span in statistics.timeline if now - 3 * SECOND < span.begin_ns]
+    whole = [
+        span for span in statistics.timeline if now - 3 * SECOND < span.begin_ns <= now - SECOND
+    ]
     if not whole:
         return "the rate has not been measured for a second yet"
     due = sum(SECOND / period for period in periods)

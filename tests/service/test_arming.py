@@ -1,0 +1,139 @@
+"""When outputs may be driven, and when no longer."""
+
+from pathlib import Path
+from time import monotonic_ns
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.service.arming import Arming
+from firmware_runtime.service.control import ControlError, ControlSocket, ask
+from firmware_runtime.service.objections import objections_to
+from firmware_runtime.telemetry.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
+from tests.support.periodic_models import Robot
+
+
+class Rig:
+    """An arming around a run; `safe` counts how often outputs were made safe."""
+
+    def __init__(self, *, at_start: bool = False, demand_guard: bool = False) -> None:
+        self.safe = 0
+        self.told: list[str] = []
+        self.against: str | None = None
+        self.arming = Arming(at_start=at_start, demand_guard=demand_guard, tell=self.told.append)
+        configuration = Configuration(armed_at_start=False)
+        self.executive = Executive(Robot(), VirtualClock(), list, configuration)
+        self.arming.attach(self.executive, self._make_safe, [lambda _now: self.against])
+
+    def _make_safe(self) -> list[str]:
+        self.safe += 1
+        return []
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        return self.executive.cells[ARMED], self.executive.cells[ACKNOWLEDGED]
+
+
+def test_nothing_is_permitted_until_somebody_asks() -> None:
+    rig = Rig()
+    rig.arming.attend(0, 0)
+    assert not rig.arming.permit()
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+    assert rig.cells == (1, 0)
+
+
+def test_an_objection_keeps_it_disarmed_and_is_given_as_the_reason() -> None:
+    rig = Rig()
+    rig.against = "imu is not up yet"
+    assert rig.arming.request(0) == ["imu is not up yet"]
+    assert not rig.arming.permit()
+    assert rig.arming.reason == "imu is not up yet"
+
+
+def test_a_board_that_asks_for_it_is_armed_as_soon_as_nobody_objects() -> None:
+    rig = Rig(at_start=True)
+    rig.against = "not yet"
+    rig.arming.attend(0, 0)
+    assert not rig.arming.armed
+    rig.against = None
+    rig.arming.attend(50 * MILLISECOND, 0)
+    assert not rig.arming.armed
+    rig.arming.attend(100 * MILLISECOND, 0)
+    assert rig.arming.armed
+
+
+def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are_safe() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[GENERATION] += 1
+    assert not rig.arming.permit()
+    assert rig.cells == (1, 0)
+    rig.arming.attend(0, 0)
+    assert (rig.safe, rig.cells) == (1, (0, 1))
+    assert "the guard took over" in rig.told[-1]
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+
+
+def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
+    rig = Rig()
+    rig.executive.cells[GENERATION] = 3
+    rig.arming.attend(0, 0)
+    assert (rig.safe, rig.cells) == (1, (0, 3))
+
+
+def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.attend(0, 0)
+    rig.arming.disarm("asked for")
+    rig.arming.attend(SECOND, 0)
+    assert not rig.arming.armed
+
+
+def test_a_guard_that_is_demanded_must_show_itself() -> None:
+    rig = Rig(demand_guard=True)
+    assert "the guard is absent" in rig.arming.request(0)[0]
+    rig.executive.cells[GUARD] = monotonic_ns()
+    assert rig.arming.request(0) == []
+    rig.executive.cells[GUARD] = monotonic_ns() - SECOND
+    assert not rig.arming.permit()
+    rig.arming.attend(0, 0)
+    assert rig.told[-1] == "disarmed: the guard is gone"
+
+
+def test_a_loop_that_has_not_run_for_a_second_is_an_objection() -> None:
+    executive = Executive(Robot(), VirtualClock(), list)
+    found = [why for objection in objections_to(executive) if (why := objection(0)) is not None]
+    assert found == ["the rate has not been measured for a second yet"]
+
+
+def test_a_loop_that_keeps_its_time_is_none() -> None:
+    executive = Executive(Robot(), VirtualClock(), list)
+    executive.run(2 * SECOND)
+    assert [objection(2 * SECOND) for objection in objections_to(executive)] == [None] * 4
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "tachobot.control"
+
+
+def test_a_request_without_a_run_is_one_sentence(path: Path) -> None:
+    with pytest.raises(ControlError, match="expected a run that listens there"):
+        ask(path, "arm")
+
+
+def test_a_run_that_does_not_answer_is_one_sentence(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firmware_runtime.service.control.PATIENCE_S", 0.01)
+    socket = ControlSocket(path, {})
+    with pytest.raises(ControlError, match="no answer within"):
+        ask(path, "arm")
+    socket.receive()
+    socket.close()
+    assert not path.exists()

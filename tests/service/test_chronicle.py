@@ -1,0 +1,124 @@
+"""What a run tells systemd and the journal, on real datagram sockets."""
+
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from boards import registry
+from boards.retuning import changed_keys, need_restart
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.service.chronicle import Chronicle
+from firmware_runtime.service.journal import Journal, encoded
+from firmware_runtime.service.notices import Notices, watchdog_of
+from tests.support.periodic_models import PERIOD, Robot
+from tests.support.stalling_clock import StallingClock
+
+
+class Listener:
+    """A datagram socket that keeps what it is sent."""
+
+    def __init__(self, path: Path) -> None:
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self._socket.bind(os.fspath(path))
+
+    def heard(self) -> list[str]:
+        heard = []
+        while True:
+            try:
+                heard.append(self._socket.recv(65536).decode())
+            except BlockingIOError:
+                return heard
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@pytest.fixture
+def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener]:
+    listener = Listener(tmp_path / "notify")
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+    yield listener
+    listener.close()
+
+
+@pytest.fixture
+def journald(tmp_path: Path) -> Iterator[Listener]:
+    listener = Listener(tmp_path / "journal")
+    yield listener
+    listener.close()
+
+
+def test_ready_comes_after_the_first_step_and_a_stall_is_one_line(
+    tmp_path: Path, systemd: Listener, journald: Listener
+) -> None:
+    clock = StallingClock({5: 3 * PERIOD})
+    executive = Executive(Robot(), clock, list)
+    notices, journal = Notices(), Journal(tmp_path / "journal")
+    Chronicle(executive, notices, journal, lambda _statistics: "a summary")
+    executive.run(30 * PERIOD)
+    notices.close()
+    journal.close()
+    told = systemd.heard()
+    assert told.count("READY=1") == 1
+    assert "STATUS=a summary" in told
+    (line,) = journald.heard()
+    fields = dict(each.split("=", 1) for each in line.splitlines())
+    assert fields["PERIOD_US"] == str(PERIOD // 1000)
+    assert (fields["MODEL"], fields["MISSED"], fields["CAUSE"]) == ("imu", "2", "wake")
+    assert int(fields["LATE_US"]) == 3 * PERIOD // 1000
+    assert fields["PRIORITY"] == "4"
+
+
+def test_a_run_without_steps_is_not_ready(systemd: Listener) -> None:
+    executive = Executive(Robot(), StallingClock(), list)
+    notices = Notices()
+    chronicle = Chronicle(executive, notices, Journal(None), lambda _statistics: "")
+    chronicle.attend(0, 0)
+    notices.close()
+    assert "READY=1" not in systemd.heard()
+
+
+def test_nobody_is_told_where_nobody_listens(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
+    notices, journal = Notices(), Journal(None)
+    assert not notices.is_there
+    assert not journal.is_there
+    notices.ready()
+    journal.write("nothing")
+    assert journal.dropped == 0
+
+
+@pytest.mark.parametrize(
+    ("environment", "watchdog"),
+    [
+        ({}, NEVER),
+        ({"WATCHDOG_USEC": "2000000"}, 2 * SECOND),
+        ({"WATCHDOG_USEC": "2000000", "WATCHDOG_PID": "1"}, NEVER),
+        ({"WATCHDOG_USEC": "soon"}, NEVER),
+    ],
+)
+def test_the_watchdog_is_what_systemd_says_for_this_process(
+    environment: dict[str, str], watchdog: int
+) -> None:
+    assert watchdog_of(environment) == watchdog
+
+
+def test_a_field_of_several_lines_has_its_length() -> None:
+    assert encoded("A", "b") == b"A=b\n"
+    assert encoded("A", "b\nc") == b"A\n\x03\x00\x00\x00\x00\x00\x00\x00b\nc\n"
+
+
+def test_gains_may_change_while_the_robot_runs_and_addresses_may_not() -> None:
+    board = registry.load("tachobot")
+    other = registry.load("tachobot", ["controller.yaw.kp=0.5", "imu.address=0x69"])
+    changed = list(changed_keys(board.settings, other.settings))
+    assert changed == ["imu.address", "controller.yaw.kp"]
+    assert need_restart(changed, board.retunable) == ["imu.address"]
+
+
+def test_equal_settings_have_no_changed_keys() -> None:
+    assert list(changed_keys(*(registry.load("detective").settings for _ in range(2)))) == []

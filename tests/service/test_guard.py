@@ -1,0 +1,135 @@
+"""The guard, look by look, over a run in this process or one that has ended."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from time import monotonic_ns
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.service.guard import Guard, Phase
+from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, Layout
+from firmware_runtime.telemetry.statistics_file import StatisticsFile
+
+HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
+STALL = 200 * MILLISECOND
+
+
+class Watch:
+    """A guard whose chips answer as told."""
+
+    def __init__(self, path: Path) -> None:
+        self.failing: list[str] = []
+        self.offs = 0
+        self.told: list[str] = []
+        self.guard = Guard(path, self._make_safe, STALL, self.told.append)
+
+    def _make_safe(self) -> list[str]:
+        self.offs += 1
+        return self.failing
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "tachobot.stats"
+
+
+@pytest.fixture
+def watch(path: Path) -> Watch:
+    return Watch(path)
+
+
+@pytest.fixture
+def file(path: Path) -> StatisticsFile:
+    file = StatisticsFile(Layout(), HEADER, path)
+    file.close_section(0)
+    return file
+
+
+@pytest.fixture
+def wake_up() -> Iterator[int]:
+    descriptor = os.eventfd(0)
+    yield descriptor
+    os.close(descriptor)
+
+
+def hang(file: StatisticsFile) -> None:
+    file.cells[HEARTBEAT] = monotonic_ns() - SECOND
+
+
+def test_without_a_run_it_waits_and_writes_nothing(watch: Watch) -> None:
+    watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 0)
+
+
+def test_a_living_run_is_watched_and_sees_that_it_is(watch: Watch, file: StatisticsFile) -> None:
+    watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 0)
+    assert monotonic_ns() - file.cells[GUARD] < SECOND
+
+
+def test_a_run_that_has_not_begun_is_not_taken_for_dead(path: Path, watch: Watch) -> None:
+    file = StatisticsFile(Layout(), HEADER, path)
+    watch.guard.look()
+    assert (watch.guard.phase, file.cells[GENERATION]) == (Phase.WATCHING, 0)
+
+
+def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
+    watch: Watch, file: StatisticsFile
+) -> None:
+    watch.guard.look()
+    hang(file)
+    for _ in range(5):
+        watch.guard.look()
+    assert (watch.guard.phase, watch.offs, file.cells[GENERATION]) == (Phase.HOLDING, 5, 1)
+    file.close_section(1)
+    file.cells[ACKNOWLEDGED] = 1
+    watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
+    assert watch.told[-1] == "the run came back, disarmed"
+
+
+def test_chips_that_do_not_acknowledge_are_written_again_and_told_once(
+    watch: Watch, file: StatisticsFile
+) -> None:
+    watch.guard.look()
+    hang(file)
+    watch.failing = ["i2c1 0x40: not acknowledged"]
+    file.cells[ACKNOWLEDGED] = 1
+    for _ in range(3):
+        watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 3)
+    assert watch.told.count("i2c1 0x40: not acknowledged") == 1
+    watch.failing = []
+    watch.guard.look()
+    assert "all outputs off" in watch.told[-2]
+
+
+def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
+    path: Path, watch: Watch, wake_up: int
+) -> None:
+    program = (
+        "import sys; from pathlib import Path;"
+        "from firmware_runtime.telemetry.layout import Layout;"
+        "from firmware_runtime.telemetry.statistics_file import StatisticsFile;"
+        "file = StatisticsFile(Layout(), {'models': {}, 'conditions': {}}, Path(sys.argv[1]));"
+        "print('there', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", program, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as run:
+        assert run.stdout is not None
+        run.stdout.readline()
+        watch.guard.look()
+        assert watch.guard.phase is Phase.WATCHING
+        run.kill()
+        run.wait()
+        watch.guard.wait(wake_up)
+        watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 1)
+    assert "has ended" in watch.told[0]
+    StatisticsFile(Layout(), HEADER, path)
+    watch.guard.look()
+    assert watch.guard.phase is Phase.WATCHING
