@@ -1,8 +1,9 @@
 """DEVStone and the hold model, side by side with xdevs.py: `firmware-runtime bench devstone`.
 
-CPU seconds of each engine, set-up included, medians over runs in fresh processes that take turns.
-Both engines' transitions are checked against the published formulas, or the arithmetic. The hold
-model is N atomics that only wait: it shows what finding the next one costs as N grows.
+CPU seconds of each engine, set-up included, medians over runs in fresh processes that take turns;
+beside the ratio of these, that of the run alone. Both engines' transitions are checked against the
+published formulas, or the arithmetic. The hold model is N atomics that only wait: it shows what
+finding the next one costs as N grows.
 """
 
 import argparse
@@ -103,7 +104,7 @@ def _text(report: Mapping[str, Any], repetitions: int) -> str:
         f"CPU time, set-up included, medians of {repetitions} runs each",
         conditions_text(report["conditions"]),
         "",
-        f"{'':20}{'transitions':>12}{OURS:>18}{PEER:>12}{'ratio':>8}{'goal':>6}",
+        f"{'':20}{'transitions':>12}{OURS:>18}{PEER:>12}{'ratio':>8}{'goal':>6}{'run alone':>11}",
     ]
     for each in report["models"]:
         ours, peer = (
@@ -112,7 +113,7 @@ def _text(report: Mapping[str, Any], repetitions: int) -> str:
         goal = f"{GOALS[each['name']]:g}" if each["name"] in GOALS else ""
         lines.append(
             f"{each['name']:20}{each['transitions']:12}{ours:15.3f} us{peer:9.2f} us"
-            f"{each['ratio']:8.1f}{goal:>6}"
+            f"{each['ratio']:8.1f}{goal:>6}{each['run_ratio']:11.1f}"
         )
     lines += ["", *_growth(report["models"])]
     if report["ratio"] is not None:

@@ -24,8 +24,8 @@ class DelayedAtomic(Atomic):
     """Answers a bag of input with one output, at once.
 
     It has no phases that anybody would want named, so it sets the time advance and nothing else.
-    With the verbs `passivate` and `activate`, which the peer's model uses, the benchmark took 14 %
-    (HOmod) to 18 % (HI, HO) longer on CPython 3.11.
+    With the verbs `passivate` and `activate`, which the peer's model uses, the benchmark took 18 %
+    (HOmod) to 20 % (HI) longer on CPython 3.11.
     """
 
     def __init__(self, name: str) -> None:

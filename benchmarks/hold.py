@@ -24,5 +24,6 @@ def measure(kind: str, count: int, repetitions: int) -> dict[str, Any]:
         "atomics": count,
         "seconds": seconds,
         "transitions": expected["internal"],
+        "run_ratio": seconds[PEER]["run"] / seconds[OURS]["run"],
         "ratio": seconds[PEER]["total"] / seconds[OURS]["total"],
     }

@@ -1,137 +1,67 @@
 """One engine's run of a periodic model in real time: `python -m benchmarks.peers_run ENGINE JSON`.
 
-The object has `period_ns`, `periods` and `stall_at`, the activation in which the model itself
-stalls for `stall_ns` (0: never). Prints an object: `fired`, the number of each activation by the
-model's own time and the instant it happened (CLOCK_MONOTONIC), `cpu_s`, and `told`, what the engine
-itself has to say about being late.
+The object has `plan`, what a `Plan` is made of, and `fifo_priority`; every engine has the same
+settings of the process. Prints an object: `fired` of the plan, `cpu_s`, the settings granted, and
+`told`, what the engine itself has to say about being late.
 """
 
 import json
 import sys
 from collections.abc import Callable
-from time import monotonic_ns, process_time, sleep
-from typing import Any, TypeAlias
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from time import process_time
+from typing import Any
 
-Fired: TypeAlias = list[tuple[int, int]]
+from benchmarks.peers_plan import Plan
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.process import ProcessSettings, in_force
 
 
-class Plan:
-    """The period, how many there are, and the stall; `fire` is called in every activation."""
+@dataclass(frozen=True, slots=True)
+class Engine:
+    """A function here that runs a plan, and the package it needs, if any."""
 
-    def __init__(self, asked: dict[str, int]) -> None:
-        self.period_ns = asked["period_ns"]
-        self.periods = asked["periods"]
-        self.fired: Fired = []
-        self._stall_at = asked["stall_at"]
-        self._stall_s = asked["stall_ns"] / 1e9
-
-    def fire(self, number: int) -> None:
-        """Note an activation; stall in the one that was chosen."""
-        self.fired.append((number, monotonic_ns()))
-        if self._stall_s > 0 and number == self._stall_at:
-            sleep(self._stall_s)
+    module: str
+    function: str
+    package: str | None
 
     @property
-    def is_over(self) -> bool:
-        """Whether the last one has been fired."""
-        return bool(self.fired) and self.fired[-1][0] >= self.periods
+    def is_installed(self) -> bool:
+        """Whether it can run."""
+        return self.package is None or find_spec(self.package) is not None
+
+    def runner(self) -> Callable[[Plan], str]:
+        """The function; its module, and so the engine, is imported only now."""
+        run: Callable[[Plan], str] = getattr(import_module(self.module), self.function)
+        return run
 
 
-def ours(plan: Plan, policy: Any) -> str:  # noqa: ANN401 -- a word of the command line
-    """This project's executive, with a policy."""
-    from firmware_runtime.devs.atomic import Atomic  # noqa: PLC0415 -- one engine a process
-    from firmware_runtime.executive.clocks import MonotonicClock  # noqa: PLC0415
-    from firmware_runtime.executive.configuration import Configuration  # noqa: PLC0415
-    from firmware_runtime.executive.loop import Executive  # noqa: PLC0415
-    from firmware_runtime.executive.policy import ActivationPolicy  # noqa: PLC0415
-    from firmware_runtime.executive.process import ProcessSettings  # noqa: PLC0415
-
-    class Periodic(Atomic):
-        period = plan.period_ns
-
-        def initialize(self) -> None:
-            self.hold_in("waiting", plan.period_ns)
-
-        def output(self) -> None:
-            plan.fire(executive.simulator.now // plan.period_ns)
-
-        def internal(self) -> None:
-            self.hold_in("waiting", plan.period_ns)
-
-    configuration = Configuration(
-        policies={"periodic": ActivationPolicy(policy)},
-        process=ProcessSettings(timer_slack_ns=1, freeze_garbage=True),
-    )
-    executive = Executive(Periodic("periodic"), MonotonicClock(), list, configuration)
-    executive.run(plan.period_ns * plan.periods)
-    counted = executive.statistics.as_json()
-    return f"{counted['overruns']} overruns, {counted['skipped']} skipped"
-
-
-def xdevs(plan: Plan) -> str:
-    """xdevs.py's real-time coordinator, as its examples use it."""
-    from xdevs.models import Atomic, Coupled  # noqa: PLC0415
-    from xdevs.rt import RealTimeCoordinator, RealTimeManager  # noqa: PLC0415
-
-    class Periodic(Atomic):  # type: ignore[misc]  # xdevs.py is untyped
-        number = 0
-
-        def initialize(self) -> None:
-            self.hold_in("waiting", plan.period_ns / 1e9)
-
-        def lambdaf(self) -> None:
-            self.number += 1
-            plan.fire(self.number)
-
-        def deltint(self) -> None:
-            self.hold_in("waiting", plan.period_ns / 1e9)
-
-        def deltext(self, e: float) -> None:
-            pass
-
-        def exit(self) -> None:
-            pass
-
-    model = Coupled("top")
-    model.add_component(Periodic("periodic"))
-    RealTimeCoordinator(model, RealTimeManager()).simulate_rt(
-        plan.period_ns * (plan.periods + 0.5) / 1e9
-    )
-    return "nothing"
-
-
-def simpy(plan: Plan) -> str:
-    """SimPy's real-time environment, not strict: strict ones stop at the first late event."""
-    from simpy.rt import RealtimeEnvironment  # noqa: PLC0415
-
-    environment = RealtimeEnvironment(factor=1.0, strict=False)
-
-    def periodic() -> Any:  # noqa: ANN401 -- SimPy's events
-        for number in range(1, plan.periods + 1):
-            yield environment.timeout(plan.period_ns / 1e9)
-            plan.fire(number)
-
-    environment.process(periodic())
-    environment.run()
-    return "nothing"
-
-
-ENGINES: dict[str, Callable[[Plan], str]] = {
-    "ours, skip": lambda plan: ours(plan, "skip"),
-    "ours, catch-up": lambda plan: ours(plan, "catch-up"),
-    "xdevs.py": xdevs,
-    "SimPy": simpy,
+ENGINES = {
+    "ours, skip": Engine("benchmarks.peers_ours", "skip", None),
+    "ours, catch-up": Engine("benchmarks.peers_ours", "catch_up", None),
+    "xdevs.py": Engine("benchmarks.peers_xdevs", "run", "xdevs"),
+    "SimPy": Engine("benchmarks.peers_simpy", "run", "simpy"),
+    "pyjevsim": Engine("benchmarks.peers_pyjevsim", "run", "pyjevsim"),
 }
 
 
-def main() -> None:
+def run(name: str, asked: dict[str, Any]) -> dict[str, Any]:
     """Run one engine."""
-    plan = Plan(json.loads(sys.argv[2]))
-    before = process_time()
-    told = ENGINES[sys.argv[1]](plan)
-    answer = {"fired": plan.fired, "cpu_s": process_time() - before, "told": told}
-    print(json.dumps(answer))
+    plan, engine = Plan(**asked["plan"]), ENGINES[name].runner()
+    settings = ProcessSettings(
+        fifo_priority=asked["fifo_priority"],
+        lock_memory=True,
+        timer_slack_ns=1,
+        keep_cpu_awake=True,
+    )
+    with in_force(settings, MonotonicClock()) as granted:
+        before = process_time()
+        told = engine(plan)
+        cpu_s = process_time() - before
+    return {"fired": plan.fired, "cpu_s": cpu_s, "settings": granted, "told": told}
 
 
 if __name__ == "__main__":
-    main()
+    print(json.dumps(run(sys.argv[1], json.loads(sys.argv[2]))))

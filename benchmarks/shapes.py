@@ -25,5 +25,6 @@ def measure(shape: str, width: int, depth: int, repetitions: int) -> dict[str, A
         "seconds": seconds,
         "totals": {OURS: [sample.total for sample in ours], PEER: [s.total for s in peers]},
         "transitions": 2 * each,
+        "run_ratio": seconds[PEER]["run"] / seconds[OURS]["run"],
         "ratio": seconds[PEER]["total"] / seconds[OURS]["total"],
     }

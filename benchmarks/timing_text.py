@@ -1,9 +1,16 @@
-"""The report of `bench timing` as a person reads it: histograms, percentiles, ratios."""
+"""The report of `bench timing` as a person reads it: histograms, percentiles, ratios, goals."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-_WIDTH = 20
+from benchmarks.loop_conditions import conditions_text
+
+_WIDTH = 21
+_STATES = {
+    "awake": "all hold /dev/cpu_dma_latency at 0",
+    "asleep": "nobody holds /dev/cpu_dma_latency: processors may sleep deeply",
+}
+_TITLES = {"p50": "p50", "p99": "p99", "p999": "p99.9"}
 
 
 def timing_text(report: Mapping[str, Any]) -> str:
@@ -12,56 +19,71 @@ def timing_text(report: Mapping[str, Any]) -> str:
 
 
 def _lines(report: Mapping[str, Any]) -> Iterator[str]:
-    found = report["conditions"]
-    scheduler = f"SCHED_FIFO {found['fifo_priority']}" if found["fifo_priority"] else "SCHED_OTHER"
-    yield f"lateness at {found['rate_hz']} Hz, {scheduler}, spin {found['spin_us']:g} us"
-    where = "a virtual machine" if found["virtualised"] else "no virtual machine seen"
+    yield conditions_text(report["conditions"])
+    priority = report["fifo_priority"]
+    scheduler = f"SCHED_FIFO {priority}" if priority else "SCHED_OTHER (SCHED_FIFO not granted)"
     yield (
-        f"{found['python']} on {found['kernel']} {found['machine']}, {found['cpu']}, "
-        f"{found['cpu_count']} CPUs, {where}, load {found['load']:.2f}"
+        f"lateness at {report['rate_hz']} Hz, {scheduler}; cyclictest: until its thread is awake; "
+        f"executive: until the output function begins; spin {report['spin_us']:g} us"
     )
+    for state, section in report["cpus"].items():
+        yield ""
+        yield _STATES[state]
+        yield from _section(section)
+    first, section = next(iter(report["cpus"].items()))
+    name = next(iter(section["ratios"]))
+    yield ""
+    yield f"ratio {report['ratio']:.2f} ({first}: p99 of {name} by {section['base']})"
+
+
+def _section(section: Mapping[str, Any]) -> Iterator[str]:
     refused = [
-        name for name, each in found["settings"].items() if each["asked"] and not each["granted"]
+        name for name, each in section["settings"].items() if each["asked"] and not each["granted"]
     ]
-    yield f"not granted: {', '.join(refused) or 'nothing'}"
-    yield ""
-    yield from _histograms(report["contestants"])
-    yield ""
-    yield from _figures(report)
-    yield f"ratio {report['ratio']:.2f} (p99 without spin by cyclictest's, goal at most 1.5)"
+    others = section["others"]
+    yield (
+        f"not granted: {', '.join(refused) or 'nothing'}; meanwhile other processes took "
+        f"{others['processes']:.1%} of the processors, the host {others['host']:.1%}"
+    )
+    yield from _histograms(section["contestants"])
+    yield from _figures(section)
+    yield from _goals(section)
 
 
 def _histograms(contestants: Mapping[str, Any]) -> Iterator[str]:
-    yield f"{'':>12}  " + "  ".join(f"{name:{_WIDTH}}" for name in contestants)
-    octaves = sorted({int(octave) for each in contestants.values() for octave in each["octaves"]})
-    for octave in octaves:
+    yield f"{'':14}" + "  ".join(f"{name:{_WIDTH}}" for name in contestants).rstrip()
+    edges = {int(edge) for each in contestants.values() for edge in each["histogram"]}
+    for edge in sorted(edges):
         cells = [
-            _bar(each["octaves"].get(str(octave), 0), each["samples"])
+            _bar(each["histogram"].get(str(edge), 0), max(each["histogram"].values()))
             for each in contestants.values()
         ]
-        yield f"< {2**octave / 1000:7.1f} us  " + "  ".join(cells)
+        yield f"< {edge / 1000:8g} us " + "  ".join(cells).rstrip()
 
 
-def _bar(count: int, samples: int) -> str:
-    """A bar, and how many, so that single ones are seen too."""
+def _bar(count: int, most: int) -> str:
+    """A bar by the longest, and how many, so that single ones are seen too."""
+    room = _WIDTH - 8
     number = str(count) if count > 0 else ""
-    room = _WIDTH - len(number) - 1
-    return f"{'█' * -(-count * room // max(samples, 1))} {number}".ljust(_WIDTH)
+    return f"{number:>7} {'█' * -(-count * room // most)}".ljust(_WIDTH)
 
 
-def _figures(report: Mapping[str, Any]) -> Iterator[str]:
-    head = "".join(f"{name:>9}" for name in ("p50 us", "p99 us", "p99.9 us", "max us"))
-    yield f"{'':22}{head}{'CPU':>7}   ratios of p50, p99, p99.9; goals"
-    for name, each in report["contestants"].items():
-        times = "".join(f"{each[key] / 1000:9.1f}" for key in ("p50", "p99", "p999", "max"))
-        ratios = report["ratios"].get(name)
-        beside = (
-            "" if ratios is None else "   " + ", ".join(f"{ratio:.2f}" for ratio in ratios.values())
-        )
-        goals = report["goals"].get(name)
-        aims = (
-            ""
-            if goals is None
-            else "; " + ", ".join(f"{key} {goal:g}" for key, goal in goals.items())
-        )
-        yield f"{name:22}{times}{each['cpu']:7.1%}{beside}{aims}"
+def _figures(section: Mapping[str, Any]) -> Iterator[str]:
+    head = "".join(f"{f'{title} us':>10}" for title in (*_TITLES.values(), "max"))
+    ranks = ", ".join(_TITLES.values())
+    yield f"{'':20}{head}{'skipped':>9}{'CPU':>7}   by {section['base']}: {ranks}"
+    for name, each in section["contestants"].items():
+        times = "".join(f"{each[key] / 1000:10.1f}" for key in (*_TITLES, "max"))
+        ratios = ", ".join(f"{ratio:.2f}" for ratio in section["ratios"].get(name, {}).values())
+        skipped = "-" if each["skipped"] is None else each["skipped"]
+        yield f"{name:20}{times}{skipped:>9}{each['cpu']:7.1%}   {ratios}".rstrip()
+
+
+def _goals(section: Mapping[str, Any]) -> Iterator[str]:
+    for name, goals in section["goals"].items():
+        verdicts = [
+            f"{_TITLES[key]} {section['ratios'][name][key]:.2f}, at most {goal:g}: "
+            + ("met" if section["ratios"][name][key] <= goal else "missed")
+            for key, goal in goals.items()
+        ]
+        yield f"goal of {name}: {'; '.join(verdicts)}"

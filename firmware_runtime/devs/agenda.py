@@ -26,9 +26,9 @@ class Agenda:
         self.due_at: list[int] = [NEVER] * models
         self._heap: list[tuple[int, list[int]]] = list(_BOTTOM)
         self._most_pairs = 2 * models + _SPARE
-        self._open_at = NEVER
-        self._open: list[int] = []
-        """The models of the newest pair, which is for `_open_at`; others may still join them."""
+        self.open_at = NEVER
+        self.open: list[int] = []
+        """The models of the newest pair, which is for `open_at`; those not booked may join."""
 
     def book(self, model: int, at: int) -> None:
         """Make `at` the one instant at which `model` is due; from NEVER on it is never due."""
@@ -36,11 +36,11 @@ class Agenda:
             self.due_at[model] = NEVER
         elif self.due_at[model] != at:
             self.due_at[model] = at
-            if at == self._open_at:
-                self._open.append(model)
+            if at == self.open_at:
+                self.open.append(model)
             else:
-                self._open_at, self._open = at, [model]
-                heappush(self._heap, (at, self._open))
+                self.open_at, self.open = at, [model]
+                heappush(self._heap, (at, self.open))
                 if len(self._heap) > self._most_pairs:
                     self._drop_stale()
 
@@ -67,14 +67,14 @@ class Agenda:
         if at >= NEVER:
             self.due_at[model] = NEVER
             self._pop()
-        elif at == self._open_at and self._heap[0][1] is not self._open:
+        elif at == self.open_at and self._heap[0][1] is not self.open:
             self.due_at[model] = at
-            self._open.append(model)
+            self.open.append(model)
             heappop(self._heap)
         else:
-            self.due_at[model] = self._open_at = at
-            self._open = [model]
-            heapreplace(self._heap, (at, self._open))
+            self.due_at[model] = self.open_at = at
+            self.open = [model]
+            heapreplace(self._heap, (at, self.open))
 
     def next_at(self) -> int:
         """The earliest instant somebody is due at, or NEVER."""
@@ -104,12 +104,12 @@ class Agenda:
 
     def _pop(self) -> tuple[int, list[int]]:
         pair = heappop(self._heap)
-        if pair[1] is self._open:
-            self._open_at = NEVER
+        if pair[1] is self.open:
+            self.open_at = NEVER
         return pair
 
     def _drop_stale(self) -> None:
         bookings = [(at, [model]) for model, at in enumerate(self.due_at) if at != NEVER]
         self._heap[:] = [*bookings, *_BOTTOM]
         heapify(self._heap)
-        self._open_at = NEVER
+        self.open_at = NEVER

@@ -14,30 +14,29 @@ Values injected from outside arrive first, before any imminent model is activate
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.engine import Connect, Engine
+from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.errors import ModelError, ModelFailure, SelectError
-from firmware_runtime.devs.ports import InPort, OutPort, Relay
+from firmware_runtime.devs.ports import InPort, Relay
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.wiring import Feed
 
 
 class ClassicSimulator(Engine):
     """Runs a model as classic DEVS: one imminent model at a time, one message at a time."""
 
-    def _open_bags(self, numbers: Mapping[Component, int]) -> Connect:
-        for model in numbers:
-            for bag in model.in_ports.values():
-                bag.clear()
+    def _connect(self, feeds: Iterable[Feed]) -> None:
         self._sent: deque[tuple[InPort[Any], object]] = deque()
-        self._lineages = [self._lineage(model) for model in numbers]
-        return self._connect
-
-    def _connect(self, port: OutPort[Any], ends: Sequence[InPort[Any]]) -> None:
-        port.bag = Relay(partial(self._queue, ends))
+        self._lineages = [self._lineage(atomic) for atomic in self.atomics]
+        for atomic in self.atomics:
+            for bag in atomic.in_ports.values():
+                bag.clear()
+        for port, ends in feeds:
+            port.bag = Relay(partial(self._queue, ends))
 
     def _queue(self, ends: Sequence[InPort[Any]], value: object) -> None:
         self._sent.extend((end, value) for end in ends)

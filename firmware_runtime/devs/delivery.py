@@ -1,21 +1,22 @@
 """Delivery in Parallel DEVS: how a value gets into bags, and how the simulator hears of it.
 
 An output port that feeds one input port appends straight to that port's bag. One that feeds several
-has a `FanOut` in its place, shared by all ports that feed the same ones. A model is noted as
-reached before a bag of it gets its first value. A model with one input port is marked by that
-port's bag itself; a model with several has `FilledBags` beside them. What a model does not use
-costs it nothing.
+has a `FanOut` in its place, shared by all ports that feed the same ones; bags that hold the same
+whatever happens are filled from a pool of `sharing`. A model is noted as reached before a bag of it
+gets its first value. A model with one input port is marked by that port's bag itself; a model with
+several has `FilledBags` beside them. What a model does not use costs it nothing.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import NOWHERE, InPort, OutPort, Register, StandIn
+from firmware_runtime.devs.sharing import Bags, Pool, pools
+from firmware_runtime.devs.wiring import Feed
 
-Bags: TypeAlias = tuple[InPort[Any], ...]
-Stop: TypeAlias = tuple[InPort[Any], Register, object]
-"""A bag, and which entry goes into which register before it gets its first value."""
+Stop: TypeAlias = tuple[InPort[Any] | Pool, Register, object]
+"""A bag or pool, and which entry goes into which register before it gets its first value."""
 
 
 class FilledBags(list[InPort[Any]]):
@@ -44,14 +45,16 @@ class FanOut(StandIn[Any]):
 
     __slots__ = ("_bags", "_stops", "_used", "is_used")
 
-    def __init__(self, bags: Bags, stops: list[Stop], used: list["FanOut"]) -> None:
+    def __init__(
+        self, bags: Sequence[InPort[Any] | Pool], stops: list[Stop], used: list["FanOut"]
+    ) -> None:
         self._bags = bags
         self._stops = stops
         self._used = used
         self.is_used = False
 
     def append(self, value: object, /) -> None:
-        """Put one value into every bag, in order of declaration."""
+        """Put one value into every bag, or the pool it is filled from."""
         if not self.is_used:
             self._note()
         for bag in self._bags:
@@ -68,27 +71,28 @@ class FanOut(StandIn[Any]):
 class Delivery:
     """The bags of a flat model: `marks` by number, and who was `reached` in this round.
 
-    A mark is true while its model has input; clearing it empties the model's bags.
+    A mark is true while its model has input; clearing it empties the model's bags. `pools` are
+    those that hold values; they are to be poured before any bag is read.
     """
 
-    def __init__(self, numbers: Mapping[Component, int]) -> None:
+    def __init__(self, numbers: Mapping[Component, int], feeds: Iterable[Feed]) -> None:
         self.reached: list[int] = []
         self.marks: list[InPort[Any] | FilledBags] = []
+        self.pools: list[Pool] = []
         self._numbers = numbers
         self._used: list[FanOut] = []
-        self._fan_outs: dict[Bags, FanOut] = {}
         for model, number in numbers.items():
             bags = list(model.in_ports.values())
             for bag in bags:
                 bag.clear()
             self.marks.append(bags[0] if len(bags) == 1 else FilledBags(number, self.reached))
+        self._connect(feeds)
 
-    def connect(self, port: OutPort[Any], ends: Sequence[InPort[Any]]) -> None:
-        """Let `port` feed the input ports `ends`, in this order."""
-        if len(ends) == 1:
-            port.bag, port.register, port.entry = self._stop(ends[0])
-        else:
-            port.bag = self._fan_out(tuple(ends)) if ends else NOWHERE
+    def pour(self) -> None:
+        """Fill the bags that have a pool."""
+        for pool in self.pools:
+            pool.pour()
+        self.pools.clear()
 
     def end_round(self) -> None:
         """Forget who was reached, whose bags have been emptied by now."""
@@ -97,13 +101,37 @@ class Delivery:
             fan_out.is_used = False
         self._used.clear()
 
-    def _stop(self, bag: InPort[Any]) -> Stop:
+    def _connect(self, feeds: Iterable[Feed]) -> None:
+        alone: list[InPort[Any]] = []
+        several: dict[Bags, list[OutPort[Any]]] = {}
+        for port, ends in feeds:
+            if len(ends) == 1:
+                (end,) = ends
+                _, port.register, port.entry = self._stop(end, end)
+                port.bag = end
+                alone.append(end)
+            elif ends:
+                several.setdefault(tuple(ends), []).append(port)
+            else:
+                port.bag = NOWHERE
+        pool_of = {bag: pool for pool in pools(several, alone) for bag in pool.bags}
+        for bags, ports in several.items():
+            fan_out = self._fan_out(bags, pool_of)
+            for port in ports:
+                port.bag = fan_out
+
+    def _stop(self, bag: InPort[Any], filled: InPort[Any] | Pool) -> Stop:
+        """How it is noted that `bag`, or the pool `filled` in its place, gets its first value."""
         number = self._numbers[bag.owner]
         mark = self.marks[number]
-        return (bag, self.reached, number) if mark is bag else (bag, mark, bag)
+        return (filled, self.reached, number) if mark is bag else (filled, mark, bag)
 
-    def _fan_out(self, bags: Bags) -> FanOut:
-        if bags not in self._fan_outs:
-            stops = [self._stop(bag) for bag in dict.fromkeys(bags)]
-            self._fan_outs[bags] = FanOut(bags, stops, self._used)
-        return self._fan_outs[bags]
+    def _fan_out(self, bags: Bags, pool_of: Mapping[InPort[Any], Pool]) -> FanOut:
+        filled = [
+            pool_of.get(bag, bag)
+            for bag in bags
+            if bag not in pool_of or bag is pool_of[bag].bags[0]  # each pool once
+        ]
+        stops = [self._stop(bag, pool_of.get(bag, bag)) for bag in dict.fromkeys(bags)]
+        stops += [(pool, self.pools, pool) for pool in filled if isinstance(pool, Pool)]
+        return FanOut(filled, stops, self._used)

@@ -1,8 +1,8 @@
 """What the parallel and the classic simulator share: the flat model, its agenda, its entrances."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NoReturn, TypeAlias, TypeVar
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
 from firmware_runtime.devs.atomic import Atomic
@@ -18,12 +18,9 @@ from firmware_runtime.devs.errors import (
 from firmware_runtime.devs.functions import Instrument, bind
 from firmware_runtime.devs.ports import InPort, OutPort, carries
 from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.devs.wiring import Wiring, sources_of
+from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
 
 T = TypeVar("T")
-
-Connect: TypeAlias = Callable[[OutPort[Any], Sequence[InPort[Any]]], None]
-"""Lets an output port feed input ports of atomics, in this order."""
 
 ZERO_TIME_LIMIT = 100_000
 """Steps at one instant after which a model counts as illegitimate."""
@@ -56,23 +53,24 @@ class Engine(ABC):
         self._numbers: dict[Component, int] = {
             atomic: number for number, atomic in enumerate(self.atomics)
         }
-        self._connect_ports(wiring)
+        self._entrances: dict[InPort[Any], OutPort[Any]] = {
+            entry: OutPort(root, entry.name, entry.type) for entry in root.in_ports.values()
+        }
+        self._connect(self._feeds(wiring))
         if checked:
             instruments = (*instruments, Checks(self))
-        self._models, self._confluents = bind(self.atomics, instruments)
+        self._models, self._own_confluents = bind(self.atomics, instruments)
         self._last = [0] * len(self.atomics)
         self._agenda = Agenda(len(self.atomics))
         self._initialize()
 
-    def _connect_ports(self, wiring: Wiring) -> None:
-        connect = self._open_bags(self._numbers)
+    def _feeds(self, wiring: Wiring) -> Iterator[Feed]:
+        """Where the atomics' output ports lead, and the entrances of the root's input ports."""
         for atomic in self.atomics:
             for port in atomic.out_ports.values():
-                connect(port, wiring.ends(port))
-        self._entrances: dict[InPort[Any], OutPort[Any]] = {}
-        for entry in self.root.in_ports.values():
-            entrance = self._entrances[entry] = OutPort(self.root, entry.name, entry.type)
-            connect(entrance, [entry] if isinstance(self.root, Atomic) else wiring.ends(entry))
+                yield port, wiring.ends(port)
+        for entry, entrance in self._entrances.items():
+            yield entrance, [entry] if isinstance(self.root, Atomic) else wiring.ends(entry)
 
     def _initialize(self) -> None:
         number, book = 0, self._agenda.book
@@ -109,19 +107,21 @@ class Engine(ABC):
 
         An instant may be advanced to again, for inputs that arrive in the same nanosecond.
         """
-        if not (self.now <= at <= self.next_at and at < NEVER):
+        next_at = self._agenda.next_at()
+        if not (self.now <= at <= next_at and at < NEVER):
             raise ModelError(
                 f"{self.root.path}: cannot advance to {format_time(at)}, expected an instant from "
-                f"{format_time(self.now)} (now) to {format_time(self.next_at)} (next event)"
+                f"{format_time(self.now)} (now) to {format_time(next_at)} (next event)"
             )
         self.now = at
-        self._work_off(at, self._agenda.take(at))
+        if at < next_at or not self._run_alone(at):
+            self._work_off(at, self._agenda.take(at))
 
     def run(self, until: int) -> None:
         """Take every instant from `now` up to and including `until`, without waiting in between."""
         next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
-        at = self.now
-        while at <= until and at < NEVER:
+        at, until = self.now, min(until, NEVER - 1)
+        while at <= until:
             self.now = at
             work_off(at, take(at))
             self._run_alone(until)
@@ -167,15 +167,16 @@ class Engine(ABC):
     # What the two kinds of simulator fill in or use ---------------------------------------------
 
     @abstractmethod
-    def _open_bags(self, numbers: Mapping[Component, int]) -> Connect:
-        """Empty all bags; return how output ports are connected to them."""
+    def _connect(self, feeds: Iterable[Feed]) -> None:
+        """Empty all bags; let each output port feed its input ports."""
 
     @abstractmethod
     def _work_off(self, at: int, imminent: list[int]) -> None:
         """Do everything that happens at instant `at`; `imminent` in order of declaration."""
 
-    def _run_alone(self, until: int) -> None:  # noqa: B027 -- there need not be a shorter way
-        """Take instants up to `until` by a shorter way, as long as there is one."""
+    def _run_alone(self, until: int) -> bool:  # noqa: ARG002 -- there need not be a shorter way
+        """Take instants by a shorter way, as long as there is one; tell whether there was one."""
+        return False
 
     def _number(self, model: Component) -> int:
         if model not in self._numbers:

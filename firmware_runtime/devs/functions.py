@@ -44,16 +44,19 @@ class Wrapped:
 
 def bind(
     atomics: Sequence[Atomic], instruments: Sequence[Instrument]
-) -> tuple[list[Atomic | Wrapped], list[Callable[[], None] | None]]:
-    """What to call for each model, and its confluent function where that is not the default."""
+) -> tuple[list[Atomic | Wrapped], dict[int, Callable[[], None]]]:
+    """What to call for each model, and those confluent functions that are not the default one."""
     models: list[Atomic | Wrapped] = list(atomics)
-    confluents = [_own_confluent(atomic) for atomic in atomics]
+    own_confluents: dict[int, Callable[[], None]] = {}
     for number, atomic in enumerate(atomics):
+        confluent = _own_confluent(atomic)
         if instruments or _computes_time_advance(atomic):
             functions = _functions_of(atomic, instruments)
             models[number] = Wrapped(atomic, functions)
-            confluents[number] = functions.confluent
-    return models, confluents
+            confluent = functions.confluent
+        if confluent is not None:
+            own_confluents[number] = confluent
+    return models, own_confluents
 
 
 def _own_confluent(atomic: Atomic) -> Callable[[], None] | None:

@@ -10,9 +10,9 @@ each output port to the bags its values end in. An instant is worked off in roun
 3. models whose new time advance is zero are the imminent ones of the next round at the same
    instant, without passing through the agenda; the others are booked there.
 
-`advance` takes one instant; `run` takes them one after the other, and is quicker about those at
-which one model alone does something that nobody hears. Who waits in between (nobody in
-virtual time, the executive in real time) is not this module's business. Instants are integers, so
+`advance` takes one instant, `run` one after the other; both are quicker about those at which one
+model alone is imminent, the more so if nobody hears it. Who waits in between (nobody in virtual
+time, the executive in real time) is not this module's business. Instants are integers, so
 simultaneity is equality.
 
 The two loops over transitions are written out rather than shared: a call more for each transition
@@ -20,35 +20,39 @@ would be felt. They tell a zero time advance, the commonest here, by identity: e
 object in CPython, and one that is not would still be right, only slower, through the agenda.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 
 from firmware_runtime.devs.agenda import NOBODY
-from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.delivery import Delivery
-from firmware_runtime.devs.engine import Connect, Engine
+from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, ZERO
+from firmware_runtime.devs.wiring import Feed
 
 
 class Simulator(Engine):
     """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
 
-    def _open_bags(self, numbers: Mapping[Component, int]) -> Connect:
-        self._delivery = Delivery(numbers)
-        return self._delivery.connect
+    def _connect(self, feeds: Iterable[Feed]) -> None:
+        self._delivery = Delivery(self._numbers, feeds)
 
-    def _run_alone(self, until: int) -> None:
-        """Take instants, as long as one model alone is imminent and nobody hears it.
+    def _run_alone(self, until: int) -> bool:
+        """Take instants as long as one model alone is imminent; tell whether there was one.
 
-        Such an instant needs no rounds and no sorting, and its pair in the agenda is replaced.
+        Such an instant needs no sorting, and, if nobody hears the model, no rounds: its pair in the
+        agenda is replaced. Values that were injected would be heard, so then there is none.
         """
         agenda, models, last = self._agenda, self._models, self._last
         reached, alone_at, rebook = self._delivery.reached, agenda.alone_at, agenda.rebook_first
-        until = min(until, NEVER - 1)
-        transitions = 0
-        number = alone_at(until)
+        if reached:
+            return False
+        taken, number, transitions = False, NOBODY, 0
         try:
-            while number != NOBODY:
+            while True:  # CPython 3.11 would not specialize a loop with a condition here
+                number = alone_at(until)
+                if number == NOBODY:
+                    return taken
+                taken = True
                 at = self.now = agenda.due_at[number]
                 model = models[number]
                 model.output()
@@ -65,7 +69,6 @@ class Simulator(Engine):
                         self._work_off(at, agenda.take(at), rounds=1)
                     else:
                         self._refuse_time_advance(number)
-                number = alone_at(until)
         except ModelError:
             raise
         except Exception as error:
@@ -88,6 +91,8 @@ class Simulator(Engine):
 
     def _transit(self, at: int, imminent: list[int], reached: list[int]) -> list[int]:
         """The transitions of a round; returns the imminent models of the next."""
+        if self._delivery.pools:
+            self._delivery.pour()
         self.internal_transitions += len(imminent)
         self.external_transitions += len(reached)
         following: list[int] = []
@@ -114,22 +119,22 @@ class Simulator(Engine):
     def _transit_imminent(self, at: int, imminent: list[int], following: list[int]) -> int:
         """Internal and confluent transitions; returns the number of the latter."""
         models, marks, last = self._models, self._delivery.marks, self._last
-        confluents, book = self._confluents, self._agenda.book
-        number = met = 0
+        own_confluents, agenda = self._own_confluents, self._agenda
+        due_at = agenda.due_at
+        number = unreached = 0
         try:
             for number in imminent:
                 model, mark = models[number], marks[number]
-                if mark:
-                    met += 1
-                    confluent = confluents[number]
-                    if confluent is None:
+                if not mark:
+                    unreached += 1
+                    model.internal()
+                else:
+                    if own_confluents and number in own_confluents:
+                        own_confluents[number]()
+                    else:
                         model.internal()
                         model.external(0)
-                    else:
-                        confluent()
                     mark.clear()
-                else:
-                    model.internal()
                 sigma = model.sigma
                 if sigma is ZERO:
                     following.append(number)
@@ -138,12 +143,17 @@ class Simulator(Engine):
                 if sigma is not NEVER:
                     if type(sigma) is not int or sigma < 0:
                         self._refuse_time_advance(number)
-                    book(number, at + sigma)
+                    due = at + sigma
+                    if due == agenda.open_at:  # as `book` would, without the call
+                        due_at[number] = due
+                        agenda.open.append(number)
+                    else:
+                        agenda.book(number, due)
         except ModelError:
             raise
         except Exception as error:
             raise self._failure(number, error) from error
-        return met
+        return len(imminent) - unreached
 
     def _transit_reached(self, at: int, reached: list[int], following: list[int]) -> None:
         """External transitions of those whose bags no confluent one has emptied."""

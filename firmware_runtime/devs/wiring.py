@@ -19,6 +19,8 @@ from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 
 Ends: TypeAlias = list[InPort[Any]]
 """The input ports of atomics that a value reaches, in order of delivery."""
+Feed: TypeAlias = tuple[OutPort[Any], Ends]
+"""An output port, and where what it sends ends."""
 
 
 class Wiring:

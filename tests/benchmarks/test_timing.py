@@ -1,11 +1,18 @@
 """`bench timing`: what is made of samples; one real run of each contestant, without times."""
 
+import json
+import os
 import shutil
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from benchmarks import timing
+from benchmarks.loop_conditions import conditions
 from benchmarks.timing_contestants import Taken, Task, cyclictest, executive, from_cyclictest
+from benchmarks.timing_neighbours import Neighbours
+from benchmarks.timing_report import PLAIN, SPINNING, summary
 from benchmarks.timing_text import timing_text
 from firmware_runtime.cli.main import main
 
@@ -14,10 +21,29 @@ REPORT = {
     "thread": {"0": {"histogram": {"900": 2, "100": 7}, "cycles": 10, "max": 5000}},
 }
 SETTINGS = {"fifo_priority": {"asked": 80, "granted": False, "reason": "no"}}
+AT_1_KHZ = Task(1_000_000, 0.2, priority=80)
+NO_PEER = pytest.mark.skipif(
+    shutil.which("cyclictest") is None, reason="needs cyclictest, of the Debian package rt-tests"
+)
 
 
 def taken(*samples: tuple[int, int]) -> Taken:
     return Taken(samples, samples[-1][0], 0.03, SETTINGS)
+
+
+def a_round(cyclictest: int, plain: int, spinning: int) -> dict[str, Taken]:
+    return {
+        "cyclictest": taken((cyclictest, 100)),
+        PLAIN: taken((plain, 100)),
+        SPINNING: taken((spinning, 100)),
+    }
+
+
+ROUNDS = [
+    a_round(10_000, 12_000, 1_000),
+    a_round(20_000, 26_000, 2_000),
+    a_round(10_000, 90_000, 900),
+]
 
 
 def test_what_cyclictest_reports_is_read_with_its_overflows() -> None:
@@ -26,48 +52,185 @@ def test_what_cyclictest_reports_is_read_with_its_overflows() -> None:
     assert (found.count, found.largest, found.cpu) == (10, 5000, 0.5)
 
 
+def test_whole_microseconds_of_cyclictest_are_read_as_such() -> None:
+    found = from_cyclictest({**REPORT, "resolution_in_ns": 0}, 0.5)
+    assert found.samples == [(100_000, 7), (900_000, 2), (5_000_000, 1)]
+
+
 def test_a_percentile_is_the_sample_of_that_rank() -> None:
     found = taken((10, 500), (20, 490), (30, 9), (99, 1))
     assert [found.percentile(rank) for rank in (500, 990, 999, 1000)] == [10, 20, 30, 99]
 
 
-def test_ratios_are_ours_by_cyclictest_s_and_the_p99_without_spin_comes_last() -> None:
-    report = timing.report_of(
-        {
-            "cyclictest": [taken((10_000, 100))] * 3,
-            "executive": [taken((12_000, 100)), taken((13_000, 100)), taken((90_000, 100))],
-            "executive, spinning": [taken((1_000, 100))] * 3,
-        },
-        rate_hz=1000,
-        priority=80,
-        spin_us=150,
+def test_no_percentile_is_over_the_largest_sample() -> None:
+    assert Taken([(103, 10)], 101, 0.0).percentile(990) == 101
+
+
+def test_a_ratio_is_taken_within_a_round_and_the_median_over_rounds_is_kept() -> None:
+    found = summary(ROUNDS, AT_1_KHZ, "cyclictest")
+    assert found["ratios"][PLAIN] == {"p50": 1.3, "p99": 1.3, "p999": 1.3}
+    assert found["ratios"][SPINNING]["p99"] == 0.1
+    assert found["ratio"] == 1.3
+
+
+def test_without_a_peer_the_plain_executive_is_what_others_are_compared_with() -> None:
+    alone = [{name: each[name] for name in (PLAIN, SPINNING)} for each in ROUNDS]
+    found = summary(alone, AT_1_KHZ, PLAIN)
+    assert found["ratios"].keys() == {SPINNING}
+    assert found["ratio"] == found["ratios"][SPINNING]["p99"] == pytest.approx(1 / 13)
+    assert found["goals"] == {}
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        replace(AT_1_KHZ, period_ns=10_000_000),
+        replace(AT_1_KHZ, priority=0),
+        replace(AT_1_KHZ, keep_awake=False),
+    ],
+)
+def test_goals_are_for_what_they_were_set_for(task: Task) -> None:
+    assert summary(ROUNDS, AT_1_KHZ, "cyclictest")["goals"] != {}
+    assert summary(ROUNDS, task, "cyclictest")["goals"] == {}
+
+
+def test_every_sample_is_in_one_row_of_the_histogram() -> None:
+    samples = [(0, 1), (999, 2), (1000, 4), (1499, 8), (123_456_789_012, 16)]
+    found = summary([{PLAIN: taken(*samples), SPINNING: taken(*samples)}], AT_1_KHZ, PLAIN)
+    rows = found["contestants"][PLAIN]["histogram"]
+    assert rows == {"1000": 3, "1500": 12, str(7_000_000_000): 16}
+
+
+def report_text() -> list[str]:
+    section = summary(ROUNDS, AT_1_KHZ, "cyclictest")
+    report = {
+        "conditions": conditions(),
+        "rate_hz": 1000,
+        "fifo_priority": 80,
+        "spin_us": 150.0,
+        "cpus": {"awake": {**section, "others": {"processes": 0.25, "host": 0.0}}},
+        "ratio": section["ratio"],
+    }
+    return timing_text(report).splitlines()
+
+
+def test_the_ratio_comes_last() -> None:
+    assert report_text()[-1] == "ratio 1.30 (awake: p99 of executive by cyclictest)"
+
+
+def test_the_text_tells_what_was_refused_and_who_else_was_busy() -> None:
+    [line] = [line for line in report_text() if line.startswith("not granted")]
+    assert line == (
+        "not granted: fifo_priority; meanwhile other processes took 25.0% of the processors, "
+        "the host 0.0%"
     )
-    assert report["ratios"]["executive"]["p50"] == 1.3
-    assert report["ratios"]["executive, spinning"]["p99"] == 0.1
-    assert report["ratio"] == 1.3
-    text = timing_text(report).splitlines()
-    assert text[-1].startswith("ratio 1.30 ")
-    assert "not granted: fifo_priority" in text
+
+
+def test_the_text_has_a_row_for_every_interval_in_which_something_fell() -> None:
+    rows = [line.split() for line in report_text() if line.startswith("<")]
+    assert [row[1:3] for row in rows] == [
+        [edge, "us"] for edge in ("1", "1.5", "3", "15", "30", "100")
+    ]
+    assert rows[3][3:] == ["200", "█" * 13, "100", "█" * 13]
+
+
+def test_the_text_tells_which_goals_were_met() -> None:
+    assert [line for line in report_text() if line.startswith("goal")] == [
+        "goal of executive: p50 1.30, at most 1.3: met; p99 1.30, at most 1.5: met",
+        "goal of executive, spinning: p50 0.10, at most 1: met; p99 0.10, at most 1: met",
+    ]
+
+
+def test_who_else_was_busy_is_what_is_left_of_all_ticks() -> None:
+    lines = iter(["cpu  100 0 50 800 10 0 0 5 0 0", "cpu  150 0 70 905 15 0 0 25 7 0"])
+    own = iter([30.0, 70.0])
+    found = Neighbours(lambda: next(lines), lambda: next(own)).shares()
+    assert found == {"processes": 30 / 200, "host": 20 / 200}
+
+
+def test_who_is_first_changes_from_round_to_round() -> None:
+    begun: list[str] = []
+    names = ["a", "b", "c"]
+
+    def entrant(name: str) -> timing.Run:
+        def run() -> Taken:
+            begun.append(name)
+            return taken((1, 1))
+
+        return run
+
+    entrants = {name: entrant(name) for name in names}
+    for repetition in range(3):
+        assert list(timing._round(entrants, repetition)) == names
+    assert begun == [*"abc", *"bca", *"cab"]
 
 
 def test_without_cyclictest_one_sentence_names_the_package(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(timing, "is_installed", lambda: False)
+    monkeypatch.setattr(timing, "cyclictest_is_installed", lambda: False)
     assert main(["bench", "timing"]) == 2
-    assert "Debian package rt-tests" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "Debian package rt-tests" in error
+    assert error.count("\n") == 1
+
+
+def test_where_processors_cannot_be_kept_awake_only_the_rest_is_measured(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(timing, "CPU_DMA_LATENCY", tmp_path / "absent")
+    assert timing._states("both") == ["asleep"]
+    assert "may not be written" in capsys.readouterr().err
+
+
+def test_a_priority_that_is_refused_leaves_everyone_with_the_usual_class(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*_arguments: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    assert not timing._may_have_fifo(80)
+
+
+def test_asking_for_a_priority_leaves_the_bench_itself_as_it_was() -> None:
+    before = os.sched_getscheduler(0)
+    timing._may_have_fifo(80)
+    assert os.sched_getscheduler(0) == before
 
 
 @pytest.mark.slow
-def test_the_executive_runs_every_period() -> None:
-    found = executive(Task(1_000_000, 0.2, 0, 0.0))
-    assert 0 < found.count <= 200
+@pytest.mark.parametrize("spin_us", [0.0, 50.0])
+def test_the_executive_runs_or_skips_every_period(spin_us: float) -> None:
+    found = executive(Task(1_000_000, 0.2, spin_us=spin_us, keep_awake=False))
+    assert found.skipped is not None
+    assert found.count + found.skipped == 200
     assert found.largest >= found.percentile(999) > 0
     assert found.settings["timer_slack_ns"]["asked"] == 1
+    assert found.settings["spin_us"]["asked"] == spin_us
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("cyclictest") is None, reason="needs the Debian package rt-tests")
+@NO_PEER
 def test_cyclictest_runs_every_period() -> None:
-    found = cyclictest(Task(1_000_000, 0.2, 0, 0.0))
+    found = cyclictest(Task(1_000_000, 0.2))
     assert found.count == 200
+
+
+@pytest.mark.slow
+@NO_PEER
+def test_a_cyclictest_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("benchmarks.timing_contestants.LONGEST_NS", -1)
+    with pytest.raises(OSError, match="cyclictest ended with"):
+        cyclictest(Task(1_000_000, 0.2))
+
+
+@pytest.mark.slow
+def test_the_bench_keeps_what_it_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--against", "nothing", "--cpus", "asleep", "--seconds", "0.2"]
+    options += ["--repetitions", "2", "--json", "--save", str(tmp_path)]
+    assert main(["bench", "timing", *options]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert json.loads((tmp_path / "timing-1000.json").read_text()) == printed
+    for each in printed["cpus"]["asleep"]["contestants"].values():
+        assert each["samples"] + each["skipped"] == 400

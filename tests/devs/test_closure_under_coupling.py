@@ -17,6 +17,8 @@ from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.trace import trace
+from tests.support.devs_models import traced
 from tests.support.random_models import SIDES, Node, blueprints, build, build_flat, routes
 
 pytestmark = pytest.mark.slow
@@ -68,6 +70,24 @@ def test_checked_mode_and_a_second_run_change_nothing(blueprint: Node, inputs: I
     assert run(Simulator, model, inputs) == first
 
 
+@settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow])
+@given(blueprint=blueprints())
+def test_a_loop_that_advances_instant_by_instant_gives_the_same_trace(blueprint: Node) -> None:
+    stepped = Simulator(build(blueprint))
+    sent: list[tuple[int, str, object]] = []
+    trace(stepped, lambda at, path, value: sent.append((at, path, value)))
+    while stepped.next_at <= 30:
+        stepped.advance(stepped.next_at)
+    run_at_once = Simulator(build(blueprint))
+    assert sent == traced(run_at_once, 30)
+    assert counts(stepped) == counts(run_at_once)
+
+
+def counts(simulator: Engine) -> tuple[int, int]:
+    """Internal and external transitions so far."""
+    return simulator.internal_transitions, simulator.external_transitions
+
+
 def test_the_random_models_do_send_and_their_routes_cross_levels() -> None:
     example = Node("root", 0, ())
     inner = Node("inner", 0, (), [Node("a", 1, (2, 0, 3)), Node("b", 4, (1, 5))])
@@ -95,6 +115,8 @@ def test_the_random_models_do_send_and_their_routes_cross_levels() -> None:
 
 SCRIPT = """
 from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.trace import trace
+from tests.support.devs_models import traced
 from tests.support.devs_models import Clock, Echo, Log, top, traced
 
 clocks = [Clock(f"clock_{number}", 1 + number % 3) for number in range(9)]

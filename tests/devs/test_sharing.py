@@ -1,0 +1,104 @@
+"""Bags fed by the same ports share a pool, and get what each of them would have got alone."""
+
+from typing import Any, TypeAlias
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.sharing import Bags, pools
+from firmware_runtime.devs.simulator import Simulator
+from tests.support.devs_models import Clock, Log, top
+
+A, B, C, D = (Log(name).values for name in "abcd")
+Wires: TypeAlias = list[list[int]]
+
+
+def shared(several: dict[Bags, int], alone: tuple[InPort[Any], ...] = ()) -> list[Bags]:
+    """The bags of each pool, given how many ports feed which bags."""
+    ports = {bags: [object()] * count for bags, count in several.items()}
+    return [pool.bags for pool in pools(ports, alone)]
+
+
+def test_two_ports_that_feed_the_same_bags_give_these_a_pool() -> None:
+    assert shared({(A, B, C): 2}) == [(A, B, C)]
+
+
+def test_one_port_alone_feeds_its_bags_without_a_pool() -> None:
+    assert shared({(A, B): 1, (C, D): 1}) == []
+
+
+def test_bags_that_other_ports_feed_too_share_with_those_that_the_same_ones_feed() -> None:
+    assert shared({(A, B, C): 2, (B, C): 1}) == [(B, C)]
+    assert shared({(A, B): 2, (B, C): 2}) == []
+
+
+def test_a_bag_that_a_port_feeds_by_itself_shares_with_nobody() -> None:
+    assert shared({(A, B, C): 2}, alone=(B,)) == [(A, C)]
+
+
+def test_a_bag_fed_twice_by_a_port_shares_with_those_fed_twice() -> None:
+    assert shared({(A, B, A, C, B): 2}) == [(A, B)]
+
+
+WIRES = st.lists(
+    st.sampled_from([[], [0], [1], [0, 1], [1, 2], [0, 1, 2], [2, 1, 0], [0, 1, 2, 3]]),
+    min_size=1,
+    max_size=6,
+)
+
+
+@given(wires=WIRES, rounds=st.integers(1, 3))
+def test_every_bag_gets_what_was_sent_to_it_in_order_whoever_shares(
+    wires: Wires, rounds: int
+) -> None:
+    senders = [Clock(f"sender_{number}", 1, offset=1) for number in range(len(wires))]
+    logs = [Log(f"log_{number}") for number in range(4)]
+    model = top(*senders, *logs)
+    for first, (sender, ends) in enumerate(zip(senders, wires, strict=True)):
+        sender.count = 100 * first
+        for end in ends:
+            model.couple(sender.ticks, logs[end].values)
+    Simulator(model).run(rounds)
+    for number, log in enumerate(logs):
+        heard = [100 * first for first, ends in enumerate(wires) if number in ends]
+        expected = [[value + tick for value in heard] for tick in range(rounds)]
+        assert log.bags == (expected if heard else [])
+
+
+class Meeting(Log):
+    """A log whose time runs out with each bag."""
+
+    def initialize(self) -> None:
+        self.hold_in("waiting", 5)
+
+    def internal(self) -> None:
+        self.hold_in("waiting", 5)
+
+
+def test_shared_bags_fill_for_confluent_transitions_and_are_empty_after() -> None:
+    clocks, logs = [Clock("a", 5), Clock("b", 5)], [Meeting("x"), Meeting("y")]
+    model = top(*logs, *clocks)
+    for clock in clocks:
+        for log in logs:
+            model.couple(clock.ticks, log.values)
+    simulator = Simulator(model)
+    simulator.run(10)
+    assert [(log.bags, log.elapsed) for log in logs] == [([[0, 0], [1, 1]], [0, 0])] * 2
+    assert (simulator.internal_transitions, simulator.external_transitions) == (8, 4)
+    assert [list(log.values) for log in logs] == [[], []]
+
+
+def test_injected_values_and_sent_ones_meet_in_a_shared_bag() -> None:
+    clock, logs = Clock("clock", 5), [Log("x"), Log("y")]
+    model = top(clock, *logs)
+    inlet = model.in_port("in", int)
+    for log in logs:
+        model.couple(inlet, log.values)
+        model.couple(clock.ticks, log.values)
+    simulator = Simulator(model)
+    simulator.run(4)
+    for value in (7, 8):
+        simulator.inject(inlet, value)
+    simulator.advance(5)
+    assert [log.bags for log in logs] == [[[7, 8, 0]]] * 2
