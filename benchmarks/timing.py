@@ -1,8 +1,9 @@
 """The executive's wake-up beside cyclictest's: `firmware-runtime bench timing`.
 
 The same period, priority and settings of the system, taking turns, every run in a process of its
-own. cyclictest measures the wake-up alone; what the executive counts as lateness ends where the
-model's output function begins, so it contains what the loop does between waking and that.
+own. cyclictest measures the wake-up alone. What the executive counts as lateness ends where its
+step begins, so it contains what the loop does between waking and that; when the model's output
+function had begun is printed too.
 """
 
 import argparse

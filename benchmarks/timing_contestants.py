@@ -1,9 +1,10 @@
 """Who is measured in `bench timing`: cyclictest, and the executive without and with a spin.
 
 Every sample is how late a wake-up was, in ns. cyclictest takes it when its thread is awake again;
-the executive when the model's output function begins, after all that it does between waking and
-that, and to the upper edge of a bucket 3 % wide. Processor time is that of the run: what an empty
-run takes, to start and to print its histogram, is taken off cyclictest's.
+the executive when its step begins, after what the loop does between waking and that, and to the
+upper edge of a bucket 3 % wide. Where the model's output function began is told apart, by the model
+itself. Processor time is that of the run: what an empty run takes, to start and to print its
+histogram, is taken off cyclictest's.
 """
 
 import json
@@ -43,16 +44,11 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
-    """One run: (lateness in ns, how many) in rising order, the largest, share of a processor."""
+class Lateness:
+    """Samples of one run: (lateness in ns, how many) in rising order, and the largest one."""
 
     samples: Sequence[tuple[int, int]]
     largest: int
-    cpu: float
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    """What the executive asked of the system, and got."""
-    skipped: int | None = None
-    """Periods that passed while it was late; None where nobody counts them."""
 
     @property
     def count(self) -> int:
@@ -68,6 +64,20 @@ class Taken:
             if counted >= rank:
                 return min(lateness, self.largest)
         return self.largest
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """What one run took: its lateness, and the share of a processor."""
+
+    lateness: Lateness
+    cpu: float
+    output: Lateness | None = None
+    """Until the model's output function has begun; None for who has no model."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    """What the executive asked of the system, and got."""
+    skipped: int | None = None
+    """Periods that passed while it was late; None where nobody counts them."""
 
 
 def is_installed() -> bool:
@@ -111,7 +121,8 @@ def from_cyclictest(report: Mapping[str, Any], cpu: float) -> Taken:
     samples = sorted((int(late) * unit, count) for late, count in thread["histogram"].items())
     beyond = thread["cycles"] - sum(count for _, count in samples)
     largest = thread["max"] * unit
-    return Taken([*samples, (largest, beyond)] if beyond > 0 else samples, largest, cpu)
+    lateness = Lateness([*samples, (largest, beyond)] if beyond > 0 else samples, largest)
+    return Taken(lateness, cpu)
 
 
 def executive(task: Task) -> Taken:
@@ -124,8 +135,16 @@ def executive(task: Task) -> Taken:
         text=True,
     )
     answer = json.loads(done.stdout)
-    samples = [
-        (upper_edge(bucket), count) for bucket, count in enumerate(answer["buckets"]) if count > 0
-    ]
-    cpu = answer["cpu_s"] / task.seconds
-    return Taken(samples, answer["largest"], cpu, answer["settings"], answer["skipped"])
+    return Taken(
+        _lateness(answer["lateness"]),
+        answer["cpu_s"] / task.seconds,
+        _lateness(answer["output"]),
+        answer["settings"],
+        answer["skipped"],
+    )
+
+
+def _lateness(answer: Mapping[str, Any]) -> Lateness:
+    filled = enumerate(answer["buckets"])
+    samples = [(upper_edge(bucket), count) for bucket, count in filled if count > 0]
+    return Lateness(samples, answer["largest"])

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Any
 
-from benchmarks.timing_contestants import CYCLICTEST, Taken, Task
+from benchmarks.timing_contestants import CYCLICTEST, Lateness, Taken, Task
 
 PLAIN, SPINNING = "executive", "executive, spinning"
 PERCENTILES = {"p50": 500, "p99": 990, "p999": 999}
@@ -42,25 +42,36 @@ def summary(rounds: Sequence[Round], task: Task, base: str) -> dict[str, Any]:
 
 
 def _ratio(rounds: Sequence[Round], name: str, base: str, rank: int) -> float:
-    return median(each[name].percentile(rank) / each[base].percentile(rank) for each in rounds)
+    return median(
+        each[name].lateness.percentile(rank) / each[base].lateness.percentile(rank)
+        for each in rounds
+    )
 
 
 def _figures(runs: Sequence[Taken]) -> dict[str, Any]:
     """Medians over the runs, in ns; `histogram` is of all together, by the end of a row."""
-    histogram = dict.fromkeys(EDGES, 0)
-    for run in runs:
-        for lateness, count in run.samples:
-            histogram[EDGES[min(bisect_right(EDGES, lateness), len(EDGES) - 1)]] += count
+    outputs = [run.output for run in runs if run.output is not None]
+    skipped = [run.skipped for run in runs if run.skipped is not None]
     return {
-        **{key: median(run.percentile(rank) for run in runs) for key, rank in PERCENTILES.items()},
-        "max": max(run.largest for run in runs),
+        **_percentiles([run.lateness for run in runs]),
+        "output": _percentiles(outputs) if outputs else None,
         "cpu": median(run.cpu for run in runs),
-        "samples": sum(run.count for run in runs),
-        "skipped": _skipped(runs),
-        "histogram": {str(edge): count for edge, count in histogram.items() if count > 0},
+        "samples": sum(run.lateness.count for run in runs),
+        "skipped": sum(skipped) if skipped else None,
+        "histogram": _histogram([run.lateness for run in runs]),
     }
 
 
-def _skipped(runs: Sequence[Taken]) -> int | None:
-    counted = [run.skipped for run in runs if run.skipped is not None]
-    return sum(counted) if counted else None
+def _percentiles(runs: Sequence[Lateness]) -> dict[str, float]:
+    medians = {
+        key: median(run.percentile(rank) for run in runs) for key, rank in PERCENTILES.items()
+    }
+    return {**medians, "max": max(run.largest for run in runs)}
+
+
+def _histogram(runs: Sequence[Lateness]) -> dict[str, int]:
+    rows = dict.fromkeys(EDGES, 0)
+    for run in runs:
+        for lateness, count in run.samples:
+            rows[EDGES[min(bisect_right(EDGES, lateness), len(EDGES) - 1)]] += count
+    return {str(edge): count for edge, count in rows.items() if count > 0}

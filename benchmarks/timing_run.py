@@ -1,11 +1,13 @@
 """One run of the executive with an empty periodic model: `python -m benchmarks.timing_run JSON`.
 
 The argument is a `timing_contestants.Task`. What it prints becomes a `Taken` there: lateness by
-bucket, periods skipped, processor time, settings granted.
+bucket, as the run counts it and as the model sees it, periods skipped, processor time, settings
+granted.
 """
 
 import json
 import sys
+from collections.abc import Callable
 from time import process_time
 from typing import Any
 
@@ -15,18 +17,26 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.telemetry.histogram import Histogram, empty_cells
 
 
 class Empty(Atomic):
-    """Is activated, period after period, and does nothing."""
+    """Is activated, period after period, and notes in `seen` how late its output function began."""
 
-    def __init__(self, period: int) -> None:
+    def __init__(self, period: int, now: Callable[[], int]) -> None:
         super().__init__("empty")
         self.period = period
+        self.seen = Histogram(empty_cells())
+        self.model_now: Callable[[], int] = int
+        self._now = now
 
     def initialize(self) -> None:
         """Begin after one period, when everything is warm."""
         self.hold_in("waiting", self.period)
+
+    def output(self) -> None:
+        """Look at the clock."""
+        self.seen.record(self._now() - self.model_now())
 
     def internal(self) -> None:
         """Wait for the next."""
@@ -45,19 +55,25 @@ def run(asked: dict[str, Any]) -> dict[str, Any]:
             keep_cpu_awake=asked["keep_awake"],
         )
     )
-    executive = Executive(Empty(asked["period_ns"]), MonotonicClock(), list, configuration)
+    clock = MonotonicClock()
+    model = Empty(asked["period_ns"], clock.now)
+    executive = Executive(model, clock, list, configuration)
+    model.model_now = lambda: executive.simulator.now
     before = process_time()
     executive.run(seconds(asked["seconds"]))
     cpu_s = process_time() - before
     counted = executive.statistics.as_json()
-    lateness = executive.statistics.lateness()
     return {
-        "buckets": lateness.buckets.tolist(),
-        "largest": lateness.largest,
+        "lateness": _cells(executive.statistics.lateness()),
+        "output": _cells(model.seen),
         "skipped": counted["skipped"],
         "cpu_s": cpu_s,
         "settings": counted["conditions"]["settings"],
     }
+
+
+def _cells(histogram: Histogram) -> dict[str, Any]:
+    return {"buckets": histogram.buckets.tolist(), "largest": histogram.largest}
 
 
 if __name__ == "__main__":

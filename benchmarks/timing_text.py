@@ -5,7 +5,7 @@ from typing import Any
 
 from benchmarks.loop_conditions import conditions_text
 
-_WIDTH = 21
+_WIDTH, _NAMES = 21, 20
 _STATES = {
     "awake": "all hold /dev/cpu_dma_latency at 0",
     "asleep": "nobody holds /dev/cpu_dma_latency: processors may sleep deeply",
@@ -24,7 +24,7 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     scheduler = f"SCHED_FIFO {priority}" if priority else "SCHED_OTHER (SCHED_FIFO not granted)"
     yield (
         f"lateness at {report['rate_hz']} Hz, {scheduler}; cyclictest: until its thread is awake; "
-        f"executive: until the output function begins; spin {report['spin_us']:g} us"
+        f"executive: until its step begins; spin {report['spin_us']:g} us"
     )
     for state, section in report["cpus"].items():
         yield ""
@@ -71,12 +71,17 @@ def _bar(count: int, most: int) -> str:
 def _figures(section: Mapping[str, Any]) -> Iterator[str]:
     head = "".join(f"{f'{title} us':>10}" for title in (*_TITLES.values(), "max"))
     ranks = ", ".join(_TITLES.values())
-    yield f"{'':20}{head}{'skipped':>9}{'CPU':>7}   by {section['base']}: {ranks}"
+    yield f"{'':{_NAMES}}{head}{'skipped':>9}{'CPU':>7}   by {section['base']}: {ranks}"
     for name, each in section["contestants"].items():
-        times = "".join(f"{each[key] / 1000:10.1f}" for key in (*_TITLES, "max"))
         ratios = ", ".join(f"{ratio:.2f}" for ratio in section["ratios"].get(name, {}).values())
         skipped = "-" if each["skipped"] is None else each["skipped"]
-        yield f"{name:20}{times}{skipped:>9}{each['cpu']:7.1%}   {ratios}".rstrip()
+        yield f"{name:{_NAMES}}{_times(each)}{skipped:>9}{each['cpu']:7.1%}   {ratios}".rstrip()
+        if each["output"] is not None:
+            yield f"{'  output function':{_NAMES}}{_times(each['output'])}"
+
+
+def _times(figures: Mapping[str, float]) -> str:
+    return "".join(f"{figures[key] / 1000:10.1f}" for key in (*_TITLES, "max"))
 
 
 def _goals(section: Mapping[str, Any]) -> Iterator[str]:

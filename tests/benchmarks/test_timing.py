@@ -10,7 +10,14 @@ import pytest
 
 from benchmarks import timing
 from benchmarks.loop_conditions import conditions
-from benchmarks.timing_contestants import Taken, Task, cyclictest, executive, from_cyclictest
+from benchmarks.timing_contestants import (
+    Lateness,
+    Taken,
+    Task,
+    cyclictest,
+    executive,
+    from_cyclictest,
+)
 from benchmarks.timing_neighbours import Neighbours
 from benchmarks.timing_report import PLAIN, SPINNING, summary
 from benchmarks.timing_text import timing_text
@@ -28,7 +35,8 @@ NO_PEER = pytest.mark.skipif(
 
 
 def taken(*samples: tuple[int, int]) -> Taken:
-    return Taken(samples, samples[-1][0], 0.03, SETTINGS)
+    lateness = Lateness(samples, samples[-1][0])
+    return Taken(lateness, 0.03, settings=SETTINGS)
 
 
 def a_round(cyclictest: int, plain: int, spinning: int) -> dict[str, Taken]:
@@ -48,22 +56,22 @@ ROUNDS = [
 
 def test_what_cyclictest_reports_is_read_with_its_overflows() -> None:
     found = from_cyclictest(REPORT, 0.5)
-    assert found.samples == [(100, 7), (900, 2), (5000, 1)]
-    assert (found.count, found.largest, found.cpu) == (10, 5000, 0.5)
+    assert found.lateness.samples == [(100, 7), (900, 2), (5000, 1)]
+    assert (found.lateness.count, found.lateness.largest, found.cpu) == (10, 5000, 0.5)
 
 
 def test_whole_microseconds_of_cyclictest_are_read_as_such() -> None:
     found = from_cyclictest({**REPORT, "resolution_in_ns": 0}, 0.5)
-    assert found.samples == [(100_000, 7), (900_000, 2), (5_000_000, 1)]
+    assert found.lateness.samples == [(100_000, 7), (900_000, 2), (5_000_000, 1)]
 
 
 def test_a_percentile_is_the_sample_of_that_rank() -> None:
-    found = taken((10, 500), (20, 490), (30, 9), (99, 1))
+    found = taken((10, 500), (20, 490), (30, 9), (99, 1)).lateness
     assert [found.percentile(rank) for rank in (500, 990, 999, 1000)] == [10, 20, 30, 99]
 
 
 def test_no_percentile_is_over_the_largest_sample() -> None:
-    assert Taken([(103, 10)], 101, 0.0).percentile(990) == 101
+    assert Lateness([(103, 10)], 101).percentile(990) == 101
 
 
 def test_a_ratio_is_taken_within_a_round_and_the_median_over_rounds_is_kept() -> None:
@@ -92,6 +100,14 @@ def test_without_a_peer_the_plain_executive_is_what_others_are_compared_with() -
 def test_goals_are_for_what_they_were_set_for(task: Task) -> None:
     assert summary(ROUNDS, AT_1_KHZ, "cyclictest")["goals"] != {}
     assert summary(ROUNDS, task, "cyclictest")["goals"] == {}
+
+
+def test_when_output_functions_began_is_kept_apart_from_lateness() -> None:
+    plain = replace(taken((1000, 10)), output=Lateness([(3000, 10)], 2900))
+    found = summary([{PLAIN: plain, SPINNING: taken((1, 1))}], AT_1_KHZ, PLAIN)["contestants"]
+    assert found[PLAIN]["p50"] == 1000
+    assert found[PLAIN]["output"] == {"p50": 2900, "p99": 2900, "p999": 2900, "max": 2900}
+    assert found[SPINNING]["output"] is None
 
 
 def test_every_sample_is_in_one_row_of_the_histogram() -> None:
@@ -204,8 +220,10 @@ def test_asking_for_a_priority_leaves_the_bench_itself_as_it_was() -> None:
 def test_the_executive_runs_or_skips_every_period(spin_us: float) -> None:
     found = executive(Task(1_000_000, 0.2, spin_us=spin_us, keep_awake=False))
     assert found.skipped is not None
-    assert found.count + found.skipped == 200
-    assert found.largest >= found.percentile(999) > 0
+    assert found.output is not None
+    assert found.lateness.count + found.skipped == 200
+    assert found.output.count == found.lateness.count
+    assert found.output.largest >= found.lateness.largest > 0
     assert found.settings["timer_slack_ns"]["asked"] == 1
     assert found.settings["spin_us"]["asked"] == spin_us
 
@@ -214,7 +232,7 @@ def test_the_executive_runs_or_skips_every_period(spin_us: float) -> None:
 @NO_PEER
 def test_cyclictest_runs_every_period() -> None:
     found = cyclictest(Task(1_000_000, 0.2))
-    assert found.count == 200
+    assert found.lateness.count == 200
 
 
 @pytest.mark.slow
