@@ -42,9 +42,11 @@ configuration = Configuration(policies=policies, statistics_path=Path(path))
 made_safe = []
 executive = Executive(robot, MonotonicClock(), lambda: made_safe.append(1) or [], configuration)
 sent = []
-executive.simulator.listen(robot.imu.sample, lambda at, value: sent.append(at))
-if hog == "busy":
-    threading.Thread(target=busy, args=(300_000_000,), daemon=True).start()
+def note(at, value):
+    sent.append(at)
+    if hog == "busy" and len(sent) == 10:
+        threading.Thread(target=busy, args=(300_000_000,), daemon=True).start()
+executive.simulator.listen(robot.imu.sample, note)
 outcome = executive.run(UNTIL)
 print(json.dumps({
     "state": outcome.state.name, "sent": sent, "activations": robot.imu.activations,

@@ -23,11 +23,12 @@ BROKEN_MODEL = """
 import sys
 from firmware_runtime.cli.main import main
 from boards.tachobot.attitude import Attitude
+from pathlib import Path
 from time import monotonic_ns
 whole = Attitude.external
-began = monotonic_ns()
+order = Path({order!r})
 def external(self, elapsed):
-    if monotonic_ns() - began > 4_000_000_000:
+    if order.exists():
         print("failing at", monotonic_ns(), flush=True)
         {fault}
     whole(self, elapsed)
@@ -38,11 +39,12 @@ BROKEN_DRIVER = """
 import sys
 from firmware_runtime.cli.main import main
 from drivers.chips.mpu9250 import Mpu9250
+from pathlib import Path
 from time import monotonic_ns
 whole = Mpu9250.read_sample
-began = monotonic_ns()
+order = Path({order!r})
 def read_sample(self):
-    if monotonic_ns() - began > 4_000_000_000:
+    if order.exists():
         print("failing at", monotonic_ns(), flush=True)
         raise TypeError("a driver's bug")
     return whole(self)
@@ -58,8 +60,9 @@ def table() -> Iterator[SafetyTable]:
     table.keep()
 
 
-def own_words(run: GuardedRun) -> int:
-    """When the run said that it was about to fail."""
+def fail(run: GuardedRun, order: Path) -> int:
+    """Let a run that drives fail; return when it said that it was about to."""
+    order.touch()
     assert run.run.stdout is not None
     for line in run.run.stdout:
         if line.startswith("failing at"):
@@ -88,15 +91,18 @@ def test_a_signal_that_asks(tmp_path: Path, table: SafetyTable, number: signal.S
 def test_a_fault_in_a_model(
     tmp_path: Path, table: SafetyTable, name: str, fault: str, goal_ms: int
 ) -> None:
-    with guarded_run(tmp_path, program=BROKEN_MODEL.replace("{fault}", fault)) as run:
-        took = run.until_off_ms(own_words(run))
+    order = tmp_path / "fail"
+    program = BROKEN_MODEL.format(order=str(order), fault=fault)
+    with guarded_run(tmp_path, program=program) as run:
+        took = run.until_off_ms(fail(run, order))
     table.add(name, took, goal_ms)
     assert took < goal_ms * SLACK
 
 
 def test_an_exception_in_a_driver(tmp_path: Path, table: SafetyTable) -> None:
-    with guarded_run(tmp_path, program=BROKEN_DRIVER) as run:
-        took = run.until_off_ms(own_words(run))
+    order = tmp_path / "fail"
+    with guarded_run(tmp_path, program=BROKEN_DRIVER.format(order=str(order))) as run:
+        took = run.until_off_ms(fail(run, order))
         assert run.run.wait(30) == 1
     table.add("exception in a driver", took, goal_ms=100)
     assert took < 100 * SLACK
