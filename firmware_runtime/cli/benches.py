@@ -24,12 +24,15 @@ def bench_for(board: Board, now: Now) -> Bench:
     return bench
 
 
-def served_doubles(board: Board, path: Path) -> ServedDoubles:
+def served_doubles(board: Board, path: Path, *, alone: bool) -> ServedDoubles:
     """The board's doubles that are served at a path.
 
-    Raises BusAbsent if there are none, BoardError if they are another board's.
+    `alone` keeps out every other process that asks for the same. Raises BusAbsent if there are
+    none, BusInUse if another process has them alone, BoardError if they are another board's.
     """
     connection = Connection(path)
+    if alone:
+        connection.keep_others_out()
     served = look(connection.ask).board
     if served != board.name:
         connection.close()

@@ -7,6 +7,7 @@ from pathlib import Path
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.doubles_fault import add_fault_to
 from firmware_runtime.cli.status import Status
 from firmware_runtime.executive.signals import stop_on_signals
 from sim_doubles.served.output_log import OutputLog
@@ -25,6 +26,7 @@ def add_to(verbs: SubParsers) -> None:
     summary = "Keep a board's doubles in a process of their own."
     verb = verbs.add_parser("doubles", help=summary, description=summary)
     actions = verb.add_subparsers(required=True, metavar="ACTION")
+    add_fault_to(actions)
     serve = add_verb(actions, "serve", "Serve a board's doubles on a Unix socket.", execute)
     serve.epilog = _ABOUT
     add_board(serve)

@@ -15,6 +15,7 @@ from firmware_runtime.executive.process import ProcessSettings, in_force
 from firmware_runtime.service.guard import Guard
 from firmware_runtime.service.notices import Notices
 from firmware_runtime.telemetry.paths import default_path
+from firmware_runtime.telemetry.takeovers import TakeoverFile
 
 _ABOUT = """
 It holds the buses and the run's heartbeat, nothing else, and acts within 0.2 s ([guard] stall_s of
@@ -53,7 +54,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"guard: {what}", flush=True)
         notices.status(what)
 
-    guard = Guard(path, outputs.make_safe, seconds(board.settings.guard.stall_s), tell)
+    stall = seconds(board.settings.guard.stall_s)
+    guard = Guard(path, outputs.make_safe, stall, tell, TakeoverFile(path).write)
     priority = min(board.settings.executive.fifo_priority + 1, 99)
     asked = ProcessSettings(
         fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,

@@ -62,9 +62,9 @@ def bench_for(board: Board, now: "Now") -> "Bench":
     return bench
 
 
-def served_doubles(board: Board, path: Path) -> "ServedDoubles":
-    """The board's doubles that are served at a path. Raises BusAbsent, BoardError."""
+def served_doubles(board: Board, path: Path, *, alone: bool = True) -> "ServedDoubles":
+    """The board's doubles that are served at a path. Raises BusAbsent, BusInUse, BoardError."""
     served: ServedDoubles = import_module("firmware_runtime.cli.benches").served_doubles(
-        board, path
+        board, path, alone=alone
     )
     return served

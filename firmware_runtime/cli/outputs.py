@@ -39,7 +39,9 @@ class Outputs:
 
     def _robot(self) -> Robot:
         if self._opened is None:
-            doubles = None if self._doubles is None else served_doubles(self._board, self._doubles)
+            doubles = None
+            if self._doubles is not None:
+                doubles = served_doubles(self._board, self._doubles, alone=False)
             lines = open_lines(self._board, doubles, alone=False)
             self._opened = lines, self._board.build(lines)
         return self._opened[1]

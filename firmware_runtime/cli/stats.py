@@ -2,8 +2,10 @@
 
 import argparse
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+import msgspec
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.extras import module_of_extra
@@ -17,6 +19,7 @@ from firmware_runtime.telemetry.paths import find_statistics
 from firmware_runtime.telemetry.statistics import Statistics
 from firmware_runtime.telemetry.statistics_file import save
 from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.telemetry.takeovers import Takeover, takeovers_of
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -88,7 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
     statistics = _read(arguments)
     if arguments.save is not None:
         save(statistics, arguments.save)
-    for line in _lines(arguments, statistics):
+    for line in _lines(arguments, statistics, _takeovers(arguments, statistics)):
         print(line)
     return Status.OK
 
@@ -109,7 +112,17 @@ def _since(now: Statistics, cursor: Path) -> Statistics:
     return difference(now, before)
 
 
-def _lines(arguments: argparse.Namespace, statistics: Statistics) -> Iterable[str]:
+def _takeovers(arguments: argparse.Namespace, statistics: Statistics) -> list[Takeover]:
+    """What a guard took from this run; nothing for what several runs add up to."""
+    if arguments.merge is not None:
+        return []
+    path = arguments.statistics or find_statistics(arguments.board)
+    return takeovers_of(path, statistics.header["writer"])
+
+
+def _lines(
+    arguments: argparse.Namespace, statistics: Statistics, takeovers: Sequence[Takeover]
+) -> Iterable[str]:
     if arguments.prometheus:
         collecting = module_of_extra("firmware_runtime.metrics.collector", "metrics")
         board = statistics.header["conditions"].get("board", "unnamed")
@@ -117,8 +130,10 @@ def _lines(arguments: argparse.Namespace, statistics: Statistics) -> Iterable[st
     if arguments.histogram:
         return histogram_text(statistics)
     if arguments.json:
-        return [json.dumps(statistics.as_json(), allow_nan=False)]
-    return statistics_text(statistics.as_json(), arguments.worst)
+        noted = msgspec.to_builtins(takeovers)
+        return [json.dumps({**statistics.as_json(), "takeovers": noted}, allow_nan=False)]
+    told = [f"  guard: {takeover.text()}" for takeover in takeovers[-arguments.worst :]]
+    return [*statistics_text(statistics.as_json(), arguments.worst), *told]
 
 
 def _print_difference(arguments: argparse.Namespace) -> None:

@@ -27,6 +27,7 @@ from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT
 from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.statistics_file import STATISTICS
+from firmware_runtime.telemetry.takeovers import Takeover
 
 LOOK_EVERY = 20 * MILLISECOND
 
@@ -43,7 +44,8 @@ class Guard:
     """Watches the run whose statistics are at `path`; a new file there is a new run.
 
     `make_safe` writes full-off to every chip and returns what failed, one sentence each. `stall` is
-    how many ns without a finished step count as dead. `tell` hears of every takeover and its end.
+    how many ns without a finished step count as dead. `tell` hears of every takeover and its end;
+    `record` keeps it, once the outputs are off or could not be switched off.
     """
 
     def __init__(
@@ -52,15 +54,17 @@ class Guard:
         make_safe: Callable[[], list[str]],
         stall: int,
         tell: Callable[[str], None],
+        record: Callable[[Takeover], None] = lambda _: None,
     ) -> None:
         self.phase = Phase.WAITING
         self._path = path
         self._make_safe = make_safe
         self._stall = stall
         self._tell = tell
+        self._record = record
         self._run: _Run | None = None
         self._seen: tuple[int, int] | None = None
-        self._took_over_at = 0
+        self._takeover: Takeover
         self._failed: list[str] | None = None
 
     def look(self) -> None:
@@ -99,18 +103,15 @@ class Guard:
 
     def _take_over(self, why: str) -> None:
         assert self._run is not None  # noqa: S101 -- there is a run while it is watched
-        self._took_over_at = monotonic_ns()
+        at, generation = monotonic_ns(), self._run.raise_generation()
+        self._takeover = Takeover(at, self._run.writer, generation, why)
         self._failed = None
         self.phase = Phase.HOLDING
-        generation = self._run.raise_generation()
-        self._tell(f"takeover {generation}: {why}")
 
     def _hold(self, run: "_Run") -> None:
         failed = self._make_safe()
         if failed != self._failed:
-            self._failed = failed
-            took_ms = (monotonic_ns() - self._took_over_at) / MILLISECOND
-            self._tell("; ".join(failed) or f"all outputs off {took_ms:.1f} ms after the takeover")
+            self._note(failed)
         if failed:
             return
         if run.has_ended:
@@ -122,17 +123,26 @@ class Guard:
             self.phase = Phase.WATCHING
             self._tell("the run came back, disarmed")
 
+    def _note(self, failed: list[str]) -> None:
+        """Say how the takeover stands; only now, so that nothing comes before the outputs."""
+        self._failed, takeover = failed, self._takeover
+        takeover.failed = failed
+        takeover.off_after_ns = None if failed else monotonic_ns() - takeover.at_ns
+        self._tell(f"takeover {takeover.generation}: {takeover.text()}")
+        with suppress(OSError):  # a full disk is no reason to stop watching
+            self._record(takeover)
+
 
 class _Run:
     """One run, as its statistics file and its process show it."""
 
     def __init__(self, path: Path) -> None:
         header, self._cells = STATISTICS.attach(path)
-        self._writer = header["writer"]
+        self.writer = header["writer"]
         self._process: int | None = None
         with suppress(OSError):
-            self._process = os.pidfd_open(self._writer["pid"])
-        if not is_running(self._writer):  # of another boot, or its number is another's by now
+            self._process = os.pidfd_open(self.writer["pid"])
+        if not is_running(self.writer):  # of another boot, or its number is another's by now
             self.close()
 
     @property
@@ -159,7 +169,7 @@ class _Run:
     def is_lost(self, stall: int) -> str:
         """Why outputs must be taken from it, empty if they need not."""
         if self.has_ended:
-            return f"process {self._writer['pid']} has ended"
+            return f"process {self.writer['pid']} has ended"
         heartbeat: int = self._cells[HEARTBEAT]
         silent = monotonic_ns() - heartbeat
         if heartbeat > 0 and silent > stall:

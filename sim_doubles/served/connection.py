@@ -2,11 +2,13 @@
 
 import threading
 import weakref
+from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
-from typing import Final
+from typing import BinaryIO, Final
 
-from firmware_runtime.hal.errors import BusAbsent, BusTimeout
+from firmware_runtime.hal.errors import BusAbsent, BusInUse, BusTimeout
+from sim_doubles.served.listening import lock_of
 from sim_doubles.served.packets import LONGEST, Answered, Asked, Question, encode, read_answer
 
 ANSWER_S: Final = 1.0
@@ -26,6 +28,7 @@ class Connection:
         self._number = 0
         self._packet = memoryview(bytearray(LONGEST))
         self._lock = threading.Lock()
+        self._lock_file: BinaryIO | None = None
         self._socket = socket(AF_UNIX, SOCK_SEQPACKET)
         weakref.finalize(self, self._socket.close)
         self._socket.settimeout(answer_s)
@@ -36,6 +39,22 @@ class Connection:
             raise BusAbsent(
                 f"{path}: no doubles are served here ({error.strerror or error}); expected "
                 f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
+            ) from error
+
+    def keep_others_out(self) -> None:
+        """Drive the doubles alone, until this process ends or closes the connection.
+
+        A lock on a file, as on a bus's device node: who does not ask for it is not kept out. Raises
+        BusInUse if another process has it.
+        """
+        self._lock_file = lock_of(self._path).open("wb")
+        try:
+            flock(self._lock_file, LOCK_EX | LOCK_NB)
+        except BlockingIOError as error:
+            self.close()
+            raise BusInUse(
+                f"{self._path}: these doubles are driven by another process, expected none; "
+                "end that one"
             ) from error
 
     def ask(self, asked: Asked, where: str) -> Answered:
@@ -60,8 +79,10 @@ class Connection:
                 ) from error
 
     def close(self) -> None:
-        """Leave the server; it notices."""
+        """Leave the server; it notices. Others may drive the doubles."""
         self._socket.close()
+        if self._lock_file is not None:
+            self._lock_file.close()
 
     def _answer(self) -> Answered:
         """The answer to the last question; those that came too late are dropped."""

@@ -18,6 +18,7 @@ def listen(path: Path) -> socket:
         if path.is_socket():
             _remove_dead(path)
         listener.bind(str(path))
+        lock_of(path).touch()
         listener.listen()
     except OSError as error:
         listener.close()
@@ -32,8 +33,14 @@ def listen(path: Path) -> socket:
 def unlisten(listener: socket, path: Path) -> None:
     """Close the listener and remove its path."""
     listener.close()
-    with suppress(FileNotFoundError):
-        path.unlink()
+    for each in (path, lock_of(path)):
+        with suppress(FileNotFoundError):
+            each.unlink()
+
+
+def lock_of(path: Path) -> Path:
+    """The file that whoever drives the doubles at a path holds locked."""
+    return path.with_name(f"{path.name}.lock")
 
 
 def _remove_dead(path: Path) -> None:

@@ -47,6 +47,15 @@ class Conclude(Struct, tag="conclude", array_like=True, frozen=True):
     own: dict[str, object]
 
 
+class Strike(Struct, tag="strike", array_like=True, frozen=True):
+    """From now on a bus fails with `errno` for `span` ns, at one address or at all of them."""
+
+    bus: str
+    errno: int
+    span: int
+    address: int | None = None
+
+
 class Done(Struct, tag="done", array_like=True, frozen=True):
     """A transaction happened; `data` is what was read."""
 
@@ -83,7 +92,7 @@ class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
     result: dict[str, object]
 
 
-Asked: TypeAlias = Transfer | Write | Read | Look | Conclude
+Asked: TypeAlias = Transfer | Write | Read | Look | Conclude | Strike
 Answered: TypeAlias = Done | Failed | Refused | Standing | Concluded
 
 

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from sim_doubles.benches.bench import Bench
 from sim_doubles.clock import Now
+from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.packets import (
     Answer,
@@ -20,6 +21,7 @@ from sim_doubles.served.packets import (
     Read,
     Refused,
     Standing,
+    Strike,
     Transfer,
     Write,
     encode,
@@ -70,7 +72,7 @@ class DoublesService:
         at = self._now()
         return Standing(self._board, at, self._bench.outputs, self._bench.levels(at))
 
-    def _carried_out(self, asked: Transfer | Write | Read) -> bytes:
+    def _carried_out(self, asked: Transfer | Write | Read | Strike) -> bytes:
         """Carry out a transaction. Raises the OSError that an adapter reports."""
         match asked:
             case Transfer(bus, address, messages):
@@ -80,6 +82,24 @@ class DoublesService:
                 return b""
             case Read(port):
                 return _found(self._bench.ports, port).read_available()
+            case Strike():
+                self._strike(asked)
+                return b""
+
+    def _strike(self, asked: Strike) -> None:
+        """Let a bus fail for a while. The log has it."""
+        bus, at = _found(self._bench.buses, asked.bus), self._now()
+        if bus.faults is None:
+            bus.faults = FaultScript()
+        until = at + asked.span
+        bus.faults.add(
+            AdapterError(
+                errno=asked.errno, address=asked.address, since=at, until=until, times=None
+            )
+        )
+        self._log.event(
+            at, "fault", bus=asked.bus, errno=asked.errno, address=asked.address, until_ns=until
+        )
 
 
 def _found(lines: Mapping[str, T], name: str) -> T:

@@ -1,23 +1,28 @@
 """Every way to die, and how long until all outputs are off, on doubles that outlive the run.
 
-The times go into a table (`docs/safety.md` is made of it, see there); what is asserted are the
-goals, ten times over where only a loaded machine could miss them.
+The times go into the table of `docs/safety.md`, if the tests are asked to write it (see
+tests/support/safety_table.py); what is asserted is ten times the goals, since other programs share
+the machine.
 """
 
 import signal
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic_ns
 
 import pytest
 
-from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run, wait_until
+from firmware_runtime.devs.time import SECOND
+from tests.support.guarded_run import GuardedRun, guarded_run, wait_until
+from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.safety_table import SafetyTable
+from tests.support.supervisor import Supervisor
 
 pytestmark = pytest.mark.slow
 SLACK = 10
 """A machine that runs other tests too may be so many times slower than the goal."""
+WATCHDOG_NS = 2 * SECOND
+"""WatchdogSec of the unit."""
 
 BROKEN_MODEL = """
 import sys
@@ -120,13 +125,7 @@ def test_a_hang_and_what_comes_back_from_it(tmp_path: Path, table: SafetyTable) 
         took = run.until_off_ms(run.signal(signal.SIGSTOP))
         run.signal(signal.SIGCONT)
         wait_until(lambda: "the guard took over" in run.errors(), "the run finds the takeover")
-        asked = subprocess.run(
-            [*COMMAND, "arm", "tachobot"],
-            env=run.environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        asked = run.ask("arm", "tachobot")
         assert asked.returncode == 5
         assert "refused" in asked.stderr
         assert run.is_off
@@ -169,14 +168,93 @@ def test_both_killed_and_then_exec_stop_post(tmp_path: Path, table: SafetyTable)
         run.guard.wait(30)
         at = run.signal(signal.SIGKILL)
         run.run.wait(30)
-        words = ["safe-state", "tachobot", "--doubles", str(run.socket), "--reason", "signal"]
-        done = subprocess.run(
-            [*COMMAND, *words], env=run.environment, capture_output=True, text=True, check=False
-        )
-        assert (done.returncode, done.stdout) == (0, "tachobot: all outputs off (signal)\n")
+        assert run.safe_state("signal") == "tachobot: all outputs off (signal)\n"
         took = run.until_off_ms(at)
     table.add("both killed, then ExecStopPost", took, goal_ms=2500)
     assert took < 2500 * SLACK
+
+
+def test_both_hang_and_the_watchdog_ends_it(tmp_path: Path, table: SafetyTable) -> None:
+    """The test stands for systemd: WatchdogSec, SIGABRT and SIGCONT, ExecStopPost."""
+    supervisor = Supervisor(tmp_path / "notify", WATCHDOG_NS)
+    with guarded_run(tmp_path, environment=supervisor.environment) as run:
+        assert run.guard is not None
+        run.guard.send_signal(signal.SIGSTOP)
+        at = run.signal(signal.SIGSTOP)
+        supervisor.wait_for_the_watchdog()
+        run.signal(signal.SIGABRT)
+        run.signal(signal.SIGCONT)
+        assert run.run.wait(30) == -signal.SIGABRT
+        assert run.safe_state("watchdog") == "tachobot: all outputs off (watchdog)\n"
+        took = run.until_off_ms(at)
+    supervisor.close()
+    table.add("both hang (watchdog, ExecStopPost)", took, goal_ms=2500)
+    assert WATCHDOG_NS / 1e6 * 0.5 < took < 2500 * SLACK
+
+
+def test_an_out_of_memory_kill(tmp_path: Path, table: SafetyTable) -> None:
+    order = tmp_path / "fail"
+    fault = '\n        kept = []\n        while True: kept.append(b"x" * 1_000_000)'
+    program = BROKEN_MODEL.format(order=str(order), fault=fault)
+    with memory_limit(256 << 20) as group, guarded_run(tmp_path, program=program) as run:
+        enter(group, run.run.pid)
+        took = run.until_off_ms(fail(run, order))
+        assert run.run.wait(30) == -signal.SIGKILL
+        assert killed_by_memory(group) == 1
+    table.add("out-of-memory kill", took, goal_ms=300)
+    assert took < 300 * SLACK
+
+
+@pytest.mark.parametrize("robot", ["tachobot", "detective"])
+def test_a_bus_that_is_stuck_while_stopping(tmp_path: Path, table: SafetyTable, robot: str) -> None:
+    """The run gives up and says so; the guard goes on until the bus is free again."""
+    stuck_ns = 2 * SECOND
+    with guarded_run(tmp_path, robot=robot) as run:
+        words = ["--socket", run.socket, "--for", stuck_ns // SECOND]
+        assert run.ask("doubles", "fault", "stuck", *words).returncode == 0
+        run.signal(signal.SIGTERM)
+        assert run.run.wait(30) == 4
+        assert "not made safe" in run.errors()
+        assert not run.is_off
+        took = run.until_off_ms(run.fault_ends_at())
+        assert run.takeovers()[-1]["off_after_ns"] > 0
+    table.add(f"bus stuck for 2 s while stopping, {robot}: since it is free", took, goal_ms=300)
+    assert took < 300 * SLACK
+
+
+@pytest.mark.parametrize(
+    ("number", "goal_ms"), [(signal.SIGTERM, 100), (signal.SIGKILL, 300), (signal.SIGSTOP, 300)]
+)
+def test_the_detective_robot_stops_too(
+    tmp_path: Path, table: SafetyTable, number: signal.Signals, goal_ms: int
+) -> None:
+    with guarded_run(tmp_path, robot="detective") as run:
+        took = run.until_off_ms(run.signal(number))
+    table.add(f"{number.name}, detective", took, goal_ms)
+    assert took < goal_ms * SLACK
+
+
+def test_why_the_guard_took_over_is_kept(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        pid = run.run.pid
+        run.signal(signal.SIGKILL)
+        wait_until(lambda: bool(run.takeovers()), "the takeover is noted")
+        (takeover,) = run.takeovers()
+        assert takeover["why"] == f"process {pid} has ended"
+        assert takeover["writer"]["pid"] == pid
+        shown = run.ask("stats", "tachobot").stdout
+        assert f"guard: process {pid} has ended; all outputs off after" in shown
+
+
+def test_a_second_run_on_the_same_doubles_is_refused(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        second = run.ask(
+            "run", "tachobot", "--doubles", run.socket, "--statistics", tmp_path / "second.stats"
+        )
+        assert (second.returncode, second.stdout) == (3, "")
+        assert "driven by another process" in second.stderr
+        assert run.run.poll() is None
+        assert not run.is_off
 
 
 def test_without_a_guard_kill_9_leaves_the_outputs_on(tmp_path: Path) -> None:

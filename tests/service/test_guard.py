@@ -12,7 +12,9 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.service.guard import Guard, Phase
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, Layout
+from firmware_runtime.telemetry.process_identity import this_process
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.takeovers import TakeoverFile, read_takeovers, takeovers_of
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
 STALL = 200 * MILLISECOND
@@ -25,7 +27,8 @@ class Watch:
         self.failing: list[str] = []
         self.offs = 0
         self.told: list[str] = []
-        self.guard = Guard(path, self._make_safe, STALL, self.told.append)
+        record = TakeoverFile(path).write
+        self.guard = Guard(path, self._make_safe, STALL, self.told.append, record)
 
     def _make_safe(self) -> list[str]:
         self.offs += 1
@@ -92,8 +95,8 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     assert watch.told[-1] == "the run came back, disarmed"
 
 
-def test_chips_that_do_not_acknowledge_are_written_again_and_told_once(
-    watch: Watch, file: StatisticsFile
+def test_chips_that_do_not_acknowledge_are_written_again_and_told_and_kept_once(
+    path: Path, watch: Watch, file: StatisticsFile
 ) -> None:
     watch.guard.look()
     hang(file)
@@ -102,10 +105,16 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_told_once(
     for _ in range(3):
         watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 3)
-    assert watch.told.count("i2c1 0x40: not acknowledged") == 1
+    assert sum("not off: i2c1 0x40: not acknowledged" in each for each in watch.told) == 1
+    (kept,) = read_takeovers(path)
+    assert (kept.off_after_ns, kept.failed) == (None, watch.failing)
     watch.failing = []
     watch.guard.look()
     assert "all outputs off" in watch.told[-2]
+    (kept,) = takeovers_of(path, this_process())
+    assert (kept.generation, kept.failed) == (1, [])
+    assert kept.off_after_ns is not None
+    assert "no finished step for" in kept.why
 
 
 def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(

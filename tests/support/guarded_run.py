@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from select import select
@@ -26,9 +26,10 @@ def wait_until(true: Callable[[], bool], what: str) -> None:
 
 
 class GuardedRun:
-    """TachoBot on doubles that outlive it, watched by a guard where one is wanted."""
+    """A robot on doubles that outlive it, watched by a guard where one is wanted."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, robot: str) -> None:
+        self.robot = robot
         self.socket, self.log = directory / "doubles.socket", directory / "doubles.log"
         self.environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(directory)}
         self.run: subprocess.Popen[str]
@@ -36,20 +37,29 @@ class GuardedRun:
         self._errors = directory / "stderr.log"
         self._stack = ExitStack()
 
-    def start(self, board: str, *, guard: bool, words: Sequence[str], program: str) -> None:
+    def start(
+        self,
+        board: str,
+        *,
+        guard: bool,
+        words: Sequence[str],
+        program: str,
+        environment: Mapping[str, str],
+    ) -> None:
         """Start the doubles, the guard and the run, and wait until it drives."""
-        self._start("doubles", "serve", "tachobot", "--socket", self.socket, "--log", self.log)
+        self._start("doubles", "serve", self.robot, "--socket", self.socket, "--log", self.log)
         wait_until(self.socket.exists, "the doubles are served")
         if guard:
-            self.guard = self._start("guard", "tachobot", "--doubles", self.socket)
+            self.guard = self._start("guard", self.robot, "--doubles", self.socket)
             assert self.guard.stdout is not None
             assert "watching" in self.guard.stdout.readline()
         arguments = ["run", board, "--doubles", self.socket, "--supervised", "--arm"]
         arguments += ["--for", "600", "--json", *words]
         if not guard:
             arguments += ["--set", "arming.demand_guard=false"]
+        self.environment |= environment
         self.run = self._start(*arguments, program=program)
-        wait_until(self._is_driving, "the propellers are driven")
+        wait_until(self._is_driving, "the motors are driven")
 
     def _start(self, *words: object, program: str = "") -> "subprocess.Popen[str]":
         command = [*COMMAND, *map(str, words)]
@@ -87,7 +97,7 @@ class GuardedRun:
 
     def _is_driving(self) -> bool:
         assert self.run.poll() is None, self._errors.read_text()
-        return any(value > 0 for value in self.outputs().values())
+        return not self.is_off
 
     @property
     def is_off(self) -> bool:
@@ -98,10 +108,44 @@ class GuardedRun:
         """How long after an instant (CLOCK_MONOTONIC) the last output went off."""
         wait_until(lambda: self.is_off, "all outputs are off")
         lines = self.lines()
-        epoch = next(line["monotonic_ns"] for line in lines if line.get("event") == "serving")
         last = max(line["t_ns"] for line in lines if "output" in line)
-        took: float = (epoch + last - since_ns) / 1e6
+        took: float = (self._served_at() + last - since_ns) / 1e6
         return took
+
+    def _served_at(self) -> int:
+        at: int = next(
+            line["monotonic_ns"] for line in self.lines() if line.get("event") == "serving"
+        )
+        return at
+
+    def ask(self, *words: object) -> "subprocess.CompletedProcess[str]":
+        """Another command, with the run's environment, until it ends."""
+        return subprocess.run(
+            [*COMMAND, *map(str, words)],
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+
+    def safe_state(self, reason: str) -> str:
+        """What ExecStopPost runs; it must succeed."""
+        words = (self.robot, "--doubles", self.socket, "--reason", reason)
+        done = self.ask("safe-state", *words)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def takeovers(self) -> list[dict[str, Any]]:
+        """What the guard noted."""
+        path = self.log.with_name(f"{self.robot}.guard")
+        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+
+    def fault_ends_at(self) -> int:
+        """The instant (CLOCK_MONOTONIC) at which the bus is free again."""
+        fault = next(line for line in self.lines() if line.get("event") == "fault")
+        ends_at: int = self._served_at() + fault["until_ns"]
+        return ends_at
 
     # What is done to it ---------------------------------------------------------------------------
 
@@ -123,15 +167,23 @@ class GuardedRun:
 def guarded_run(
     directory: Path,
     *,
-    board: str = "tachobot",
+    robot: str = "tachobot",
+    board: str = "",
     guard: bool = True,
     words: Sequence[str] = (),
     program: str = "",
+    environment: Mapping[str, str] | None = None,
 ) -> Iterator[GuardedRun]:
-    """A run whose propellers turn; everything is killed afterwards."""
-    run = GuardedRun(directory)
+    """A run that drives its motors; everything is killed afterwards.
+
+    `board` is another board file than the robot's own, `program` what to run instead of the
+    command, `environment` what only the run has.
+    """
+    run = GuardedRun(directory, robot)
     try:
-        run.start(board, guard=guard, words=words, program=program)
+        run.start(
+            board or robot, guard=guard, words=words, program=program, environment=environment or {}
+        )
         yield run
     finally:
         run.close()
