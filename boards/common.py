@@ -35,6 +35,17 @@ class PortSettings(Settings, frozen=True):
     baud: Annotated[int, Meta(gt=0)]
 
 
+class OutputEnableSettings(Settings, frozen=True):
+    """The GPIO line at the OE pins of the board's PCA9685, where it is wired."""
+
+    chip: str
+    """Device node of the GPIO chip."""
+    line: Annotated[int, Meta(ge=0)]
+    """Offset of the line on that chip."""
+    active_low: bool = True
+    """Whether outputs are enabled by a low level, as at the OE pin itself."""
+
+
 class ModelPolicy(Settings, frozen=True):
     """What happens when one model's activation comes late."""
 

@@ -1,9 +1,10 @@
-"""What a robot hangs on: its I2C buses and serial ports, by their names in board.toml."""
+"""What a robot hangs on: its I2C buses, serial ports and enable line, as board.toml names them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from drivers.permit import Permit, always
+from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 
@@ -16,3 +17,5 @@ class Lines:
     ports: Mapping[str, SerialPort] = field(default_factory=dict)
     permit: Permit = always
     """Leave to move, asked before every write that could."""
+    enable: EnableLine | None = None
+    """What lets the PWM outputs through, where it is wired."""

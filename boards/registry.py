@@ -15,6 +15,7 @@ from boards.common import (
     ExecutiveSettings,
     GuardSettings,
     ModelPolicy,
+    OutputEnableSettings,
     PathDeadlineSettings,
     PortSettings,
 )
@@ -43,6 +44,8 @@ class BoardSettings(Protocol):
     def arming(self) -> ArmingSettings: ...  # noqa: D102
     @property
     def guard(self) -> GuardSettings: ...  # noqa: D102
+    @property
+    def output_enable(self) -> OutputEnableSettings | None: ...  # noqa: D102
     @property
     def overruns(self) -> dict[str, ModelPolicy]: ...  # noqa: D102
     @property

@@ -13,6 +13,7 @@ from boards.common import (
     GuardSettings,
     ModelPolicy,
     NotNegative,
+    OutputEnableSettings,
     PathDeadlineSettings,
     PortSettings,
     Positive,
@@ -158,5 +159,6 @@ class DetectiveSettings(Settings, frozen=True):
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()
     guard: GuardSettings = GuardSettings()
+    output_enable: OutputEnableSettings | None = None
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()

@@ -14,6 +14,7 @@ from boards.common import (
     GuardSettings,
     ModelPolicy,
     NotNegative,
+    OutputEnableSettings,
     PathDeadlineSettings,
     Positive,
     Settings,
@@ -142,6 +143,7 @@ class TachobotSettings(Settings, frozen=True):
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()
     guard: GuardSettings = GuardSettings()
+    output_enable: OutputEnableSettings | None = None
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()
 

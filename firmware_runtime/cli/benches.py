@@ -37,4 +37,9 @@ def served_doubles(board: Board, path: Path, *, alone: bool) -> ServedDoubles:
     if served != board.name:
         connection.close()
         raise BoardError(board.name, [f"--doubles: {path} serves the doubles of {served}"])
-    return ServedDoubles(connection.ask, board.settings.buses, board.ports)
+    return ServedDoubles(
+        connection.ask,
+        board.settings.buses,
+        board.ports,
+        has_enable_line=board.settings.output_enable is not None,
+    )

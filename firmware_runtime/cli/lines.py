@@ -11,8 +11,10 @@ from boards.lines import Lines
 from boards.registry import Board
 from drivers.permit import Permit, always
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.linux_gpio import open_enable_line
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
@@ -28,11 +30,15 @@ def open_lines(
 ) -> Lines:
     """The doubles' lines or the real ones, buses with their retries and counters.
 
-    `alone` keeps out every other process that asks for the same. Raises HalError.
+    `alone` keeps out every other process that asks for the same; the enable line belongs to that
+    one, and stays closed to any other. Raises HalError.
     """
     buses: dict[str, I2cBus] = {}
     ports: dict[str, SerialPort] = {}
+    enable: EnableLine | None = None
     try:
+        if alone:
+            enable = doubles.enable if doubles else _enable_line(board)
         for name, bus in board.settings.buses.items():
             inner = doubles.buses[name] if doubles else open_i2c(name, bus.device, alone=alone)
             buses[name] = AccountedBus(inner, round(bus.speed_hz), RetryPolicy(bus.attempts))
@@ -43,13 +49,22 @@ def open_lines(
                 else open_serial(name, port.device, port.baud, alone=alone)
             )
     except BaseException:
-        close_lines(Lines(buses, ports))
+        close_lines(Lines(buses, ports, enable=enable))
         raise
-    return Lines(buses, ports, permit)
+    return Lines(buses, ports, permit, enable)
+
+
+def _enable_line(board: Board) -> EnableLine | None:
+    wired = board.settings.output_enable
+    if wired is None:
+        return None
+    return open_enable_line("output_enable", wired.chip, wired.line, active_low=wired.active_low)
 
 
 def close_lines(lines: Lines) -> None:
-    """Release buses and ports."""
+    """Disable outputs where there is a line for it; release buses and ports."""
+    if lines.enable is not None:
+        lines.enable.close()
     for bus in lines.buses.values():
         bus.close()
     for port in lines.ports.values():

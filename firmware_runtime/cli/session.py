@@ -1,6 +1,7 @@
 """One robot put together for one run: board, buses or bench, model, executive."""
 
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,15 +67,20 @@ class Session:
         self._executive = Executive(
             self.robot.model,
             clock,
-            self.robot.make_safe,
+            self._make_safe,
             self._configuration(statistics_path),
         )
         if arming is not None:
-            arming.attach(self._executive, self.robot.make_safe, objections_to(self._executive))
+            objections = objections_to(self._executive)
+            arming.attach(
+                self._executive, self._make_safe, objections, partial(self._enable, enabled=True)
+            )
         self.ending: Ending | None = None
         if self.robot.ended is not None:
             self._executive.simulator.listen(self.robot.ended, self._end)
         self.robot.find_chips()
+        if arming is None:
+            self._enable(enabled=True)
 
     @property
     def has_failed(self) -> bool:
@@ -111,6 +117,20 @@ class Session:
         close_lines(self._lines)
         if self._control is not None:
             self._control.close()
+
+    def _enable(self, *, enabled: bool) -> None:
+        """Let outputs through or not, where a line decides. Raises HalError."""
+        if self._lines.enable is not None:
+            self._lines.enable.set(enabled)
+
+    def _make_safe(self) -> list[str]:
+        """Disable all outputs at once where a line can, then write full-off to every chip."""
+        failed: list[str] = []
+        try:
+            self._enable(enabled=False)
+        except HalError as error:
+            failed.append(str(error))
+        return [*failed, *self.robot.make_safe()]
 
     def _listen(self, arming: Arming, statistics_path: Path | None) -> ControlSocket | None:
         """Take requests to arm and disarm, if the run has a place where it can be found."""

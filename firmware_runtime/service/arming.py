@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.layout import GENERATION, GUARD
 
 GUARD_PATIENCE = SECOND // 2
@@ -45,16 +46,23 @@ class Arming:
         self._try_at = 0
         self._executive: Executive
         self._make_safe: Callable[[], list[str]]
+        self._enable: Callable[[], None]
 
     def attach(
         self,
         executive: Executive,
         make_safe: Callable[[], list[str]],
         objections: Sequence[Objection],
+        enable: Callable[[], None] = lambda: None,
     ) -> None:
-        """Look after this run; any of the objections keeps it from being armed."""
+        """Look after this run; any of the objections keeps it from being armed.
+
+        `enable` lets outputs through before the first write to them; it raises HalError.
+        `make_safe` takes that back too.
+        """
         self._executive = executive
         self._make_safe = make_safe
+        self._enable = enable
         self._objections = (self._guard_objects, *objections)
         executive.attendants.append(self)
 
@@ -69,6 +77,8 @@ class Arming:
     def request(self, now: int) -> list[str]:
         """Arm, unless somebody objects; return the objections."""
         against = [why for objection in self._objections if (why := objection(now)) is not None]
+        if not against and not self.armed:
+            against = self._enabled()
         if against:
             self.reason = "; ".join(against)
         elif not self.armed:
@@ -101,6 +111,14 @@ class Arming:
             self.request(now)
 
     # ---------------------------------------------------------------------------------------------
+
+    def _enabled(self) -> list[str]:
+        """Let outputs through; return why that failed, if it did."""
+        try:
+            self._enable()
+        except HalError as error:
+            return [str(error)]
+        return []
 
     def _acknowledge(self) -> None:
         self._acknowledged = self._executive.cells[GENERATION]

@@ -5,6 +5,7 @@ from typing import Protocol, runtime_checkable
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 from sim_doubles.i2c_bus import I2cBusDouble
@@ -20,6 +21,10 @@ class Doubles(Protocol):
     @property
     def ports(self) -> Mapping[str, SerialPort]:
         """The serial ports by their names in board.toml."""
+
+    @property
+    def enable(self) -> EnableLine | None:
+        """What lets the PWM outputs through, if the board has such a line."""
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
         """How a run of `elapsed` ns ended, by the true state of the world now.

@@ -14,6 +14,7 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.state_diagram import StateDiagram
+from sim_doubles.benches.enable import enable_line
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.maxbotix import MaxbotixDouble
@@ -64,6 +65,7 @@ class DetectiveBench:
             head_drive=self._head_drive,
         )
         self.radar.before_change = self.motors.before_change = self.catch_up
+        self.enable = enable_line(settings.output_enable, [self.radar])
         self.log = ArenaLog(self.arena)
         self._sonar(settings.radar_sonar, self.log.radar_echoes)
         self._sonar(settings.body_sonar, self.log.body_echoes)

@@ -12,6 +12,7 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
+from sim_doubles.benches.enable import enable_line
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -36,6 +37,7 @@ class TachobotBench:
         self.esc = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
         self.thrust.before_change = self.catch_up
+        self.enable = enable_line(settings.output_enable, [self.thrust, self.esc])
         self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
         self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
         self._probe = TachobotProbe(self.world, now)

@@ -3,8 +3,10 @@
 import errno
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import TypeAlias
 
+from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.errors import BusFault, HalError, from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
@@ -14,6 +16,7 @@ from sim_doubles.served.packets import (
     Conclude,
     Concluded,
     Done,
+    Enable,
     Failed,
     Look,
     Read,
@@ -77,11 +80,36 @@ class ServedPort(SerialPort):
         return _data(self._ask(asked, self.name), self.name)
 
 
+class ServedEnableLine(EnableLine):
+    """The line that lets served outputs through; the server frees it when this client goes."""
+
+    def __init__(self, name: str, ask: Ask) -> None:
+        self.name = name
+        self._ask = ask
+        self._closed = False
+
+    def set(self, enabled: bool) -> None:  # noqa: FBT001 -- a line has two levels
+        """Let outputs through or not."""
+        if self._closed:
+            raise _error(errno.EBADF, self.name)
+        _data(self._ask(Enable(enabled), self.name), self.name)
+
+    def close(self) -> None:
+        """Disable the outputs; closing twice is harmless."""
+        if not self._closed:
+            with suppress(HalError):  # whoever served them has gone
+                self.set(False)
+            self._closed = True
+
+
 class ServedDoubles:
     """One board's doubles in another process: its lines, its outputs, how a run on it ended."""
 
-    def __init__(self, ask: Ask, buses: Iterable[str], ports: Iterable[str]) -> None:
+    def __init__(
+        self, ask: Ask, buses: Iterable[str], ports: Iterable[str], *, has_enable_line: bool = False
+    ) -> None:
         self._ask = ask
+        self.enable = ServedEnableLine("output_enable", ask) if has_enable_line else None
         self.buses: Mapping[str, I2cBus] = {name: ServedBus(name, ask) for name in buses}
         self.ports: Mapping[str, SerialPort] = {name: ServedPort(name, ask) for name in ports}
 

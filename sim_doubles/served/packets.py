@@ -36,6 +36,12 @@ class Read(Struct, tag="read", array_like=True, frozen=True):
     port: str
 
 
+class Enable(Struct, tag="enable", array_like=True, frozen=True):
+    """Outputs let through or not, by the line at their chips; only while this client is there."""
+
+    enabled: bool
+
+
 class Look(Struct, tag="look", array_like=True, frozen=True):
     """How things stand."""
 
@@ -92,7 +98,7 @@ class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
     result: dict[str, object]
 
 
-Asked: TypeAlias = Transfer | Write | Read | Look | Conclude | Strike
+Asked: TypeAlias = Transfer | Write | Read | Look | Conclude | Strike | Enable
 Answered: TypeAlias = Done | Failed | Refused | Standing | Concluded
 
 

@@ -11,6 +11,7 @@ a double ends the server with its traceback.
 
 import os
 import struct
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -88,6 +89,10 @@ class DoublesServer:
             self._clock.look()
             key.data()
 
+    def watch(self, connection: socket, serve: Callable[[], None]) -> None:
+        """Call `serve` whenever something has arrived at a connection that is not a client's."""
+        self._selector.register(connection, EVENT_READ, serve)
+
     def stop(self) -> None:
         """End `serve`; safe in a signal handler."""
         os.eventfd_write(self._wake_up, 1)
@@ -125,7 +130,7 @@ class DoublesServer:
     def _serve(self, client: _Client) -> None:
         """Answer one packet; a client that sent none has gone."""
         packet = self._received(client)
-        if not packet or not _send(client, self._service.answer(packet)):
+        if not packet or not _send(client, self._service.answer(packet, client.number)):
             self._dismiss(client)
 
     def _received(self, client: _Client) -> memoryview:
@@ -136,6 +141,7 @@ class DoublesServer:
         return self._packet[:length]
 
     def _dismiss(self, client: _Client) -> None:
+        self._service.release(client.number)
         self._log.event(self._clock(), "gone", client=client.number)
         self._clients.remove(client)
         self._selector.unregister(client.connection)

@@ -16,6 +16,7 @@ from sim_doubles.served.packets import (
     Conclude,
     Concluded,
     Done,
+    Enable,
     Failed,
     Look,
     Read,
@@ -39,30 +40,41 @@ class DoublesService:
         self._bench = bench
         self._now = now
         self._log = log
+        self._holder: int | None = None  # the client that has the enable line
 
     def catch_up(self) -> int:
         """Bring world and log up to now; return when the next output changes by itself."""
         self._bench.catch_up()
         return self._log.catch_up(self._now())
 
-    def answer(self, packet: bytes | memoryview) -> bytes:
-        """Answer a packet; what is no question is refused and does nothing."""
+    def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
+        """Answer a client's packet; what is no question is refused and does nothing."""
         self._log.catch_up(self._now())
         try:
             question = read_question(packet)
         except (ValueError, RecursionError) as error:
             return encode(Answer(0, Refused(f"no question: {error}")))
-        answer = Answer(question.number, self._answered(question.asked))
+        answer = Answer(question.number, self._answered(question.asked, client))
         self._log.catch_up(self._now())
         return encode(answer)
 
-    def _answered(self, asked: Asked) -> Answered:
+    def release(self, client: int) -> None:
+        """Free what a client held that has gone, as the kernel does."""
+        if self._holder == client:
+            self._let_through(client, enabled=False)
+            self._holder = None
+            self._log.catch_up(self._now())
+
+    def _answered(self, asked: Asked, client: int) -> Answered:
         match asked:
             case Look():
                 return self._standing()
             case Conclude(elapsed, own):
                 return Concluded(self._bench.result(elapsed, own))
         try:
+            if isinstance(asked, Enable):
+                self._let_through(client, enabled=asked.enabled)
+                return Done(b"")
             return Done(self._carried_out(asked))
         except OSError as error:
             # the errors of a double's serial line have no errno
@@ -85,6 +97,16 @@ class DoublesService:
             case Strike():
                 self._strike(asked)
                 return b""
+
+    def _let_through(self, client: int, *, enabled: bool) -> None:
+        """Set the enable line. Raises the OSError of a line that is absent or another's."""
+        line = self._bench.enable
+        if line is None:
+            raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+        if self._holder not in {None, client}:
+            raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+        self._holder = client
+        line.set(enabled)
 
     def _strike(self, asked: Strike) -> None:
         """Let a bus fail for a while. The log has it."""

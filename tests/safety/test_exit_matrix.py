@@ -24,6 +24,12 @@ SLACK = 10
 WATCHDOG_NS = 2 * SECOND
 """WatchdogSec of the unit."""
 
+ENABLE_LINE = """
+[output_enable]
+chip = "/dev/gpiochip0"
+line = 17
+"""
+
 BROKEN_MODEL = """
 import sys
 from firmware_runtime.cli.main import main
@@ -208,7 +214,7 @@ def test_an_out_of_memory_kill(tmp_path: Path, table: SafetyTable) -> None:
 @pytest.mark.parametrize("robot", ["tachobot", "detective"])
 def test_a_bus_that_is_stuck_while_stopping(tmp_path: Path, table: SafetyTable, robot: str) -> None:
     """The run gives up and says so; the guard goes on until the bus is free again."""
-    stuck_ns = 2 * SECOND
+    stuck_ns = 5 * SECOND
     with guarded_run(tmp_path, robot=robot) as run:
         words = ["--socket", run.socket, "--for", stuck_ns // SECOND]
         assert run.ask("doubles", "fault", "stuck", *words).returncode == 0
@@ -218,7 +224,7 @@ def test_a_bus_that_is_stuck_while_stopping(tmp_path: Path, table: SafetyTable, 
         assert not run.is_off
         took = run.until_off_ms(run.fault_ends_at())
         assert run.takeovers()[-1]["off_after_ns"] > 0
-    table.add(f"bus stuck for 2 s while stopping, {robot}: since it is free", took, goal_ms=300)
+    table.add(f"bus stuck while stopping, {robot}: since it is free", took, goal_ms=300)
     assert took < 300 * SLACK
 
 
@@ -232,6 +238,20 @@ def test_the_detective_robot_stops_too(
         took = run.until_off_ms(run.signal(number))
     table.add(f"{number.name}, detective", took, goal_ms)
     assert took < goal_ms * SLACK
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=lambda each: each.name)
+def test_an_enable_line_needs_no_guard(
+    tmp_path: Path, table: SafetyTable, number: signal.Signals
+) -> None:
+    """The kernel frees the line of a process that ends; the resistor at OE does the rest."""
+    board = tmp_path / "board.toml"
+    board.write_text(Path("boards/tachobot/board.toml").read_text() + ENABLE_LINE)
+    with guarded_run(tmp_path, board=str(board), guard=False) as run:
+        took = run.until_off_ms(run.signal(number))
+        run.run.wait(30)
+    table.add(f"{number.name}, enable line, no guard", took, goal_ms=100)
+    assert took < 100 * SLACK
 
 
 def test_why_the_guard_took_over_is_kept(tmp_path: Path) -> None:

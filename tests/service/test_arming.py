@@ -9,6 +9,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.service.arming import Arming
 from firmware_runtime.service.control import ControlError, ControlSocket, ask
 from firmware_runtime.service.objections import objections_to
@@ -26,7 +27,15 @@ class Rig:
         self.arming = Arming(at_start=at_start, demand_guard=demand_guard, tell=self.told.append)
         configuration = Configuration(armed_at_start=False)
         self.executive = Executive(Robot(), VirtualClock(), list, configuration)
-        self.arming.attach(self.executive, self._make_safe, [lambda _now: self.against])
+        self.enabled = 0
+        self.failing: HalError | None = None
+        objections = [lambda _now: self.against]
+        self.arming.attach(self.executive, self._make_safe, objections, self._enable)
+
+    def _enable(self) -> None:
+        if self.failing is not None:
+            raise self.failing
+        self.enabled += 1
 
     def _make_safe(self) -> list[str]:
         self.safe += 1
@@ -52,6 +61,17 @@ def test_an_objection_keeps_it_disarmed_and_is_given_as_the_reason() -> None:
     assert rig.arming.request(0) == ["imu is not up yet"]
     assert not rig.arming.permit()
     assert rig.arming.reason == "imu is not up yet"
+
+
+def test_outputs_are_let_through_before_it_is_armed_and_not_armed_if_they_cannot_be() -> None:
+    rig = Rig()
+    rig.failing = BusFault("output_enable: line 17 cannot be set")
+    assert rig.arming.request(0) == ["output_enable: line 17 cannot be set"]
+    assert (rig.arming.permit(), rig.arming.reason) == (False, str(rig.failing))
+    rig.failing = None
+    assert rig.arming.request(0) == []
+    assert rig.arming.request(0) == []
+    assert rig.enabled == 1
 
 
 def test_a_board_that_asks_for_it_is_armed_as_soon_as_nobody_objects() -> None:

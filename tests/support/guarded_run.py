@@ -47,7 +47,7 @@ class GuardedRun:
         environment: Mapping[str, str],
     ) -> None:
         """Start the doubles, the guard and the run, and wait until it drives."""
-        self._start("doubles", "serve", self.robot, "--socket", self.socket, "--log", self.log)
+        self._start("doubles", "serve", board, "--socket", self.socket, "--log", self.log)
         wait_until(self.socket.exists, "the doubles are served")
         if guard:
             self.guard = self._start("guard", self.robot, "--doubles", self.socket)
