@@ -29,6 +29,7 @@ _MODULES = {
     "top": "top",
     "report": "report",
     "perfetto": "perfetto",
+    "record": "record",
     "arm": "arm",
     "disarm": "arm",
     "guard": "guard",
@@ -36,6 +37,7 @@ _MODULES = {
     "bench": "bench",
     "doubles": "doubles",
     "doctor": "doctor",
+    "service": "service",
 }
 """Where each verb is, in this package."""
 

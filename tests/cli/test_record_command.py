@@ -1,0 +1,54 @@
+"""`record` beside a run of its own process: what is in the folder afterwards."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.telemetry.statistics_reader import read_statistics
+
+COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
+
+
+@pytest.mark.slow
+def test_two_runs_leave_two_files_that_the_other_verbs_read(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    folder, kept = tmp_path / "kept", tmp_path / "tachobot.stats"
+    words = ["record", "tachobot", "--into", str(folder), "--statistics", str(kept)]
+    with subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, text=True) as recorder:
+        assert recorder.stdout is not None
+        assert "waiting for a run" in recorder.stdout.readline()
+        for _ in range(2):
+            run = ["run", "tachobot", "--doubles", "--for", "1", "--statistics", str(kept)]
+            subprocess.run([*COMMAND, *run], check=True, capture_output=True)
+            said = next(line for line in recorder.stdout if "the run is over" in line)
+            assert "its statistics are kept" in said
+        recorder.send_signal(signal.SIGTERM)
+        assert recorder.wait(30) == 0
+    first, second = (folder / f"tachobot-000{number}.stats" for number in (1, 2))
+    assert [read_statistics(each).as_json()["scheduled"] for each in (first, second)] == [101, 101]
+    merged = command("stats", "--merge", str(first), str(second), "--json")
+    assert (merged.status, '"scheduled": 202' in merged.out) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ([], "--into: expected a folder"),
+        (["--into", "/proc/none"], "cannot be made"),
+        (["--into", "x", "--runs", "0"], "expected a whole number from 1 on"),
+        (["--into", "x", "--late-us", "-1"], "expected a positive number"),
+    ],
+)
+def test_bad_words_are_refused(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, words: list[str], what: str
+) -> None:
+    monkeypatch.delenv("STATE_DIRECTORY", raising=False)
+    ended = command("record", "tachobot", *words)
+    assert (ended.status, ended.out) == (2, "")
+    assert what in ended.error
