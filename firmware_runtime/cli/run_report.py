@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_runtime.cli.chart import chart
+from firmware_runtime.cli.series import Series
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.statistics_text import statistics_text
 from firmware_runtime.devs.time import NEVER, seconds
@@ -28,7 +29,7 @@ class Report:
         if duration_s is None and arguments.doubles:
             duration_s = session.board.doubles_run_s
         self.until = NEVER if duration_s is None else seconds(duration_s)
-        self._shown: list[tuple[int, float]] = []
+        self._shown = Series()
         if not self._json and session.bench is not None:
             port = session.bench.shown
             session.executive.simulator.listen(port, self._remember)
@@ -76,7 +77,7 @@ class Report:
         if session.bench is not None:
             until = session.world_now()
             yield ""
-            yield from chart(self._shown, session.bench.shown.path, until)
+            yield from chart(self._shown.points, session.bench.shown.path, until)
         yield ""
         for name, value in session.result().items():
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
@@ -89,4 +90,4 @@ class Report:
 
     def _remember(self, at: int, value: object) -> None:
         if isinstance(value, float):
-            self._shown.append((at, value))
+            self._shown.add(at, value)
