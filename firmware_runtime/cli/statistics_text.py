@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from firmware_runtime.cli.statistics_summary import summary
+from firmware_runtime.telemetry.refusals import refused
 
 _WORST_SHOWN = 3
-_NOTHING_REFUSED = {"not asked for", "virtual time waits for nothing"}
 _MARGIN = "  "
 
 
@@ -147,8 +147,7 @@ def _conditions(conditions: Mapping[str, Any]) -> list[str]:
     lines = [f"  on {', '.join(map(str, where))}, {scheduler} {priority or ''}".rstrip()]
     lines += [
         f"  not granted: {name} = {request['asked']} ({request['reason']})"
-        for name, request in conditions.get("settings", {}).items()
-        if not request["granted"] and request["reason"] not in _NOTHING_REFUSED
+        for name, request in refused(conditions).items()
     ]
     return lines
 

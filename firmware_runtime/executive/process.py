@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.executive.c_library import call
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.telemetry.refusals import NOT_ASKED, NOTHING_TO_WAIT_FOR
 
 Report: TypeAlias = dict[str, dict[str, Any]]
 
@@ -63,9 +64,9 @@ def _ask(name: str, asked: object, clock: Clock, undo: ExitStack) -> dict[str, A
         return {"asked": wish, "granted": reason is None, "reason": reason}
 
     if asked == getattr(_NOTHING, name):
-        return answer("not asked for")
+        return answer(NOT_ASKED)
     if not isinstance(clock, MonotonicClock):
-        return answer("virtual time waits for nothing")
+        return answer(NOTHING_TO_WAIT_FOR)
     request, needs = _REQUESTS[name]
     try:
         request(asked, clock, undo)

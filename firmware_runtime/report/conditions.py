@@ -7,8 +7,8 @@ from xml.etree.ElementTree import Element
 from firmware_runtime.report.markup import element
 from firmware_runtime.report.tables import table
 from firmware_runtime.report.words import plain
+from firmware_runtime.telemetry.refusals import refused
 
-_NOTHING_REFUSED = {"not asked for", "virtual time waits for nothing"}
 _NEEDS = "; needs "
 """How a reason tells what would mend it."""
 _APART = ("run", "settings")
@@ -30,15 +30,6 @@ def conditions_section(conditions: Mapping[str, Any]) -> list[Element]:
             css="words",
         ),
     ]
-
-
-def refused(conditions: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """The settings that were asked of the system and not granted, by name."""
-    return {
-        name: request
-        for name, request in conditions.get("settings", {}).items()
-        if not request["granted"] and request["reason"] not in _NOTHING_REFUSED
-    }
 
 
 def _refusal(name: str, request: Mapping[str, Any]) -> Element:

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from firmware_runtime.report.conditions import refused
 from firmware_runtime.report.words import count, passed
+from firmware_runtime.telemetry.refusals import refused
 
 
 class Verdict(NamedTuple):
