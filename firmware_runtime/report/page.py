@@ -119,7 +119,8 @@ def _lateness(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[El
 def _over_time(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
     run = stretches(statistics.timeline, statistics.cells[ELAPSED])
     limit = min(map(tolerance_ns, numbers["models"].values()), default=None)
-    drawn = [each for each in (lateness_over_time(run, limit), load_over_time(run)) if each]
+    charts = lateness_over_time(run, limit), load_over_time(run)
+    drawn = [chart for chart in charts if chart is not None]
     yield from drawn
     if not drawn:
         yield element("p", "There is nothing to draw: no lateness, no load has been measured.")
