@@ -1,0 +1,193 @@
+"""The server of doubles on real sockets, step by step in this process."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from socket import AF_UNIX, SOCK_SEQPACKET, socket
+from typing import Any
+
+import pytest
+
+import boards.registry
+from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.hal.errors import BusAbsent, BusInUse, BusTimeout
+from sim_doubles.served.connection import Connection
+from sim_doubles.served.errors import ServingError
+from sim_doubles.served.listening import listen, lock_of, unlisten
+from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.packets import (
+    LONGEST,
+    Answer,
+    Answered,
+    Done,
+    Look,
+    Question,
+    Refused,
+    Standing,
+    Transfer,
+    encode,
+    read_answer,
+)
+from sim_doubles.served.server import DoublesServer, RealClock
+from sim_doubles.served.service import DoublesService
+
+WHO_AM_I = Transfer("i2c1", 0x68, (b"\x75", 1))
+
+
+class Rig:
+    """A server of TachoBot's doubles that works when it is told to."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path, self.log_path = folder / "doubles.sock", folder / "doubles.log"
+        clock = RealClock()
+        bench = bench_for(boards.registry.load("tachobot"), clock)
+        self.log = OutputLog(self.log_path, bench)
+        service = DoublesService("tachobot", bench, clock, self.log)
+        self.server = DoublesServer(self.path, service, self.log, clock)
+
+    def client(self) -> socket:
+        client = socket(AF_UNIX, SOCK_SEQPACKET)
+        client.settimeout(30)
+        client.connect(str(self.path))
+        self.server.step()
+        return client
+
+    def ask(self, client: socket, packet: bytes) -> Answered:
+        client.send(packet)
+        self.server.step()
+        return read_answer(client.recv(LONGEST)).answered
+
+    def events(self, what: str) -> list[dict[str, Any]]:
+        lines = (json.loads(line) for line in self.log_path.read_text().splitlines())
+        return [line for line in lines if line.get("event") == what]
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    rig = Rig(tmp_path)
+    with rig.log, rig.server:
+        yield rig
+
+
+def test_clients_are_answered_each_on_its_own(rig: Rig) -> None:
+    with rig.client() as first, rig.client() as second:
+        assert rig.ask(first, encode(Question(1, WHO_AM_I))) == Done(b"\x71")
+        standing = rig.ask(second, encode(Question(1, Look())))
+        assert isinstance(standing, Standing)
+        assert (standing.board, standing.outputs) == ("tachobot", {"thrust_pairs": 0, "esc": 0})
+    assert [each["client"] for each in rig.events("connected")] == [1, 2]
+
+
+def test_what_is_no_question_is_refused_and_the_client_stays(rig: Rig) -> None:
+    with rig.client() as client:
+        assert isinstance(rig.ask(client, b"\xff\x00"), Refused)
+        assert rig.ask(client, encode(Question(2, WHO_AM_I))) == Done(b"\x71")
+
+
+def test_a_client_that_goes_is_logged_and_the_others_stay(rig: Rig) -> None:
+    with rig.client() as stays:
+        rig.client().close()
+        rig.server.step()
+        assert [each["client"] for each in rig.events("gone")] == [2]
+        assert rig.ask(stays, encode(Question(1, WHO_AM_I))) == Done(b"\x71")
+
+
+def test_a_client_that_takes_no_answers_is_sent_away(rig: Rig) -> None:
+    with rig.client() as deaf, rig.client() as other:
+        for number in range(10_000):
+            deaf.send(encode(Question(number, WHO_AM_I)))
+            rig.server.step()
+            if rig.events("gone"):
+                break
+        assert [each["client"] for each in rig.events("gone")] == [1]
+        assert rig.ask(other, encode(Question(1, WHO_AM_I))) == Done(b"\x71")
+
+
+def test_stop_ends_serving_and_takes_the_path_away(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    with rig.log, rig.server:
+        rig.server.stop()
+        rig.server.serve()
+        assert rig.path.is_socket()
+    assert not rig.path.exists()
+    assert not lock_of(rig.path).exists()
+
+
+# The path ----------------------------------------------------------------------------------------
+
+
+def test_a_path_where_somebody_listens_is_refused(rig: Rig) -> None:
+    with pytest.raises(ServingError, match="another server listens here"):
+        listen(rig.path)
+
+
+def test_a_path_that_a_dead_server_left_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "doubles.sock"
+    listen(path).close()
+    assert path.is_socket()
+    unlisten(listen(path), path)
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("name", ["no/such/folder", "x" * 200])
+def test_a_path_that_cannot_be_had_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ServingError, match="expected a free path"):
+        listen(tmp_path / name)
+
+
+def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "notes"
+    path.write_text("keep me")
+    with pytest.raises(ServingError, match="expected a free path"):
+        listen(path)
+    assert path.read_text() == "keep me"
+
+
+def test_a_log_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    bench = bench_for(boards.registry.load("tachobot"), RealClock())
+    with pytest.raises(ServingError, match="the log cannot be written"):
+        OutputLog(tmp_path / "no" / "log", bench)
+
+
+# The client's side -------------------------------------------------------------------------------
+
+
+def test_where_nobody_listens_the_command_that_would_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BusAbsent, match="doubles serve BOARD --socket"):
+        Connection(tmp_path / "none")
+
+
+def test_an_answer_that_comes_too_late_is_not_taken_for_the_next_one(tmp_path: Path) -> None:
+    path = tmp_path / "doubles.sock"
+    listener = listen(path)
+    connection = Connection(path, answer_s=0.01)
+    server, _ = listener.accept()
+    with pytest.raises(BusTimeout, match="no answer"):
+        connection.ask(WHO_AM_I, "i2c1")
+    server.send(encode(Answer(1, Done(b"late"))))
+    server.send(encode(Answer(2, Done(b"in time"))))
+    assert connection.ask(WHO_AM_I, "i2c1") == Done(b"in time")
+    connection.close()
+    server.close()
+    unlisten(listener, path)
+
+
+def test_a_server_that_has_gone_is_absent(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    with rig.log:
+        with rig.server:
+            connection = Connection(rig.path)
+            rig.server.step()
+        with pytest.raises(BusAbsent, match="have gone"):
+            connection.ask(Look(), "doubles")
+
+
+def test_one_drives_the_doubles_and_when_it_is_gone_another_may(rig: Rig) -> None:
+    first, second = Connection(rig.path), Connection(rig.path)
+    first.keep_others_out()
+    with pytest.raises(BusInUse, match="driven by another process"):
+        second.keep_others_out()
+    first.close()
+    third = Connection(rig.path)
+    third.keep_others_out()
+    third.close()
