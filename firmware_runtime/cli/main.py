@@ -11,6 +11,7 @@ from importlib import import_module
 from importlib.metadata import version
 
 from firmware_runtime.cli.status import Status
+from firmware_runtime.deployment.errors import DeploymentError
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.service.control import ControlError
@@ -33,10 +34,12 @@ _MODULES = {
     "arm": "arm",
     "disarm": "arm",
     "guard": "guard",
+    "bridge": "bridge",
     "safe-state": "safe_state",
     "bench": "bench",
     "doubles": "doubles",
     "doctor": "doctor",
+    "deploy": "deploy",
     "service": "service",
 }
 """Where each verb is, in this package."""
@@ -52,6 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(error, Status.BAD_INPUT)
     except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE)
+    except DeploymentError as error:
+        return _refuse(error, Status.NOT_DEPLOYED)
     except FirmwareRuntimeError as error:
         return _refuse(error, Status.MODEL_ERROR)
     except BrokenPipeError:
@@ -68,8 +73,8 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         description="Run DEVS models as the firmware of a robot.",
         epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, "
         "4 some output could not be switched off, 5 refused to arm, 6 what was waited for did "
-        "not happen, 7 and 8 the doctor's worst finding is a warning or a failure, 130 and 143 "
-        "stopped by SIGINT and SIGTERM.",
+        "not happen, 7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
+        "130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
         "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"

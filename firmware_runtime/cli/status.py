@@ -23,5 +23,7 @@ class Status(IntEnum):
     """The doctor's worst finding is a warning: a run works, but not as well as it could."""
     DOCTOR_FAILS = 8
     """The doctor's worst finding is a failure: a run fails or does not get what it asks for."""
+    NOT_DEPLOYED = 9
+    """A target could not be reached or did not take the program; the one it had is still there."""
     INTERRUPTED = 130
     TERMINATED = 143

@@ -3,7 +3,7 @@
 A Unix datagram socket beside the statistics (`BOARD.control`). A request is one word, the answer
 one JSON object, sent back to the socket the request came from. The loop reads it between two steps,
 as it reads any other source, and never waits for anybody: an answer that nobody takes is dropped.
-Who may write to the directory may ask.
+Only the run's own user and root may ask: reading statistics takes less leave than moving motors.
 """
 
 import json
@@ -45,7 +45,7 @@ class ControlSocket:
         path.unlink(missing_ok=True)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self._socket.bind(os.fspath(path))
-        path.chmod(0o660)
+        path.chmod(0o600)
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when there is a request."""

@@ -34,18 +34,23 @@ def default_path(board: str) -> Path:
 def find_statistics(board: str | None = None) -> Path:
     """The file of this board's last run; of the run that started last, when none is named.
 
-    Raises StatisticsFileError when there is none.
+    Raises StatisticsFileError when there is none, or this user may not look.
     """
     directories = list(_directories())
-    for directory in directories:
+    closed = [directory for directory in directories if _is_closed(directory)]
+    for directory in (each for each in directories if each not in closed):
         named = directory.glob(f"*{SUFFIX}") if board is None else [directory / f"{board}{SUFFIX}"]
         found = [path for path in named if path.is_file()]
         if found:
             return max(found, key=lambda path: path.stat().st_mtime_ns)
-    looked_in = ", ".join(map(str, directories))
-    raise StatisticsFileError(
-        f"no statistics of {board or 'any board'} in {looked_in}; expected a run to have left some"
-    )
+    looked_in = ", ".join(str(each) for each in directories if each not in closed)
+    fault = f"no statistics of {board or 'any board'} in {looked_in or 'any directory'}"
+    if closed:
+        raise StatisticsFileError(
+            f"{fault}, and {closed[0]} is closed to this user; expected root or a member of its "
+            f"group, {_group(closed[0])}"
+        )
+    raise StatisticsFileError(f"{fault}; expected a run to have left some")
 
 
 def all_statistics(board: str | None = None) -> dict[str, Path]:
@@ -69,6 +74,18 @@ def _directories() -> Iterator[Path]:
     if of_session := os.environ.get("XDG_RUNTIME_DIR"):
         yield Path(of_session, "firmware-runtime")
     yield _temporary()
+
+
+def _is_closed(directory: Path) -> bool:
+    """Whether it is there and this user may not look into it."""
+    return directory.is_dir() and not os.access(directory, os.R_OK | os.X_OK)
+
+
+def _group(path: Path) -> str:
+    try:
+        return path.group()
+    except KeyError:
+        return str(path.stat().st_gid)
 
 
 def _temporary() -> Path:

@@ -84,3 +84,19 @@ def test_no_statistics_anywhere_is_one_sentence(tmp_path: Path) -> None:
         find_statistics("detective")
     with pytest.raises(StatisticsFileError, match="no statistics of any board"):
         find_statistics()
+
+
+def test_a_directory_closed_to_this_user_is_passed_by_and_named_if_nothing_is_found(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    closed = tmp_path / "run"
+    closed.mkdir()
+    real = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: path != closed and real(path, mode))
+    with pytest.raises(StatisticsFileError, match=r"run is closed to this user.*its group, "):
+        find_statistics("tachobot")
+    with pytest.raises(StatisticsFileError, match="no statistics of any board"):
+        find_statistics()
+    mine = default_path("tachobot")
+    mine.touch()
+    assert find_statistics("tachobot") == find_statistics() == mine

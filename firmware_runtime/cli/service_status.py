@@ -1,0 +1,102 @@
+"""`firmware-runtime service status [BOARD]`: how systemd and the statistics say a board does."""
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.board_name import add_board_name
+from firmware_runtime.cli.service_errors import explained
+from firmware_runtime.cli.statistics_summary import summary
+from firmware_runtime.cli.status import Status
+from firmware_runtime.installation.errors import StepFailed
+from firmware_runtime.installation.places import GUARD, RUNTIME, instance
+from firmware_runtime.installation.states import UnitState, state_of
+from firmware_runtime.installation.target import require_systemd, target
+from firmware_runtime.installation.uninstall import installed_boards
+from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.paths import find_statistics
+from firmware_runtime.telemetry.statistics_reader import read_statistics
+
+SCHEMA = 1
+
+
+def add_status_to(actions: SubParsers) -> None:
+    """Add this action to the verb."""
+    about = "Show how an installed board and its guard do."
+    verb = add_verb(actions, "status", about, explained(_execute))
+    verb.epilog = "Exit status: 0 when the run and its guard are active, 6 when not."
+    add_board_name(verb, otherwise="all that are installed")
+    verb.add_argument("--json", action="store_true", help="print it as JSON")
+
+
+def _execute(arguments: argparse.Namespace) -> int:
+    require_systemd()
+    boards = [arguments.board] if arguments.board else installed_boards(target(None, dry_run=True))
+    if not boards:
+        raise StepFailed("no board is installed; expected `firmware-runtime service install BOARD`")
+    return show_status(boards, as_json=arguments.json)
+
+
+def show_status(boards: Sequence[str], *, as_json: bool = False) -> int:
+    """Print how these boards do."""
+    states = {
+        board: {name: state_of(instance(service, board)) for name, service in _SERVICES.items()}
+        for board in boards
+    }
+    if as_json:
+        print(json.dumps(_as_json(states), indent=2))
+    else:
+        print("\n".join(line for board in boards for line in _lines(board, states[board])))
+    active = all(unit.is_active for units in states.values() for unit in units.values())
+    return Status.OK if active else Status.NOTHING_HAPPENED
+
+
+_SERVICES = {"runtime": RUNTIME, "guard": GUARD}
+
+
+def _as_json(states: dict[str, dict[str, UnitState]]) -> dict[str, object]:
+    return {
+        "schema": SCHEMA,
+        "boards": {
+            board: {
+                **{name: asdict(unit) for name, unit in units.items()},
+                "statistics": _summary_or_none(board),
+            }
+            for board, units in states.items()
+        },
+    }
+
+
+def _lines(board: str, units: dict[str, UnitState]) -> Iterator[str]:
+    yield f"{board:10}  {'state':22} {'since':30} {'process':>8} {'restarts':>9} {'watchdog':>9}"
+    for name, unit in units.items():
+        state = f"{unit.active or 'unknown'} ({unit.sub or 'unknown'})"
+        since, process = unit.since or "-", str(unit.pid or "-")
+        watchdog = unit.watchdog or "-"
+        yield f"  {name:8}  {state:22} {since:30} {process:>8} {unit.restarts:>9} {watchdog:>9}"
+        if unit.result not in {"", "success"}:
+            yield f"{'':12}ended with {unit.result}"
+        if unit.says:
+            yield f"{'':12}{unit.says}"
+    yield f"  statistics  {_summary_or_reason(board)}"
+
+
+def _summary(board: str) -> str:
+    """The run under way, or the last, in a line. Raises StatisticsFileError."""
+    return summary(read_statistics(find_statistics(board)).as_json())
+
+
+def _summary_or_none(board: str) -> str | None:
+    with suppress(StatisticsFileError):
+        return _summary(board)
+    return None
+
+
+def _summary_or_reason(board: str) -> str:
+    try:
+        return _summary(board)
+    except StatisticsFileError as error:
+        return str(error)
