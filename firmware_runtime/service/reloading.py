@@ -6,13 +6,19 @@ from boards import registry
 from boards.registry import Board
 from boards.retuning import changed_keys, need_restart
 from boards.robot import Robot
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.service.notices import Notices
 
+NEEDED = 5 * MILLISECOND
+"""Ns that reading a board's file may take; 1.3 ms on a PC."""
+PATIENCE = SECOND
+"""Ns after which it is read all the same: a fast loop never has that much time."""
+
 
 class Reloading:
-    """Reads the board's file again when asked, between two steps.
+    """Reads the board's file again when asked, between two steps that are far enough apart.
 
     A file with any fault changes nothing. What only a new run can take up is named and left as it
     is. `tell` hears how it went.
@@ -32,16 +38,18 @@ class Reloading:
         self._notices = notices
         self._tell = tell
         self._is_asked = False
+        self._at_latest = 0
         executive.attendants.append(self)
 
     def request(self) -> None:
         """Read it again after the step under way; safe in a signal handler."""
+        self._at_latest = self._executive.clock.now() + PATIENCE
         self._is_asked = True
         self._executive.inbox.wake()
 
-    def attend(self, _now: int, _left: int) -> None:
-        """Do what was asked for."""
-        if self._is_asked:
+    def attend(self, now: int, left: int) -> None:
+        """Do what was asked for, as soon as it makes no activation late."""
+        if self._is_asked and (left >= NEEDED or now >= self._at_latest):
             self._is_asked = False
             self._notices.reloading()
             self._tell(self._reload())
