@@ -1,6 +1,7 @@
 # make run    TachoBot on its doubles for 10 s in real time
 # make test   lint, types, import contracts, tests
 # make bench  benchmarks against peers; each prints its ratio last
+# make deb    a Debian package of this checkout in dist/; ARCH=arm64 PYTHON_VERSION=3.13 for others
 # make clean  remove what the others made
 #
 # Each target does its own set-up, in .venv. PYTHON chooses the interpreter: make test PYTHON=python3.12
@@ -9,7 +10,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint types bench clean interpreter
+.PHONY: run test lint types bench deb clean interpreter
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed-run
@@ -27,6 +28,11 @@ types: $(VENV)/installed-test
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone
+
+deb: $(VENV)/installed-run
+	@$(BIN)/python -m firmware_runtime.deployment.debian \
+		$(if $(ARCH),--architecture $(ARCH)) \
+		$(if $(PYTHON_VERSION),--python-version $(PYTHON_VERSION))
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \

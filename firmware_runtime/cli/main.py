@@ -4,12 +4,12 @@ Only the verb that is asked for is imported, so that a robot's start does not wa
 """
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import version
 
+from firmware_runtime.cli.readers_gone import readers_may_go
 from firmware_runtime.cli.status import Status
 from firmware_runtime.deployment.errors import DeploymentError
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
@@ -49,6 +49,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status."""
     words = sys.argv[1:] if arguments is None else arguments
     parsed = parser(words).parse_args(words)
+    with readers_may_go():
+        return _carried_out(parsed)
+    return Status.OK  # of a verb that showed something, to a reader who has gone
+
+
+def _carried_out(parsed: argparse.Namespace) -> int:
+    """Carry out the verb; what cannot be carried out is a sentence and a status."""
     try:
         status: int = parsed.execute(parsed)
     except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
@@ -59,10 +66,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(error, Status.NOT_DEPLOYED)
     except FirmwareRuntimeError as error:
         return _refuse(error, Status.MODEL_ERROR)
-    except BrokenPipeError:
-        # Whoever read our output has gone; what is left in the buffer has nowhere to go either.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Status.OK
     return status
 
 
@@ -87,5 +90,6 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
 
 
 def _refuse(error: FirmwareRuntimeError, status: Status) -> int:
-    print(f"firmware-runtime: {error}", file=sys.stderr)
+    with readers_may_go():
+        print(f"firmware-runtime: {error}", file=sys.stderr)
     return status

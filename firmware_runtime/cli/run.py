@@ -11,6 +11,7 @@ import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
+from firmware_runtime.cli.readers_gone import readers_may_go
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.statistics_summary import summary
@@ -112,7 +113,8 @@ def execute(arguments: argparse.Namespace) -> int:
                 outcome = executive.run(report.until)
             if isinstance(outcome.error, StatisticsFileError):
                 raise outcome.error  # the run never began: bad input, like a board's
-            report.end(outcome)
+            with readers_may_go():
+                report.end(outcome)
     finally:
         session.close()
     return _status(outcome, session)

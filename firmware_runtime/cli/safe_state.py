@@ -8,6 +8,7 @@ import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.guard import add_doubles
 from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.cli.readers_gone import readers_may_go
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 
@@ -38,9 +39,9 @@ def execute(arguments: argparse.Namespace) -> int:
         select((), (), (), BETWEEN / SECOND)
         failed = outputs.make_safe()
     outputs.close()
-    for failure in failed:
-        print(f"firmware-runtime: not made safe: {failure}", file=sys.stderr)
-    if failed:
-        return Status.NOT_SAFE
-    print(f"{board.name}: all outputs off ({arguments.reason})")
-    return Status.OK
+    with readers_may_go():
+        for failure in failed:
+            print(f"firmware-runtime: not made safe: {failure}", file=sys.stderr)
+        if not failed:
+            print(f"{board.name}: all outputs off ({arguments.reason})")
+    return Status.NOT_SAFE if failed else Status.OK

@@ -1,0 +1,22 @@
+"""Output that nobody reads any more, as that of `... | head`: no reason to fail, or to succeed."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def readers_may_go() -> Iterator[None]:
+    """Within the block, printing ends early if whoever read it has gone; nothing else changes.
+
+    What is printed afterwards, also when the interpreter ends, goes nowhere.
+    """
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)

@@ -1,0 +1,34 @@
+# Stopping and starting robots that systemd runs, shared by a deployment and the Debian package.
+# The program is $program, the boards' settings are in $settings.
+
+list_units() { # of this project, that run now
+	systemctl list-units --plain --no-legend --full --state=active,activating,reloading \
+		'firmware-runtime@*' 'firmware-runtime-*@*' | awk '{ print $1 }'
+}
+
+board_of() { # the board of unit $1
+	board=${1#*@}
+	echo "${board%.service}"
+}
+
+stop_units() { # for reason $1 the units that follow; fails if a board that ran cannot be made safe
+	reason=$1
+	shift
+	[ $# -gt 0 ] || return 0
+	systemctl stop "$@" || return
+	for unit in "$@"; do
+		case $unit in
+		firmware-runtime@*)
+			# ExecStopPost has done so already, but nobody has looked at how it went.
+			"$program" safe-state "$settings/$(board_of "$unit").toml" --reason "$reason" || return
+			;;
+		esac
+	done
+}
+
+start_units() { # $@; one that does not start is told and keeps no other from starting
+	for unit in "$@"; do
+		systemctl start "$unit" ||
+			echo "firmware-runtime: $unit did not start; see journalctl --unit $unit" >&2
+	done
+}

@@ -1,0 +1,60 @@
+"""What a command's status is when nobody reads its output any more."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
+
+
+def status_unread(*words: str, program: tuple[str, ...] = COMMAND) -> int:
+    """Exit status with standard output and standard error at pipes that nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [*program, *words], stdout=writing, stderr=writing, timeout=60, check=False
+    )
+    os.close(writing)
+    return done.returncode
+
+
+@pytest.mark.slow
+def test_a_verb_that_only_shows_something_is_done() -> None:
+    assert status_unread("boards") == 0
+
+
+@pytest.mark.slow
+def test_bad_input_is_still_bad_input() -> None:
+    assert status_unread("check", "no-such-board") == 2
+
+
+@pytest.mark.slow
+def test_outputs_that_could_not_be_switched_off_are_still_on(tmp_path: Path) -> None:
+    nowhere = str(tmp_path / "no-doubles")
+    program = (
+        "import sys\n"
+        "from firmware_runtime.cli import safe_state\n"
+        "from firmware_runtime.cli.main import main\n"
+        "safe_state.ATTEMPTS = 1\n"
+        "sys.exit(main(sys.argv[1:]))\n"
+    )
+    words = ("safe-state", "tachobot", "--doubles", nowhere)
+    assert status_unread(*words, program=(sys.executable, "-c", program)) == 4
+
+
+@pytest.mark.slow
+def test_a_run_that_failed_has_failed(tmp_path: Path) -> None:
+    program = (
+        "import sys\n"
+        "from boards.tachobot.attitude import Attitude\n"
+        "from firmware_runtime.cli.main import main\n"
+        "def external(self, elapsed): raise ValueError('a bug')\n"
+        "Attitude.external = external\n"
+        "sys.exit(main(sys.argv[1:]))\n"
+    )
+    words = ("run", "tachobot", "--doubles", "--clock", "virtual", "--json")
+    statistics = ("--statistics", str(tmp_path / "x.stats"))
+    assert status_unread(*words, *statistics, program=(sys.executable, "-c", program)) == 1

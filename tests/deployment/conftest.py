@@ -1,0 +1,66 @@
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.deployment import project_wheel
+from firmware_runtime.deployment.commands import Commands
+from tests.support.scratch_system import ScratchSystem, scratch_system
+from tests.support.ssh_target import SshTarget, missing_packages, ssh_target
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache of wheels for the whole session, so that they are downloaded once."""
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project's wheel, built once."""
+    return project_wheel.build(Commands(print), tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture
+def target(tmp_path: Path) -> Iterator[SshTarget]:
+    """This computer, by ssh."""
+    _demand_ssh()
+    with ssh_target(tmp_path / "ssh") as started:
+        yield started
+
+
+@pytest.fixture
+def target_without_rsync(tmp_path: Path) -> Iterator[SshTarget]:
+    """The same, with every program but one."""
+    _demand_ssh()
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    for folder in (Path("/usr/bin"), Path("/bin")):
+        for program in folder.iterdir():
+            if program.name != "rsync" and not (programs / program.name).exists():
+                (programs / program.name).symlink_to(program)
+    with ssh_target(tmp_path / "ssh", path=str(programs)) as started:
+        yield started
+
+
+@pytest.fixture
+def system(tmp_path: Path) -> Iterator[ScratchSystem]:
+    """A system to install into."""
+    if shutil.which("unshare") is None or shutil.which("dpkg") is None:
+        pytest.skip("unshare or dpkg not found; install Debian package util-linux, or use a Debian")
+    try:
+        with scratch_system(tmp_path / "system") as started:
+            yield started
+    except OSError as error:
+        pytest.skip(f"no overlay in a mount namespace: {error}; expected to run as root")
+
+
+def _demand_ssh() -> None:
+    if missing := missing_packages():
+        pytest.skip(f"nothing to deploy to; install Debian packages {missing}")

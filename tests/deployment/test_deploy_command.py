@@ -1,0 +1,184 @@
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+from firmware_runtime.cli.main import main
+from firmware_runtime.cli.status import Status
+from tests.support.ssh_target import HOST, SshTarget, free_port, make_key
+
+Deploy = Callable[..., int]
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    """The target's root, as far as the deployment goes."""
+    place = tmp_path / "root"
+    place.mkdir()
+    return place
+
+
+@pytest.fixture
+def deploy(root: Path, wheel: Path) -> Deploy:
+    """Deploys tachobot below the root. There is no bus there, so the doctor's word is not taken."""
+
+    def run(target: SshTarget, *words: object) -> int:
+        fixed = ["deploy", HOST, "tachobot", *target.words, "--root", root, "--wheel", wheel]
+        return main([str(word) for word in (*fixed, "--force", *words)])
+
+    return run
+
+
+def boards_by(program: Path) -> str:
+    """What a program that was deployed says to an order."""
+    done = subprocess.run([program, "boards"], capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+def environments(root: Path) -> set[Path]:
+    return set((root / "opt/firmware-runtime").glob("venv.??????"))
+
+
+@pytest.mark.slow
+def test_a_deployment_and_the_next(
+    target: SshTarget, deploy: Deploy, root: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    home, program = root / "opt/firmware-runtime", root / "usr/local/bin/firmware-runtime"
+    settings = root / "etc/firmware-runtime/tachobot.toml"
+
+    assert deploy(target) == Status.OK
+    printed = capsys.readouterr().out
+    assert "tachobot.toml is sound" in printed or "board.toml is sound" in printed
+    assert "checks: " in printed
+    assert "tachobot" in boards_by(program)
+    assert "include-system-site-packages = true" in (home / "venv/pyvenv.cfg").read_text()
+    assert (root / "etc/systemd/system/firmware-runtime@.service").is_file()
+    assert settings.is_file()
+
+    first = (home / "venv").readlink()
+    settings.write_text(settings.read_text() + "# mine\n")
+    assert deploy(target) == Status.OK
+    assert settings.read_text().endswith("# mine\n")
+    assert (home / "previous").readlink() == first
+    assert environments(root) == {first, (home / "venv").readlink()}
+    assert len(environments(root)) == 2
+    assert boards_by(home / "previous/bin/firmware-runtime") == boards_by(
+        first / "bin/firmware-runtime"
+    )
+    assert "tachobot" in boards_by(program)
+
+
+@pytest.mark.slow
+def test_what_does_not_pass_leaves_no_trace_but_what_was_sent(
+    target: SshTarget, deploy: Deploy, root: Path, tmp_path: Path, wheel: Path
+) -> None:
+    # A program that can be installed, and cannot be started.
+    broken = Path(shutil.copy(wheel, tmp_path))
+    with ZipFile(broken, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr("firmware_runtime/cli/check.py", "raise SystemExit(1)")
+    assert deploy(target, "--wheel", broken) == Status.NOT_DEPLOYED
+    assert [each.name for each in (root / "opt/firmware-runtime").iterdir()] == ["parcel"]
+    assert [each.name for each in root.iterdir()] == ["opt"]
+
+
+@pytest.mark.slow
+def test_a_dry_run_prints_every_command_and_changes_nothing(
+    target: SshTarget, deploy: Deploy, root: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert deploy(target, "--dry-run") == Status.OK
+    printed = capsys.readouterr().out
+    for words in ("pip", "rsync", "prepare.sh", "examine.sh", "switch.sh"):
+        assert words in printed
+    assert list(root.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_key_that_is_not_known_there_is_refused_in_a_sentence(
+    target: SshTarget, deploy: Deploy, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target.identity = make_key(tmp_path / "other")
+    assert deploy(target) == Status.NOT_DEPLOYED
+    assert "Permission denied (publickey)" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_another_host_key_than_the_known_one_is_refused(
+    target: SshTarget, deploy: Deploy, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = make_key(tmp_path / "other").with_suffix(".pub").read_text()
+    (target.folder / "known_hosts").write_text(f"[{HOST}]:{target.port} {other}")
+    assert deploy(target) == Status.NOT_DEPLOYED
+    assert capsys.readouterr().err == f"firmware-runtime: {HOST}: Host key verification failed.\n"
+
+
+@pytest.mark.slow
+def test_where_nobody_listens_it_says_so(
+    target: SshTarget, deploy: Deploy, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target.port = free_port()
+    assert deploy(target) == Status.NOT_DEPLOYED
+    assert "Connection refused" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_target_without_rsync_is_told_which_package(
+    target_without_rsync: SshTarget,
+    deploy: Deploy,
+    root: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert deploy(target_without_rsync) == Status.NOT_DEPLOYED
+    assert "rsync: not found; install Debian package rsync" in capsys.readouterr().err
+    assert list(root.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_every_fault_of_a_target_is_said_at_once(
+    target: SshTarget, deploy: Deploy, root: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = root / "python3"
+    old.write_text("#!/bin/sh\necho 3.9.2\n")
+    old.chmod(0o755)
+    foreign = root / "opt/firmware-runtime/venv"
+    foreign.mkdir(parents=True)
+    assert deploy(target, "--python", old) == Status.NOT_DEPLOYED
+    said = capsys.readouterr().err
+    assert f"{old} is 3.9.2; expected 3.11 to 3.13" in said
+    assert f"{foreign}: no link that a deployment made; move it away" in said
+
+
+@pytest.mark.parametrize("host", ["-oProxyCommand=true", "a b", "pi@host:22", "", "host;true"])
+def test_what_is_no_host_is_refused_before_anything_is_run(
+    host: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["deploy", "--", host, "tachobot"]) == Status.BAD_INPUT
+    assert f"{host!r}: no host" in capsys.readouterr().err
+
+
+def test_board_wheel_and_settings_are_looked_at_first(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["deploy", "robot", "tachobit", "--wheel", str(tmp_path / "no.whl")]
+    settings = ["--settings", "boards/detective/board.toml"]
+    assert main([*words, *settings]) == Status.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "3 faults" in said
+    assert "settings of detective, not of tachobit" in said
+
+
+@pytest.mark.slow
+def test_a_wheel_that_was_cut_off_is_refused_here(
+    target: SshTarget,
+    deploy: Deploy,
+    root: Path,
+    wheel: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    cut = root.with_name(wheel.name)
+    cut.write_bytes(wheel.read_bytes()[:-2000])
+    assert deploy(target, "--wheel", cut) == Status.NOT_DEPLOYED
+    assert "expected the project's wheel" in capsys.readouterr().err
+    assert list(root.iterdir()) == []

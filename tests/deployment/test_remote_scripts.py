@@ -1,0 +1,177 @@
+"""The scripts that run on a target, here, with a program that does as it is told."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import firmware_runtime.deployment
+from firmware_runtime.deployment.debian.tree import SCRIPTS, script_text
+
+FOLDER = Path(firmware_runtime.deployment.__file__).parent
+SENT = (
+    ("probe.sh",),
+    ("venvs.sh", "prepare.sh"),
+    ("examine.sh",),
+    ("venvs.sh", "robots.sh", "switch.sh"),
+)
+PROGRAM = """\
+#!/bin/sh
+echo "$@" >>{log}
+case $1 in
+check) exit {check} ;;
+doctor) exit {doctor} ;;
+service) echo installed || exit 9; exit {service} ;;
+esac
+"""
+
+
+def run(names: tuple[str, ...], *arguments: object) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        ["sh", "-s", "--", *map(str, arguments)],
+        input="".join((FOLDER / name).read_text() for name in names),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def make_venv(home: Path, name: str, *, check: int = 0, doctor: int = 0, service: int = 0) -> Path:
+    """A virtual environment whose program ends with these statuses, and notes what was asked."""
+    program = home / name / "bin" / "firmware-runtime"
+    program.parent.mkdir(parents=True)
+    log = home / f"{name}.log"
+    program.write_text(PROGRAM.format(log=log, check=check, doctor=doctor, service=service))
+    program.chmod(0o755)
+    return home / name
+
+
+@pytest.mark.parametrize(
+    ("check", "doctor", "force", "status"),
+    [
+        (0, 0, "no", 0),
+        (0, 7, "no", 0),
+        (0, 8, "no", 8),
+        (0, 8, "yes", 0),
+        (2, 0, "no", 1),
+        (2, 0, "yes", 1),
+    ],
+)
+def test_a_program_stays_if_it_passes_or_is_forced(
+    tmp_path: Path, check: int, doctor: int, force: str, status: int
+) -> None:
+    venv = make_venv(tmp_path, "venv.abcdef", check=check, doctor=doctor)
+    assert run(("examine.sh",), venv, "tachobot", force).returncode == status
+    assert venv.exists() == (status == 0)
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """Where programs are, below a root, with one in use."""
+    place = tmp_path / "opt" / "firmware-runtime"
+    make_venv(place, "venv.before")
+    (place / "venv").symlink_to(place / "venv.before")
+    return place
+
+
+def switch(home: Path, venv: Path, start: str = "yes") -> "subprocess.CompletedProcess[str]":
+    return run(("venvs.sh", "robots.sh", "switch.sh"), home.parents[1], venv, "tachobot", start)
+
+
+def test_a_new_program_takes_the_place_and_the_one_before_is_kept(home: Path) -> None:
+    orphan, venv = make_venv(home, "venv.orphan"), make_venv(home, "venv.newest")
+    assert switch(home, venv).returncode == 0
+    assert (home / "venv").readlink() == venv
+    assert (home / "previous").readlink() == home / "venv.before"
+    assert not orphan.exists()
+    link = home.parents[1] / "usr" / "local" / "bin" / "firmware-runtime"
+    assert link.resolve() == venv / "bin" / "firmware-runtime"
+    asked = f"service install tachobot --root {home.parents[1]}\n"
+    assert (home / "venv.newest.log").read_text() == asked
+
+
+def test_a_service_that_is_not_to_be_started_is_installed_and_no_more(home: Path) -> None:
+    assert switch(home, make_venv(home, "venv.newest"), start="no").returncode == 0
+    asked = f"service install tachobot --root {home.parents[1]} --no-start\n"
+    assert (home / "venv.newest.log").read_text() == asked
+
+
+def test_a_service_that_does_not_start_brings_program_and_settings_from_before_back(
+    home: Path,
+) -> None:
+    there = bring_settings(home)
+    venv = make_venv(home, "venv.newest", service=6)
+    ended = switch(home, venv)
+    assert ended.returncode == 1
+    assert (home / "venv").readlink() == home / "venv.before"
+    assert not venv.exists()
+    assert there.read_text() == "old"
+    assert "the one from before is back" in ended.stderr
+
+
+def test_the_first_program_stays_to_be_looked_at_when_its_service_does_not_start(
+    home: Path,
+) -> None:
+    (home / "venv").unlink()
+    venv = make_venv(home, "venv.newest", service=6)
+    ended = switch(home, venv)
+    assert ended.returncode == 1
+    assert (home / "venv").readlink() == venv
+    assert "see firmware-runtime service logs tachobot" in ended.stderr
+
+
+def test_what_was_begun_is_finished_when_nobody_listens_any_more(home: Path) -> None:
+    venv = make_venv(home, "venv.newest")
+    text = "".join((FOLDER / name).read_text() for name in ("venvs.sh", "robots.sh", "switch.sh"))
+    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes"]
+    with subprocess.Popen(
+        words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdout.close()
+        process.stdin.write(text)
+        process.stdin.close()
+        assert process.wait() == 0
+    assert (home / "venv").readlink() == venv
+    assert (home.parents[1] / "usr/local/bin/firmware-runtime").is_symlink()
+
+
+def bring_settings(home: Path) -> Path:
+    """New settings in the parcel; those in force, which are old."""
+    there = home.parents[1] / "etc" / "firmware-runtime" / "tachobot.toml"
+    brought = home / "parcel" / "settings" / "tachobot.toml"
+    for file, text in ((there, "old"), (brought, "new")):
+        file.parent.mkdir(parents=True)
+        file.write_text(text)
+    return there
+
+
+def test_settings_that_came_along_replace_those_there_and_keep_them(home: Path) -> None:
+    there = bring_settings(home)
+    assert switch(home, make_venv(home, "venv.newest")).returncode == 0
+    assert there.read_text() == "new"
+    assert there.with_name("tachobot.toml.previous").read_text() == "old"
+
+
+def test_a_program_that_has_gone_is_not_switched_to(home: Path) -> None:
+    ended = switch(home, home / "venv.gone")
+    assert "deploy again" in ended.stderr
+    assert (home / "venv").readlink() == home / "venv.before"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [*SENT, *SCRIPTS], ids=str)
+def test_shellcheck_finds_nothing_to_say(names: tuple[str, ...] | str) -> None:
+    if shutil.which("shellcheck") is None:
+        pytest.skip("shellcheck not found; install Debian package shellcheck")
+    if isinstance(names, str):
+        text = script_text(names)
+    else:
+        text = "".join((FOLDER / name).read_text() for name in names)
+    done = subprocess.run(
+        ["shellcheck", "--shell=sh", "-"], input=text, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == ""
+    assert done.returncode == 0

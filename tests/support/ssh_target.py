@@ -1,0 +1,129 @@
+"""A computer to deploy to: this one, by a real sshd on loopback with keys of its own."""
+
+import os
+import shutil
+import socket
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tests.support.guarded_run import wait_until
+
+SSHD = Path("/usr/sbin/sshd")
+DEBIANS_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+HOST = "127.0.0.1"
+
+_CONFIG = """\
+Port {port}
+ListenAddress {host}
+HostKey {folder}/host
+AuthorizedKeysFile {keys}
+StrictModes no
+PidFile none
+UsePAM no
+PasswordAuthentication no
+KbdInteractiveAuthentication no
+PermitRootLogin yes
+ForceCommand env -i HOME="$HOME" PATH={path} sh -c "$SSH_ORIGINAL_COMMAND"
+"""
+
+
+def missing_packages() -> str:
+    """The Debian packages that a target needs and this computer lacks; empty if there is none."""
+    there = {
+        "openssh-server": SSHD.exists(),
+        "openssh-client": shutil.which("ssh") is not None,
+        "rsync": shutil.which("rsync") is not None,
+        "python3-venv": _python_makes_environments(),
+    }
+    return " ".join(package for package, is_there in there.items() if not is_there)
+
+
+@dataclass
+class SshTarget:
+    """Where it listens, and the options that a deployment to it needs."""
+
+    folder: Path
+    port: int
+    identity: Path = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.identity = self.folder / "user"
+
+    @property
+    def words(self) -> list[str]:
+        """HOST's options on the command line of `deploy`."""
+        known = f"UserKnownHostsFile={self.folder / 'known_hosts'}"
+        return ["--port", str(self.port), "--identity", str(self.identity), "-o", known]
+
+
+def make_key(path: Path) -> Path:
+    """A new key without a passphrase."""
+    subprocess.run(
+        ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", str(path)],
+        check=True,
+        stdin=subprocess.DEVNULL,
+    )
+    return path
+
+
+def free_port() -> int:
+    """A port of loopback that nobody listens at."""
+    with socket.socket() as free:
+        free.bind((HOST, 0))
+        return int(free.getsockname()[1])
+
+
+@contextmanager
+def ssh_target(
+    folder: Path, *, path: str = DEBIANS_PATH, inside: Sequence[str] = (), keys: str = ""
+) -> Iterator[SshTarget]:
+    """Start one, whose commands are found on `path`.
+
+    `inside` are the words that start a program elsewhere, such as in another root; `keys` is the
+    file there that holds the keys that may log in, one of its own if there is none.
+    """
+    folder.mkdir(parents=True)
+    target = SshTarget(folder, free_port())
+    host_key = make_key(folder / "host").with_suffix(".pub").read_text()
+    make_key(target.identity)
+    (folder / "known_hosts").write_text(f"[{HOST}]:{target.port} {host_key}")
+    config = folder / "sshd_config"
+    config.write_text(
+        _CONFIG.format(
+            port=target.port,
+            host=HOST,
+            folder=folder,
+            path=path,
+            keys=keys or f"{folder}/user.pub",
+        )
+    )
+    if os.geteuid() == 0:
+        Path("/run/sshd").mkdir(exist_ok=True)  # where sshd as root insists on having a folder
+    with (folder / "sshd.log").open("w") as log:
+        process = subprocess.Popen(
+            [*inside, str(SSHD), "-D", "-e", "-f", str(config)],
+            stdin=subprocess.DEVNULL,
+            stderr=log,
+        )
+    try:
+        wait_until(lambda: _listens(target.port), "sshd listens")
+        yield target
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _listens(port: int) -> bool:
+    with socket.socket() as asking:
+        return asking.connect_ex((HOST, port)) == 0
+
+
+def _python_makes_environments() -> bool:
+    words = ["/usr/bin/python3", "-c", "import ensurepip, venv"]
+    return (
+        Path(words[0]).exists()
+        and subprocess.run(words, check=False, capture_output=True).returncode == 0
+    )
