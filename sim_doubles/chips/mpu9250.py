@@ -123,7 +123,7 @@ class Mpu9250Double(Target):
             self._end_reset()
         self._at = now
         if now >= self._clock.next_at:
-            for at in self._clock.take(now):
+            for at in self._clock.take(now, self._signal_path.memory):
                 self._sample(at)
             self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
         if self._magnetometer is not None:

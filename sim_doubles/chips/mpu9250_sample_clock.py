@@ -13,8 +13,8 @@ from itertools import chain
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from sim_doubles.chips.mpu9250_registers import CONFIG, GYRO_CONFIG, SMPLRT_DIV
 
-EDGE = 512  # ticks: one byte each fills the FIFO; a delayed auxiliary slave needs 32
-MEMORY = 1_400 * MILLISECOND  # the slowest filter, 33.48 ms, forgets to below 2^-53 in 40 delays
+EDGE = 512
+"""Ticks: one byte each fills the FIFO; a delayed auxiliary slave needs 32."""
 
 
 def sample_period(registers: bytearray) -> int:
@@ -47,10 +47,13 @@ class SampleClock:
         """Return the number of the tick at `at`; the first is 1."""
         return (at - self._started_at) // self._period
 
-    def take(self, now: int) -> Iterable[int]:
-        """Return the ticks up to `now`, which is one at least, that matter: in order, each once."""
+    def take(self, now: int, memory: int) -> Iterable[int]:
+        """Return the ticks up to `now`, which is one at least, that matter: in order, each once.
+
+        `memory` is how many ticks back the filters still remember.
+        """
         period, first = self._period, self.next_at
         self.next_at += ((now - first) // period + 1) * period
-        last_ones = max(first, self.next_at - (EDGE + MEMORY // period) * period)
+        last_ones = max(first, self.next_at - (EDGE + memory) * period)
         first_ones_end = min(first + EDGE * period, last_ones)
         return chain(range(first, first_ones_end, period), range(last_ones, self.next_at, period))

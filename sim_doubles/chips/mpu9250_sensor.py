@@ -4,9 +4,13 @@ Its first-order lag stands in for the digital low-pass: a ramp comes out exactly
 late. Then scale and bias (full scale, offset, self-test deflection), rounding and saturation.
 """
 
+import math
+
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 
 LARGEST = 32767
+FORGOTTEN = 53 * math.log(2)
+"""What is left of a value is below 2^-53 of it."""
 
 
 class Sensor:
@@ -16,6 +20,8 @@ class Sensor:
         self.ready_at = NEVER
         self._start_up = start_up
         self._gain = 1.0
+        self.memory = 0
+        """How many samples back the filter remembers."""
         self._scale = self._bias = (0.0,) * axes
         self._values: list[float] | None = None
 
@@ -44,6 +50,8 @@ class Sensor:
     ) -> None:
         """Take the filter's delay, the sample period in ns, counts per SI unit, counts at 0."""
         self._gain = period / (period + delay_ms * MILLISECOND)
+        lag = -math.log1p(-self._gain) if self._gain < 1 else math.inf
+        self.memory = math.ceil(FORGOTTEN / lag)
         self._scale, self._bias = scale, bias
 
     def take(self, at: int, truth: tuple[float, ...]) -> None:

@@ -82,6 +82,11 @@ class SignalPath:
         self.gyroscope.take(at, truth.rate)
         return at >= self._ready_at
 
+    @property
+    def memory(self) -> int:
+        """How many samples back the filters remember."""
+        return max(sensor.memory for sensor in self.sensors)
+
     def sample(self) -> bytes:
         """Return acceleration, temperature and rate as the data registers hold them."""
         return SAMPLE.pack(

@@ -1,9 +1,9 @@
 """Doubles on a Unix socket, in real time, for as many clients as come.
 
 One loop, no thread. It wakes when a packet arrives, and when an output changes by itself, so that
-the log has every change as it happens; and every few milliseconds, so that no question has to wait
-for the samples that a sensor took in a long silence. Between two wakings the doubles' time stands
-still: what a packet asks for happens at one instant, as on a bus.
+the log has every change as it happens; and while somebody is there every few milliseconds, so that
+no question has to wait for the samples that a sensor took in a long silence. Between two wakings
+the doubles' time stands still: what a packet asks for happens at one instant, as on a bus.
 
 A client that goes takes nothing with it; one that does not take its answers is sent away. A bug in
 a double ends the server with its traceback.
@@ -29,6 +29,7 @@ from sim_doubles.served.packets import LONGEST
 from sim_doubles.served.service import DoublesService
 
 LONGEST_WAIT = 10 * MILLISECOND
+LONGEST_WAIT_ALONE = SECOND
 _CREDENTIALS = struct.Struct("3i")  # struct ucred: process, user, group
 
 
@@ -84,7 +85,8 @@ class DoublesServer:
     def step(self) -> None:
         """Wait until there is something to do, a little while at most; do it."""
         now = self._clock.look()
-        wait = min(self._service.catch_up() - now, LONGEST_WAIT)
+        longest = LONGEST_WAIT if self._clients else LONGEST_WAIT_ALONE
+        wait = min(self._service.catch_up() - now, longest)
         for key, _ in self._selector.select(wait / SECOND):
             self._clock.look()
             key.data()
