@@ -16,7 +16,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.errors import BoardError
-from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.loop import Executive
@@ -24,6 +24,7 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.links.ports_socket import PortsSocket, ports_path
 from firmware_runtime.service.arming import Arming
 from firmware_runtime.service.control import Answer, ControlSocket, control_path
 from firmware_runtime.service.objections import objections_to
@@ -62,6 +63,9 @@ class Session:
         self._lines = open_lines(board, self.doubles, always if arming is None else arming.permit)
         self._control = None if arming is None else self._listen(arming, statistics_path)
         self.robot: Robot = board.build(self._lines)
+        self._ports: PortsSocket | None = None
+        if statistics_path is not None and isinstance(clock, MonotonicClock):
+            self._ports = PortsSocket(ports_path(statistics_path), self.robot.model)
         if self.bench is not None:
             self.bench.attach(self.robot.model)
         self._executive = Executive(
@@ -70,6 +74,8 @@ class Session:
             self._make_safe,
             self._configuration(statistics_path),
         )
+        if self._ports is not None:
+            self._ports.attach(self._executive)
         if arming is not None:
             objections = objections_to(self._executive)
             arming.attach(
@@ -115,8 +121,9 @@ class Session:
     def close(self) -> None:
         """Release the buses; nobody can ask anything of the run any more."""
         close_lines(self._lines)
-        if self._control is not None:
-            self._control.close()
+        for asked in (self._control, self._ports):
+            if asked is not None:
+                asked.close()
 
     def _enable(self, *, enabled: bool) -> None:
         """Let outputs through or not, where a line decides. Raises HalError."""
@@ -162,7 +169,7 @@ class Session:
             buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
             process=_process(settings.executive),
             statistics_path=statistics_path,
-            sources=() if self._control is None else (self._control,),
+            sources=[each for each in (self._control, self._ports) if each is not None],
             armed_at_start=self.arming is None,
             worst=settings.executive.worst,
             recorded_spans=settings.executive.recorded_spans,

@@ -1,0 +1,44 @@
+"""Addresses of the command line, `ADDRESS:PORT`: IPv4, IPv6 in brackets, or a name."""
+
+import socket
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import Any
+
+from firmware_runtime.errors import BoardError
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """Where datagrams go to or come from; `where` is what `bind` and `connect` take."""
+
+    family: socket.AddressFamily
+    where: tuple[Any, ...]
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only processes of this machine can reach it."""
+        return ip_address(self.where[0]).is_loopback
+
+    def __str__(self) -> str:
+        return written(self.where)
+
+
+def written(where: tuple[Any, ...]) -> str:
+    """An address as people write it."""
+    host, port = where[:2]
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def endpoint(option: str, text: str) -> Endpoint:
+    """Read `text`, looking a name up once. Raises BoardError that names the option."""
+    host, _, port = text.rpartition(":")
+    bare = host.removeprefix("[").removesuffix("]")
+    if not bare or not port.isdigit() or int(port) > 0xFFFF or (":" in bare and bare == host):
+        fault = f"{text}: expected ADDRESS:PORT, such as 127.0.0.1:7300 or [::1]:7300"
+        raise BoardError(option, [fault])
+    try:
+        (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
+    except OSError as error:
+        raise BoardError(option, [f"{text}: {error.strerror}; expected an address"]) from error
+    return Endpoint(family, where)

@@ -1,0 +1,171 @@
+"""The bridge: ports of a running robot over UDP, carried by a process of its own.
+
+    UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's ports socket
+
+A datagram is handed on as it is, in both directions. Each UDP sender has an end of its own at the
+robot, so the run tells them apart, and what it answers one of them is heard by no other. A sender
+that has been quiet for `QUIET` has its end closed; what it watched has run out by then.
+
+Besides, the bridge may watch ports itself, for peers (`broadcast`).
+
+Nothing waits for anybody: what does not fit is dropped and counted.
+"""
+
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass
+from selectors import EVENT_READ, DefaultSelector
+from time import monotonic_ns
+from typing import Any, Final, TypeAlias
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import BoardError
+from firmware_runtime.links.addresses import Endpoint, written
+from firmware_runtime.links.broadcast import Broadcast
+from firmware_runtime.links.carried import Carried
+from firmware_runtime.links.datagrams import LONGEST, told
+from firmware_runtime.links.robot_end import AT_ONCE, RobotEnd
+from firmware_runtime.links.route import Route
+from firmware_runtime.links.watchers import PATIENCE
+
+MOST_SENDERS: Final = 64
+"""How many UDP senders have an end at the robot."""
+QUIET: Final = PATIENCE + 5 * SECOND
+"""Ns after which a sender that says nothing is forgotten."""
+LOOK_EVERY: Final = 250 * MILLISECOND
+"""Ns from one look whether there is a run to the next."""
+
+UdpAddress: TypeAlias = tuple[Any, ...]
+
+
+@dataclass(slots=True)
+class Sender:
+    """A UDP sender, its end at the robot, and when it said something last."""
+
+    address: UdpAddress
+    end: RobotEnd
+    spoke_at: int
+
+
+class Bridge:
+    """Carries datagrams; `tell` hears, in a sentence, when a run appears or is gone.
+
+    Raises BoardError if an address cannot be had.
+    """
+
+    def __init__(self, route: Route, tell: Callable[[str], None]) -> None:
+        self._udp = _listening(route.listen)
+        self._robot = route.robot
+        self._carried = Carried()
+        self._broadcast = Broadcast(route, self._carried, tell)
+        self._senders: dict[UdpAddress, Sender] = {}
+        self._look_at = 0
+        self._selector = DefaultSelector()
+        self._selector.register(self._udp, EVENT_READ, self._from_udp)
+        self._selector.register(self._broadcast, EVENT_READ, self._broadcast.carry)
+
+    @property
+    def listens_at(self) -> str:
+        """The UDP address, with the port that the kernel chose if it was asked for 0."""
+        return written(self._udp.getsockname())
+
+    @property
+    def summary(self) -> str:
+        """How it goes, in one line."""
+        found = "a run listens" if self._broadcast.is_there else "no run"
+        carried = self._carried
+        counts = f"to it {carried.to_robot}, from it {carried.from_robot}"
+        return f"{found}; senders {len(self._senders)}, {counts}, dropped {carried.dropped}"
+
+    def wake_by(self, descriptor: int) -> None:
+        """Let `work` return early, too, when this becomes readable."""
+        self._selector.register(descriptor, EVENT_READ, _nothing)
+
+    def work(self) -> None:
+        """Carry what there is; wait for it until the next look at most."""
+        now = monotonic_ns()
+        if now >= self._look_at:
+            self._look_at = now + LOOK_EVERY
+            self._broadcast.look(now)
+            self._forget_quiet(now)
+        for key, _ in self._selector.select((self._look_at - now) / SECOND):
+            key.data()
+
+    def close(self) -> None:
+        """Carry nothing any more."""
+        self._selector.close()
+        self._broadcast.close()
+        self._udp.close()
+        for sender in self._senders.values():
+            sender.end.close()
+
+    # ----------------------------------------------------------------------------------------------
+
+    def _from_udp(self) -> None:
+        for _ in range(AT_ONCE):
+            try:
+                datagram, address = self._udp.recvfrom(LONGEST + 1)
+            except OSError:
+                return
+            self._carry(datagram, address)
+
+    def _carry(self, datagram: bytes, address: UdpAddress) -> None:
+        sender = self._senders.get(address) or self._welcome(address)
+        if sender is None:
+            self._refuse(address, f"{MOST_SENDERS} others use this bridge; expected some to stop")
+            return
+        sender.spoke_at = monotonic_ns()
+        try:
+            sender.end.send(datagram)
+        except BlockingIOError:
+            self._carried.dropped += 1
+        except OSError as error:
+            self._refuse(address, f"no run listens ({error.strerror}); expected one to be alive")
+        else:
+            self._carried.to_robot += 1
+
+    def _welcome(self, address: UdpAddress) -> Sender | None:
+        """Give a sender an end of its own at the robot, if there is room."""
+        if len(self._senders) >= MOST_SENDERS:
+            return None
+        sender = self._senders[address] = Sender(address, RobotEnd(self._robot), 0)
+        self._selector.register(sender.end, EVENT_READ, lambda: self._from_robot(sender))
+        return sender
+
+    def _from_robot(self, sender: Sender) -> None:
+        for message in sender.end.received():
+            self._answer(sender.address, message)
+
+    def _refuse(self, address: UdpAddress, why: str) -> None:
+        self._carried.dropped += 1
+        self._answer(address, told(error=why))
+
+    def _answer(self, address: UdpAddress, message: bytes) -> None:
+        try:
+            self._udp.sendto(message, address)
+        except OSError:  # no room, no way there, or more than UDP can carry
+            self._carried.dropped += 1
+        else:
+            self._carried.from_robot += 1
+
+    def _forget_quiet(self, now: int) -> None:
+        for sender in [each for each in self._senders.values() if now - each.spoke_at > QUIET]:
+            self._selector.unregister(sender.end)
+            sender.end.close()
+            del self._senders[sender.address]
+
+
+def _listening(at: Endpoint) -> socket.socket:
+    made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    try:
+        made.bind(at.where)
+    except OSError as error:
+        made.close()
+        raise BoardError(
+            "--listen", [f"{at}: {error.strerror}; expected a free address"]
+        ) from error
+    return made
+
+
+def _nothing() -> None:
+    """What is to be done when a signal came: whoever calls `work` looks for it."""

@@ -1,0 +1,74 @@
+"""What may be said to the ports of a running robot: one JSON object a datagram.
+
+    {"port": "yaw_reference", "value": 1.0}            put a value into an input port of the model
+    {"watch": ["imu.sample", "esc.fault"], "every": 10}  hear every tenth message of output ports
+    {"watch": []}                                      hear nothing any more
+    {"list": true}                                     which ports there are, and what was counted
+
+Protocol without I/O: bytes in, a request or a Refusal out.
+"""
+
+from typing import Annotated, Any, Final, TypeAlias
+
+import msgspec
+from msgspec import Meta, Raw, Struct
+
+from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.telemetry.trace_file import plain
+
+LONGEST: Final = 4096
+"""Bytes of the longest datagram that is read."""
+MOST_PORTS: Final = 64
+"""How many ports one sender may watch."""
+LARGEST_EVERY: Final = 1_000_000
+
+
+class Put(Struct, frozen=True, forbid_unknown_fields=True):
+    """A value for an input port; how it is read depends on the port."""
+
+    port: str
+    value: Raw
+
+
+class Watch(Struct, frozen=True, forbid_unknown_fields=True):
+    """From now on, these output ports instead of those watched before; every N-th message only."""
+
+    watch: Annotated[tuple[str, ...], Meta(max_length=MOST_PORTS)]
+    every: Annotated[int, Meta(ge=1, le=LARGEST_EVERY)] = 1
+
+
+class List(Struct, frozen=True, forbid_unknown_fields=True):
+    """The question which ports there are."""
+
+    list: bool
+
+
+Request: TypeAlias = Put | Watch | List
+
+_EXPECTED = "expected a JSON object with one of port, watch, list"
+_keys = msgspec.json.Decoder(dict[str, Raw]).decode
+_READERS: Final[dict[str, msgspec.json.Decoder[Request]]] = {
+    "port": msgspec.json.Decoder(Put),
+    "watch": msgspec.json.Decoder(Watch),
+    "list": msgspec.json.Decoder(List),
+}
+_encode = msgspec.json.Encoder().encode
+
+
+def understood(datagram: bytes) -> Request:
+    """What a datagram asks for. Raises Refusal."""
+    if len(datagram) > LONGEST:
+        raise Refusal(f"the datagram is too long; expected {LONGEST} bytes at most")
+    try:
+        keys = _keys(datagram)
+        for key, reader in _READERS.items():
+            if key in keys:
+                return reader.decode(datagram)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise Refusal(f"{error}; {_EXPECTED}") from error
+    raise Refusal(f"the datagram asks for nothing known; {_EXPECTED}")
+
+
+def told(**what: Any) -> bytes:  # noqa: ANN401 -- whatever a model sends
+    """A message to who listens, its values as a trace shows them."""
+    return _encode(plain(what))

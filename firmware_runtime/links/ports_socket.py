@@ -1,0 +1,186 @@
+"""The ports socket: values into a running model, and what its ports send, for other processes.
+
+A Unix datagram socket beside the statistics (`BOARD.ports`), for whoever may write to it; what may
+be said is in `datagrams`. To the loop it is a source: a value enters the model as an external event
+of the next pass, like any other input. Input ports of the top model are all that can be written.
+
+It costs the loop little, and never more than a bounded amount:
+
+- datagrams are read between two steps, `AT_ONCE` a pass at most, the others wait in the kernel;
+- a port that somebody watches costs the step one append a message, any other nothing (`taps`);
+- everything that is told, answers too, is told after the step, while there is time left until the
+  next event; a loop that is late tells nobody anything;
+- nothing waits for anybody: what finds no room, here or at a reader, is dropped and counted.
+"""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from time import monotonic_ns
+from typing import Any, Final
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.links.datagrams import LONGEST, Put, Request, Watch, told, understood
+from firmware_runtime.links.outlet import Outlet, send_once
+from firmware_runtime.links.ports import Ports
+from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.socket_file import SocketFile
+from firmware_runtime.links.taps import Taps
+from firmware_runtime.links.watchers import PATIENCE, Address, Watchers
+
+SUFFIX: Final = ".ports"
+AT_ONCE: Final = 8
+"""How many datagrams are read in one pass of the loop."""
+ROOM: Final = 64
+"""How many answers may wait to be sent."""
+RESERVE: Final = 200 * MICROSECOND
+"""Nothing more is told when the next event is as near as this, ns."""
+
+
+def ports_path(statistics: Path) -> Path:
+    """Where the ports of a run are that keeps its statistics at this path."""
+    return statistics.with_suffix(SUFFIX)
+
+
+@dataclass(slots=True)
+class Counts:
+    """Datagrams since the start of the run."""
+
+    received: int = 0
+    refused: int = 0
+    sent: int = 0
+    dropped: int = 0
+    """Messages and answers that found no room, here or where they were to go."""
+
+
+class PortsSocket:
+    """A source of the loop and an attendant of the run; nothing is read before `attach`.
+
+    Its mode is 0660 less the umask: never open to everybody. `now` is any clock in ns that does not
+    stand still. Raises BoardError if the socket cannot be made.
+    """
+
+    def __init__(self, path: Path, root: Component, now: Callable[[], int] = monotonic_ns) -> None:
+        self._counts = Counts()
+        self._ports = Ports(root)
+        self._watchers = Watchers(now, Outlet)
+        self._listing = self._ports.listing()
+        self._answers: deque[tuple[dict[str, object], Address]] = deque()
+        self._taps: Taps
+        self._run_now: Callable[[], int]
+        self._file = SocketFile(path)
+        self._socket = self._file.socket
+
+    def attach(self, executive: Executive) -> None:
+        """Serve the ports of this run."""
+        self._taps = Taps(executive.simulator)
+        self._run_now = executive.clock.now
+        executive.attendants.append(self)
+
+    def close(self) -> None:
+        """Stop listening, and remove the socket."""
+        self._watchers.close()
+        self._file.close()
+
+    # What the loop asks for -----------------------------------------------------------------------
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when there is a datagram."""
+        return self._socket.fileno()
+
+    def receive(self) -> Sequence[tuple[InPort[Any], object]]:
+        """The values that have come, and note who wants to hear what."""
+        arrivals: list[tuple[InPort[Any], object]] = []
+        for _ in range(AT_ONCE):
+            try:
+                datagram, sender = self._socket.recvfrom(LONGEST + 1)
+            except BlockingIOError:
+                break
+            self._counts.received += 1
+            try:
+                request = understood(datagram)
+                if isinstance(request, Put):
+                    arrivals.append(self._ports.arrival(request.port, request.value))
+                else:
+                    self._obey(request, sender)
+            except Refusal as why:
+                self._counts.refused += 1
+                self._answer(sender, error=str(why))
+        return arrivals
+
+    def attend(self, now: int, left: int) -> None:
+        """Tell what is to be told, as far as there is time."""
+        if self._watchers and self._watchers.forget_silent():
+            self._open_taps()
+        if self._answers or self._taps.heard:
+            self._tell(now + left - RESERVE)
+
+    # ----------------------------------------------------------------------------------------------
+
+    def _obey(self, request: Request, sender: Address | None) -> None:
+        if sender is None:
+            raise Refusal("nobody to answer: the sender's socket has no address")
+        if isinstance(request, Watch):
+            self._ports.watched(request.watch)
+            self._watchers.renew(sender, request.watch, request.every)
+            self._open_taps()
+            self._answer(sender, watching=request.watch, for_s=PATIENCE // 10**9)
+        else:
+            self._answer(sender, ports=self._listing, counts=self.counts())
+
+    def counts(self) -> dict[str, int]:
+        """What became of all datagrams so far."""
+        counts = asdict(self._counts)
+        counts["dropped"] += self._taps.lost
+        return counts
+
+    def _open_taps(self) -> None:
+        self._taps.open(self._ports.watched(self._watchers.ports))
+
+    def _answer(self, sender: Address | None, **what: object) -> None:
+        if sender is None:
+            return
+        if len(self._answers) < ROOM:
+            self._answers.append((what, sender))
+        else:
+            self._counts.dropped += 1
+
+    def _tell(self, until: int) -> None:
+        heard = self._taps.heard
+        while self._run_now() < until:
+            if self._answers:
+                what, sender = self._answers.popleft()
+                self._send(partial(send_once, address=sender), told(**what))
+            elif heard:
+                self._pass_on(*heard.popleft())
+            else:
+                return
+
+    def _pass_on(self, path: str, at: int, value: object) -> None:
+        watchers = self._watchers.hearing(path)
+        if not watchers:
+            return
+        try:
+            message = told(port=path, t_ns=at, value=value)
+        except Exception:  # noqa: BLE001 -- a value without a form in JSON must not end the run
+            self._counts.dropped += len(watchers)
+            return
+        for watcher in watchers:
+            if not self._send(watcher.outlet.send, message):
+                self._watchers.forget(watcher.address)
+                self._open_taps()
+
+    def _send(self, send: Callable[[bytes], None], message: bytes) -> bool:
+        """Send and count it; whether somebody was there."""
+        try:
+            send(message)
+        except OSError as error:
+            self._counts.dropped += 1
+            return not isinstance(error, ConnectionError)
+        self._counts.sent += 1
+        return True

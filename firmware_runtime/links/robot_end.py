@@ -1,0 +1,59 @@
+"""The other end of the ports socket: how a process of its own speaks with a running robot."""
+
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+AT_ONCE: Final = 64
+"""How many datagrams are taken in a row."""
+_LONGEST: Final = 1 << 18
+
+
+class RobotEnd:
+    """A socket that speaks with whatever run listens at a path: with this one, and the next.
+
+    Raises OSError if there is no descriptor left for it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = os.fspath(path)
+        self._socket = _made()
+        self._socket.bind("")  # the kernel finds a name for the answers, in no directory
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when the robot has said something."""
+        return self._socket.fileno()
+
+    def send(self, datagram: bytes) -> None:
+        """Say something, without waiting.
+
+        Raises BlockingIOError if there is no room for it now, another OSError if no run listens.
+        """
+        self._socket.sendto(datagram, self._path)
+
+    def received(self) -> Iterator[bytes]:
+        """What the robot has said, without waiting."""
+        with suppress(BlockingIOError):
+            for _ in range(AT_ONCE):
+                yield self._socket.recv(_LONGEST)
+
+    def close(self) -> None:
+        """Speak no more."""
+        self._socket.close()
+
+
+def why_absent(path: Path) -> str:
+    """Why there is no run to speak with at a path, empty if there is one; it does not notice."""
+    with _made() as probe:
+        try:
+            probe.connect(os.fspath(path))
+        except OSError as error:
+            return error.strerror or str(error)
+    return ""
+
+
+def _made() -> socket.socket:
+    return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)

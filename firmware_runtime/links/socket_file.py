@@ -1,0 +1,46 @@
+"""A Unix datagram socket that has a name in the file system, for as long as it is open."""
+
+import os
+import socket
+import weakref
+from contextlib import suppress
+from pathlib import Path
+
+from firmware_runtime.errors import BoardError
+
+
+class SocketFile:
+    """A socket that never blocks, bound to a path; its mode is 0660 less the umask.
+
+    One that an earlier process left there is replaced. Raises BoardError if it cannot be made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        try:
+            os.fchmod(self.socket.fileno(), 0o660)  # from this mode `bind` takes the umask off
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.unlink(missing_ok=True)
+            self.socket.bind(os.fspath(path))
+        except OSError as error:
+            self.socket.close()
+            fault = f"{path}: no socket can be made here ({error.strerror or error})"
+            expected = "expected another place for the statistics"
+            raise BoardError("ports", [f"{fault}; {expected}"]) from error
+        self._end = weakref.finalize(self, _unbind, self.socket, path, _identity(path))
+
+    def close(self) -> None:
+        """Close the socket and remove its path, unless another has taken its place since."""
+        self._end()
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    status = path.lstat()
+    return status.st_dev, status.st_ino
+
+
+def _unbind(bound: socket.socket, path: Path, identity: tuple[int, int]) -> None:
+    with suppress(OSError):
+        if _identity(path) == identity:
+            path.unlink()
+    bound.close()

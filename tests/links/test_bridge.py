@@ -1,0 +1,210 @@
+"""The bridge in this process, without a run, or with a bare socket in its place."""
+
+import json
+import re
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.cli.main import main
+from firmware_runtime.errors import BoardError
+from firmware_runtime.links import bridge as bridge_module
+from firmware_runtime.links.addresses import endpoint
+from firmware_runtime.links.bridge import LOOK_EVERY, MOST_SENDERS, QUIET, Bridge
+from firmware_runtime.links.broadcast import RENEW_EVERY
+from firmware_runtime.links.route import Route
+from sim_doubles.clock import ManualClock
+
+LOOPBACK = endpoint("--listen", "127.0.0.1:0")
+
+
+class Rig:
+    """A bridge, what it tells, and the UDP sockets that speak with it; time stands still."""
+
+    def __init__(self, path: Path, clock: ManualClock) -> None:
+        self.path = path
+        self.clock = clock
+        self.told: list[str] = []
+        self.peer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.peer.bind(("127.0.0.1", 0))
+        peer_at = endpoint("--peer", f"127.0.0.1:{self.peer.getsockname()[1]}")
+        route = Route(path, LOOPBACK, peers=[peer_at], watch=["imu.sample"], every=2)
+        self.bridge = Bridge(route, self.told.append)
+        self.sockets = [self.peer]
+
+    def speaker(self) -> socket.socket:
+        host, _, port = self.bridge.listens_at.rpartition(":")
+        speaker = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        speaker.settimeout(10)
+        speaker.connect((host, int(port)))
+        self.sockets.append(speaker)
+        return speaker
+
+    def robot(self) -> socket.socket:
+        """A socket where a run's would be."""
+        self.path.unlink(missing_ok=True)
+        robot = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        robot.settimeout(10)
+        robot.bind(str(self.path))
+        self.sockets.append(robot)
+        return robot
+
+    def say(self, speaker: socket.socket, what: bytes) -> None:
+        """Send, and let the bridge carry what has come until then."""
+        speaker.send(what)
+        self.bridge.work()
+
+    def look(self, after: int, speaker: socket.socket) -> None:
+        """Let time pass, then the bridge look around; something to read ends its wait."""
+        self.clock.advance(after)
+        self.say(speaker, b"{}")
+
+
+@pytest.fixture
+def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+    clock = ManualClock(1)
+    monkeypatch.setattr(bridge_module, "monotonic_ns", clock)
+    rig = Rig(tmp_path / "robot.ports", clock)
+    yield rig
+    rig.bridge.close()
+    for each in rig.sockets:
+        each.close()
+
+
+def test_a_sender_is_told_that_there_is_no_run(rig: Rig) -> None:
+    speaker = rig.speaker()
+    rig.say(speaker, b'{"list": true}')
+    error = "no run listens (No such file or directory); expected one to be alive"
+    assert json.loads(speaker.recv(4096)) == {"error": error}
+    assert rig.bridge.summary == "no run; senders 1, to it 0, from it 1, dropped 1"
+
+
+def test_datagrams_go_to_the_run_and_back_as_they_are(rig: Rig) -> None:
+    robot, speaker = rig.robot(), rig.speaker()
+    rig.say(speaker, b"anything \xff")
+    watch, _ = robot.recvfrom(4096)
+    assert watch == b'{"watch":["imu.sample"],"every":2}'
+    datagram, sender = robot.recvfrom(4096)
+    assert datagram == b"anything \xff"
+    robot.sendto(b"something else", sender)
+    rig.bridge.work()
+    assert speaker.recv(4096) == b"something else"
+    assert rig.bridge.summary == "a run listens; senders 1, to it 1, from it 1, dropped 0"
+
+
+def test_peers_get_messages_but_neither_acknowledgements_nor_refusals(rig: Rig) -> None:
+    robot, speaker = rig.robot(), rig.speaker()
+    rig.say(speaker, b"?")
+    _, bridge = robot.recvfrom(4096)
+    for message in (
+        b'{"watching":["imu.sample"],"for_s":10}',
+        b'{"error":"no"}',
+        b'{"error":"no"}',
+        b'{"port":"imu.sample","t_ns":0,"value":1}',
+    ):
+        robot.sendto(message, bridge)
+    rig.bridge.work()
+    assert rig.peer.recv(4096) == b'{"port":"imu.sample","t_ns":0,"value":1}'
+    assert rig.told == [f"{rig.path}: a run listens", "the run refuses: no"]
+
+
+def test_the_run_is_asked_again_before_it_forgets_and_the_next_one_at_once(rig: Rig) -> None:
+    robot, speaker = rig.robot(), rig.speaker()
+    rig.say(speaker, b"?")
+    for _ in range(2):
+        robot.recv(4096)
+    rig.look(RENEW_EVERY - 1, speaker)
+    assert robot.recv(4096) == b"{}"
+    rig.look(LOOK_EVERY, speaker)
+    assert b"watch" in robot.recv(4096)
+    robot.close()
+    rig.look(LOOK_EVERY, speaker)
+    robot = rig.robot()
+    rig.look(LOOK_EVERY, speaker)
+    assert b"watch" in robot.recv(4096)
+    assert rig.told == [
+        f"{rig.path}: a run listens",
+        f"{rig.path}: no run listens (Connection refused); waiting for one",
+        f"{rig.path}: a run listens",
+    ]
+
+
+def test_a_run_that_takes_nothing_loses_what_is_said_to_it(rig: Rig) -> None:
+    rig.robot()
+    speaker = rig.speaker()
+    most = int(Path("/proc/sys/net/unix/max_dgram_qlen").read_text()) + 10
+    for _ in range(most):
+        rig.say(speaker, b"?")
+    _, carried, _, dropped = map(int, re.findall(r"\d+", rig.bridge.summary))
+    assert carried + dropped == most
+    assert dropped > 0
+
+
+def test_there_is_room_for_so_many_senders_until_some_fall_quiet(rig: Rig) -> None:
+    rig.robot()
+    for _ in range(MOST_SENDERS):
+        rig.say(rig.speaker(), b"?")
+    late = rig.speaker()
+    rig.say(late, b"?")
+    assert json.loads(late.recv(4096))["error"].startswith("64 others use this bridge")
+    rig.clock.advance(QUIET + 1)
+    rig.say(late, b"?")
+    assert "; senders 1," in rig.bridge.summary
+
+
+# Addresses and options ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "family", "written", "is_loopback"),
+    [
+        ("127.0.0.1:7300", socket.AF_INET, "127.0.0.1:7300", True),
+        ("0.0.0.0:1", socket.AF_INET, "0.0.0.0:1", False),
+        ("[::1]:7300", socket.AF_INET6, "[::1]:7300", True),
+        ("[::]:65535", socket.AF_INET6, "[::]:65535", False),
+    ],
+)
+def test_addresses_are_ipv4_or_ipv6(
+    text: str, family: socket.AddressFamily, written: str, *, is_loopback: bool
+) -> None:
+    read = endpoint("--listen", text)
+    assert (read.family, str(read), read.is_loopback) == (family, written, is_loopback)
+
+
+@pytest.mark.parametrize("text", ["", "7300", ":7300", "127.0.0.1", "::1:7300", "127.0.0.1:70000"])
+def test_anything_else_is_no_address(text: str) -> None:
+    with pytest.raises(BoardError, match=r"expected ADDRESS:PORT, such as 127.0.0.1:7300"):
+        endpoint("--peer", text)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--listen", "nowhere"], "nowhere: expected ADDRESS:PORT"),
+        (["--peer", "127.0.0.1:9"], "one without the other; expected both or neither"),
+        (["--watch", "imu.sample"], "one without the other; expected both or neither"),
+        (["--every", "2"], "stands without --watch"),
+        (["--every", "0"], "expected a number from 1 to 1000000"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(
+    capsys: pytest.CaptureFixture[str], words: list[str], sentence: str
+) -> None:
+    try:
+        status = main(["bridge", "tachobot", *words])
+    except SystemExit as exit_:
+        status = int(exit_.code or 0)
+    assert (status, sentence in capsys.readouterr().err) == (2, True)
+
+
+def test_an_address_that_is_taken_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        where = f"127.0.0.1:{taken.getsockname()[1]}"
+        words = ["--listen", where, "--statistics", tmp_path / "robot.stats"]
+        assert main(["bridge", "tachobot", *map(str, words)]) == 2
+    assert f"{where}: Address already in use" in capsys.readouterr().err

@@ -1,0 +1,202 @@
+"""A robot on doubles and its bridge as processes, spoken with over UDP."""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.bridged_run import PATIENCE_S, BridgedRun, address, bridged, line, stop
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "bridge.md"
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[BridgedRun]:
+    with bridged(tmp_path) as robot:
+        yield robot
+
+
+def end_of(run: "subprocess.Popen[bytes]") -> dict[str, Any]:
+    """What a run says that is told to stop; all is accounted for, and everything is off."""
+    status, out = stop(run, signal.SIGTERM)
+    assert status == 143, out
+    report: dict[str, Any] = json.loads(out)
+    counted = report["statistics"]
+    assert counted["scheduled"] == counted["run"] + counted["skipped"] + counted["coalesced"]
+    assert report["outputs_on"] == {"thrust_pairs": 0, "esc": 0}
+    return report
+
+
+def test_a_reference_set_over_udp_turns_the_command_that_is_watched(robot: BridgedRun) -> None:
+    run, bridge = robot.run(), robot.bridge()
+    talker = robot.talker(address(bridge))
+    line(bridge, "a run listens")
+    watched = ["controller.yaw.command_n"]
+    assert talker.ask({"watch": watched}) == {"watching": watched, "for_s": 10}
+    first = talker.hear()
+    assert (first["port"], first["value"] > 0) == ("controller.yaw.command_n", True)
+    talker.say({"port": "yaw_reference", "value": -1})
+    heard = [first]
+    while heard[-1]["value"] >= 0:
+        heard.append(talker.hear())
+    instants = [message["t_ns"] for message in heard]
+    assert instants == sorted(set(instants))
+    assert stop(bridge, signal.SIGTERM)[0] == 0
+    end_of(run)
+
+
+def test_each_sender_is_answered_alone(robot: BridgedRun) -> None:
+    robot.run()
+    bridge = robot.bridge()
+    where = address(bridge)
+    line(bridge, "a run listens")
+    one, two = robot.talker(where), robot.talker(where)
+    one.say({"port": "nothing", "value": 1})
+    ports = two.ask({"list": True})["ports"]
+    assert {"name": "yaw_reference", "direction": "in", "type": "float"} in ports
+    assert {"name": "imu.sample", "direction": "out", "type": "InertialSample"} in ports
+    assert "no such input port" in one.hear()["error"]
+    assert two.ask({"list": True})["counts"]["refused"] == 1
+
+
+def test_peers_hear_without_asking_across_a_restart_of_the_run(robot: BridgedRun) -> None:
+    with socket.socket(socket.AF_INET6, socket.SOCK_DGRAM) as peer:
+        peer.bind(("::1", 0))
+        peer.settimeout(PATIENCE_S)
+        peer_at = f"[::1]:{peer.getsockname()[1]}"
+        bridge = robot.bridge("--peer", peer_at, "--watch", "imu.sample", "--every", "5")
+        talker = robot.talker(address(bridge))
+        line(bridge, r"no run listens \(No such file or directory\); waiting for one")
+        assert "no run listens" in talker.ask({"list": True})["error"]
+        first = robot.run()
+        line(bridge, "a run listens")
+        instants = [json.loads(peer.recv(65536))["t_ns"] for _ in range(3)]
+        gaps = [later - earlier for earlier, later in pairwise(instants)]
+        assert all(gap >= 50_000_000 and gap % 10_000_000 == 0 for gap in gaps)
+        first.kill()
+        first.wait()
+        line(bridge, r"no run listens \(Connection refused\)")
+        assert "Connection refused" in talker.ask({"list": True})["error"]
+        robot.run()
+        line(bridge, "a run listens")
+        peer.setblocking(False)
+        while has_more(peer):
+            pass
+        peer.settimeout(PATIENCE_S)
+        assert json.loads(peer.recv(65536))["port"] == "imu.sample"
+        assert talker.ask({"list": True})["counts"]["received"] >= 1
+        assert stop(bridge, signal.SIGINT) == (0, "")
+
+
+def has_more(peer: socket.socket) -> bool:
+    """Whether a message of the first run was left; it is taken."""
+    try:
+        return bool(peer.recv(65536))
+    except BlockingIOError:
+        return False
+
+
+def test_a_port_that_is_not_there_is_told_once(robot: BridgedRun) -> None:
+    robot.run()
+    bridge = robot.bridge("--peer", "127.0.0.1:9", "--watch", "imu.nothing")
+    refused = line(bridge, "the run refuses")
+    assert "imu.nothing: no such output port; expected one that" in refused
+    assert "refuses" not in stop(bridge, signal.SIGTERM)[1]
+
+
+def test_ten_thousand_datagrams_and_a_deaf_watcher_leave_the_run_as_it_is(
+    robot: BridgedRun,
+) -> None:
+    run, bridge = robot.run(), robot.bridge()
+    talker = robot.talker(address(bridge))
+    line(bridge, "a run listens")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as deaf:
+        deaf.bind("")
+        deaf.settimeout(PATIENCE_S)
+        said: dict[str, object] = {"watch": ["imu.sample", "controller.forces"]}
+        for number in range(10_001):
+            deaf.sendto(json.dumps(said).encode(), os.fspath(robot.path))
+            value = number / 1e5 if number % 2 else "not a number"
+            said = {"port": "yaw_reference", "value": value}
+        counts = talker.insist({"list": True}, "counts")
+        assert (counts["refused"], counts["received"] > 10_001) == (5000, True)
+        assert counts["dropped"] > 4000
+        assert talker.insist({"watch": ["imu.sample"]}, "watching") == ["imu.sample"]
+        heard = [talker.hear() for _ in range(20)]
+    assert {message["port"] for message in heard} == {"imu.sample"}
+    statistics = end_of(run)["statistics"]
+    assert statistics["run"] > 0
+    assert statistics["conditions"]["run"]["inputs_dropped"] == 0
+
+
+def test_every_socket_of_the_run_is_a_unix_socket(robot: BridgedRun) -> None:
+    run, bridge = robot.run(), robot.bridge()
+    line(bridge, "a run listens")
+    process = Path("/proc", str(run.pid))
+    inodes = set()
+    for descriptor in (process / "fd").iterdir():
+        found = re.fullmatch(r"socket:\[(\d+)\]", str(descriptor.readlink()))
+        inodes |= {found[1]} if found else set()
+    unix = {row.split()[6] for row in (process / "net" / "unix").read_text().splitlines()[1:]}
+    assert inodes
+    assert inodes <= unix
+
+
+def test_it_listens_on_ipv6_too(robot: BridgedRun) -> None:
+    bridge = robot.bridge(listen="[::1]:0")
+    assert "no run listens" in robot.talker(address(bridge)).ask({"list": True})["error"]
+
+
+def told_until(manager: socket.socket, last: str) -> list[str]:
+    """What systemd is told, up to this; one of the next hundred."""
+    told: list[str] = []
+    for _ in range(100):
+        told.append(manager.recv(4096).decode())
+        if told[-1] == last:
+            return told
+    raise AssertionError(f"never told: {last!r}, but {told}")
+
+
+def test_systemd_hears_that_it_is_ready_alive_and_how_it_goes(
+    robot: BridgedRun, tmp_path: Path
+) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(tmp_path / "notify"))
+        manager.settimeout(PATIENCE_S)
+        bridge = robot.bridge(NOTIFY_SOCKET=str(tmp_path / "notify"), WATCHDOG_USEC="1000000")
+        ready = told_until(manager, "STATUS=no run; senders 0, to it 0, from it 0, dropped 0")
+        assert "READY=1" in ready
+        assert "WATCHDOG=1" in [*ready, *told_until(manager, "WATCHDOG=1")]
+        bridge.send_signal(signal.SIGTERM)
+        told_until(manager, "STOPPING=1")
+    bridge.communicate(timeout=PATIENCE_S)
+    assert bridge.returncode == 0
+
+
+def test_the_example_of_the_document_works(robot: BridgedRun) -> None:
+    (example,) = re.findall(
+        r"<!-- run by tests/links -->\n```python\n(.*?)```", DOCUMENT.read_text(), re.DOTALL
+    )
+    robot.run()
+    bridge = robot.bridge()
+    _, port = address(bridge)
+    line(bridge, "a run listens")
+    assert "7300" in example
+    printed = subprocess.check_output(
+        [sys.executable, "-c", example.replace("7300", str(port))], text=True, timeout=PATIENCE_S
+    )
+    first, *messages = printed.splitlines()
+    assert first == '{"watching":["controller.yaw.command_n"],"for_s":10}'
+    assert len(messages) == 3
+    assert all(re.fullmatch(r"\d+\.\d\d s  [+-]\d\.\d{3} N", message) for message in messages)

@@ -1,0 +1,169 @@
+"""Values in datagrams: what is heard may be said, and nothing else."""
+
+import json
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.values import Read, reader_of
+from firmware_runtime.models.motion import Motion
+from firmware_runtime.telemetry.trace_file import plain
+
+
+class Gear(Enum):
+    LOW = 1
+    HIGH = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if self.low > self.high:
+            raise ValueError("low is above high")
+
+
+class Order(NamedTuple):
+    name: str
+    gear: Gear
+    is_urgent: bool
+    limits: Limits
+    corner: tuple[float, float]
+    channels: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Twice:
+    once: float
+
+    def __post_init__(self) -> None:
+        raise RuntimeError("never")
+
+
+class Vague(NamedTuple):
+    whatever: object
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+whole = st.integers(-(1 << 63), (1 << 63) - 1)
+texts = st.text(st.characters(exclude_categories=["Cs"]))
+limits = st.tuples(finite, finite).map(lambda pair: Limits(min(pair), max(pair)))
+VALUES: dict[type[Any], st.SearchStrategy[Any]] = {
+    bool: st.booleans(),
+    int: whole,
+    float: finite,
+    str: texts,
+    Gear: st.sampled_from(Gear),
+    Motion: st.builds(Motion, finite, finite),
+    Limits: limits,
+    Order: st.builds(
+        Order,
+        texts,
+        st.sampled_from(Gear),
+        st.booleans(),
+        limits,
+        st.tuples(finite, finite),
+        st.lists(whole).map(tuple),
+    ),
+}
+
+
+def reader(kind: type[Any]) -> Read:
+    read = reader_of(kind)
+    assert read is not None
+    return read
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", VALUES)
+@settings(deadline=None)
+@given(data=st.data())
+def test_what_a_trace_shows_is_read_back_as_it_was(kind: type[Any], data: st.DataObject) -> None:
+    value = data.draw(VALUES[kind])
+    again = reader(kind)(msgspec.json.encode(plain(value)))
+    assert again == value
+    assert type(again) is kind
+
+
+@pytest.mark.parametrize("kind", VALUES)
+@settings(deadline=None)
+@given(datagram=st.binary(max_size=64) | st.text(max_size=64).map(str.encode))
+def test_any_bytes_are_a_value_of_the_type_or_refused(kind: type[Any], datagram: bytes) -> None:
+    try:
+        value = reader(kind)(datagram)
+    except Refusal:
+        return
+    assert type(value) is kind
+
+
+@pytest.mark.slow
+@settings(deadline=None)
+@given(
+    said=st.recursive(
+        st.none() | st.booleans() | st.integers() | finite | texts,
+        lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(Motion._fields), inner),
+    )
+)
+def test_any_json_is_a_motion_of_two_finite_floats_or_refused(said: object) -> None:
+    try:
+        motion = reader(Motion)(json.dumps(said).encode())
+    except Refusal:
+        return
+    assert isinstance(motion, Motion)
+    assert all(type(each) is float and math.isfinite(each) for each in motion)
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        (float, b"true"),
+        (float, b'"1.0"'),
+        (float, b"null"),
+        (float, b"NaN"),
+        (float, b"Infinity"),
+        (float, b'"inf"'),
+        (float, b"1e999"),
+        (float, b"[1.0]"),
+        (int, b"1.0"),
+        (int, b"true"),
+        (int, b"9223372036854775808"),
+        (bool, b"1"),
+        (Gear, b"1"),
+        (Gear, b'"MIDDLE"'),
+        (Motion, b"[1.0, 2.0]"),
+        (Motion, b'{"position": 1.0}'),
+        (Motion, b'{"position": 1.0, "rate": 0.0, "jerk": 0.0}'),
+        (Motion, b'{"position": 1.0, "rate": null}'),
+        (Motion, b"[" * 4000),
+        (Limits, b'{"low": 2.0, "high": 1.0}'),
+        (Twice, b'{"once": 1.0}'),
+    ],
+)
+def test_what_is_not_quite_a_value_of_the_type_is_refused(kind: type[Any], said: bytes) -> None:
+    with pytest.raises(Refusal):
+        reader(kind)(said)
+
+
+def test_a_whole_number_is_a_float_too() -> None:
+    value = reader(float)(b"1")
+    assert type(value) is float
+    assert value == 1.0
+
+
+@pytest.mark.parametrize("kind", [tuple, list, dict, object, Vague, bytes])
+def test_a_type_that_does_not_say_what_is_in_it_is_not_read(kind: type[Any]) -> None:
+    assert reader_of(kind) is None
+
+
+def test_a_refusal_says_which_field_is_wrong() -> None:
+    with pytest.raises(Refusal, match=r"Expected `float`, got `str` - at `\$\.rate`"):
+        reader(Motion)(b'{"position": 1.0, "rate": "fast"}')

@@ -1,0 +1,315 @@
+"""The ports socket of a run in virtual time: real datagrams, the loop's own passes."""
+
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import BoardError
+from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket, ports_path
+from firmware_runtime.links.watchers import MOST, PATIENCE
+from firmware_runtime.models.motion import Motion
+from tests.support.periodic_models import PERIOD, Robot
+from tests.support.ports_rig import PortsRig
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot()
+
+
+@pytest.fixture
+def rig(tmp_path: Path, robot: Robot) -> Iterator[PortsRig]:
+    with PortsRig(tmp_path / "robot.ports", robot) as rig:
+        yield rig
+
+
+def counts(rig: PortsRig) -> tuple[int, ...]:
+    """Received, refused, sent, dropped."""
+    return tuple(rig.ports.counts().values())
+
+
+# Values in --------------------------------------------------------------------------------------
+
+
+def test_a_value_enters_the_model_as_an_event_of_the_next_pass(rig: PortsRig, robot: Robot) -> None:
+    speaker = rig.speaker()
+    instants: list[tuple[int, int]] = []
+    robot.thrust.work = lambda value: instants.append((rig.run.executive.simulator.now, value))
+    robot.imu.work = lambda number: (
+        speaker.say({"port": "command", "value": 70 + number}) if number == 1 else None
+    )
+    rig.run.until(2 * PERIOD)
+    assert instants == [(0, 0), (PERIOD, 1), (PERIOD, 71), (2 * PERIOD, 2)]
+    assert counts(rig) == (1, 0, 0, 0)
+
+
+def test_values_keep_their_order_and_none_is_lost(rig: PortsRig, robot: Robot) -> None:
+    speaker = rig.speaker()
+    said = iter(range(100, 150))
+
+    def say_some(number: int) -> None:
+        for value in [next(said) for _ in range(5)]:
+            speaker.say({"port": "command", "value": value})
+        assert number < 10
+
+    robot.imu.work = say_some
+    rig.run.until(9 * PERIOD)
+    rig.run.executive.simulator.exit()
+    assert [value for value in robot.thrust.told if value >= 100] == list(range(100, 150))
+
+
+def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:
+    speaker = rig.speaker()
+    for number in range(AT_ONCE + 1):
+        speaker.say({"port": "command", "value": number})
+    assert [value for _, value in rig.ports.receive()] == list(range(AT_ONCE))
+    assert [value for _, value in rig.ports.receive()] == [AT_ONCE]
+    assert rig.ports.receive() == []
+
+
+@pytest.mark.parametrize(
+    ("datagram", "answer"),
+    [
+        (
+            {"port": "imu.replan", "value": 1},
+            "imu.replan: no such input port of the top model; expected one of command, replan",
+        ),
+        ({"port": "command", "value": 1.5}, "command: not a int: Expected `int`, got `float`"),
+        (
+            {"watch": ["imu.nothing"]},
+            'imu.nothing: no such output port; expected one that {"list": true} names',
+        ),
+        (b"x" * 5000, "the datagram is too long; expected 4096 bytes at most"),
+    ],
+)
+def test_what_cannot_be_obeyed_is_counted_and_answered(
+    rig: PortsRig, robot: Robot, datagram: object, answer: str
+) -> None:
+    speaker = rig.speaker()
+    speaker.say(datagram)
+    rig.run.until(PERIOD)
+    assert speaker.told() == [{"error": answer}]
+    assert counts(rig) == (1, 1, 1, 0)
+    assert robot.thrust.told == [0, 1]
+
+
+def test_a_sender_without_an_address_may_put_but_not_ask(rig: PortsRig, robot: Robot) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as nobody:
+        for datagram in (b'{"port": "command", "value": 9}', b'{"list": true}', b"?"):
+            nobody.sendto(datagram, os.fspath(rig.path))
+    rig.run.until(PERIOD)
+    assert robot.thrust.told == [9, 0, 1]
+    assert counts(rig) == (3, 2, 0, 0)
+
+
+class OddPorts(Coupled):
+    """Input ports of types that a datagram can bear, and of one that it cannot."""
+
+    def __init__(self) -> None:
+        super().__init__("odd")
+        self.motion = self.in_port("motion", Motion)
+        self.anything = self.in_port("anything", tuple)
+
+
+def test_a_port_whose_type_says_too_little_is_not_written(tmp_path: Path) -> None:
+    with PortsRig(tmp_path / "odd.ports", odd := OddPorts()) as rig:
+        speaker = rig.speaker()
+        speaker.say({"port": "anything", "value": [1]})
+        speaker.say({"port": "motion", "value": {"position": 1, "rate": -0.5}})
+        assert rig.ports.receive() == [(odd.motion, Motion(1.0, -0.5))]
+        rig.ports.attend(0, 2 * RESERVE)
+        (told,) = speaker.told()
+    assert told == {"error": "anything: a value of tuple cannot be sent; expected another port"}
+
+
+# Messages out -------------------------------------------------------------------------------------
+
+
+def test_a_watcher_hears_what_leaves_its_ports(rig: PortsRig) -> None:
+    speaker = rig.speaker()
+    speaker.say({"watch": ["imu.sample"]})
+    rig.run.until(2 * PERIOD)
+    assert speaker.told() == [
+        {"watching": ["imu.sample"], "for_s": 10},
+        {"port": "imu.sample", "t_ns": 0, "value": 0},
+        {"port": "imu.sample", "t_ns": PERIOD, "value": 1},
+        # that of the last instant would be told after the step, and there is no time after it
+    ]
+
+
+def test_everybody_hears_what_it_asked_for(rig: PortsRig) -> None:
+    often, rarely, deaf = rig.speaker(), rig.speaker(), rig.speaker()
+    often.say({"watch": ["imu.sample"]})
+    rarely.say({"watch": ["imu.sample"], "every": 3})
+    rig.run.until(6 * PERIOD)
+    assert [each["value"] for each in often.told()[1:]] == [0, 1, 2, 3, 4, 5]
+    assert [each["value"] for each in rarely.told()[1:]] == [0, 3]
+    assert deaf.told() == []
+
+
+def test_who_stops_hears_no_more_and_the_port_is_what_it_was(rig: PortsRig, robot: Robot) -> None:
+    speaker, before = rig.speaker(), robot.imu.sample.bag
+    robot.imu.work = lambda number: speaker.say({"watch": []}) if number == 2 else None
+    speaker.say({"watch": ["imu.sample"]})
+    rig.run.until(6 * PERIOD)
+    assert [each.get("value") for each in speaker.told()] == [None, 0, 1, 2, None]
+    assert robot.imu.sample.bag is before
+
+
+def test_who_does_not_renew_is_forgotten(rig: PortsRig, robot: Robot) -> None:
+    speaker, before = rig.speaker(), robot.imu.sample.bag
+    robot.imu.work = lambda number: rig.now.advance(PATIENCE if number == 3 else 0)
+    speaker.say({"watch": ["imu.sample"]})
+    rig.run.until(6 * PERIOD)
+    assert len(speaker.told()) < 6
+    assert robot.imu.sample.bag is before
+
+
+def test_who_has_gone_is_forgotten(rig: PortsRig, robot: Robot) -> None:
+    speaker, before = rig.speaker(), robot.imu.sample.bag
+    robot.imu.work = lambda number: speaker.close() if number == 2 else None
+    speaker.say({"watch": ["imu.sample"]})
+    rig.run.until(6 * PERIOD)
+    assert robot.imu.sample.bag is before
+    assert counts(rig) == (1, 0, 3, 1)
+
+
+def test_a_reader_that_never_reads_costs_it_its_messages_and_nobody_else(rig: PortsRig) -> None:
+    lazy, eager = rig.speaker(), rig.speaker()
+    lazy.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 0)
+    for speaker in (lazy, eager):
+        speaker.say({"watch": ["imu.sample"]})
+    heard: list[Any] = []
+    robot = rig.run.executive.simulator.root
+    assert isinstance(robot, Robot)
+    robot.imu.work = lambda _number: heard.extend(eager.told())
+    rig.run.until(2000 * PERIOD)
+    assert [each["value"] for each in heard[1:]] == list(range(len(heard) - 1))
+    assert len(heard) > 1990
+    received, refused, sent, dropped = counts(rig)
+    assert (received, refused) == (2, 0)
+    assert sent + dropped == 2 * 2000 + 2
+    assert dropped >= 2000 - len(lazy.told())
+
+
+def test_who_is_connected_cannot_be_told_and_takes_nobody_else_any_room(
+    rig: PortsRig, robot: Robot
+) -> None:
+    # What a connected reader leaves unread is limited by its sender's room alone.
+    connected, eager = rig.speaker(), rig.speaker()
+    connected.socket.connect(os.fspath(rig.path))
+    for speaker in (connected, eager):
+        speaker.say({"watch": ["imu.sample"]})
+    heard: list[Any] = []
+    robot.imu.work = lambda _number: heard.extend(eager.told())
+    rig.run.until(2000 * PERIOD)
+    assert len(heard) > 1990
+    assert connected.told() == []
+    assert counts(rig) == (2, 1, 2001, 1)
+
+
+def test_so_many_may_watch_and_the_next_is_told_why_not(rig: PortsRig) -> None:
+    for _ in range(MOST):
+        rig.speaker().say({"watch": ["imu.sample"]})
+        rig.ports.receive()
+    late = rig.speaker()
+    late.say({"watch": ["imu.sample"]})
+    rig.run.until(PERIOD)
+    (told,) = late.told()
+    assert "8 others watch already" in told["error"]
+
+
+def test_a_loop_without_time_to_spare_tells_nothing_until_it_has_some(rig: PortsRig) -> None:
+    speaker = rig.speaker()
+    speaker.say({"list": True})
+    rig.ports.receive()
+    rig.ports.attend(0, RESERVE)
+    assert speaker.told() == []
+    rig.ports.attend(0, -MILLISECOND)
+    assert speaker.told() == []
+    rig.ports.attend(0, RESERVE + 1)
+    assert len(speaker.told()) == 1
+
+
+def test_a_value_without_words_ends_nothing(rig: PortsRig, robot: Robot) -> None:
+    class Unspeakable(int):
+        __slots__ = ()
+
+    speaker = rig.speaker()
+    speaker.say({"watch": ["imu.sample"]})
+    robot.imu.activations = Unspeakable(7)
+    rig.run.until(2 * PERIOD)
+    assert [each.get("value") for each in speaker.told()] == [None, 8]
+    assert counts(rig)[-2:] == (2, 1)
+
+
+def test_the_list_names_every_port_and_the_counts(rig: PortsRig) -> None:
+    speaker = rig.speaker()
+    speaker.say(b"?")
+    speaker.say({"list": True})
+    rig.run.until(PERIOD)
+    _, told = speaker.told()
+    assert told == {
+        "ports": [
+            {"name": "command", "direction": "in", "type": "int"},
+            {"name": "replan", "direction": "in", "type": "int"},
+            {"name": "imu.sample", "direction": "out", "type": "int"},
+        ],
+        "counts": {"received": 2, "refused": 1, "sent": 0, "dropped": 0},
+    }
+
+
+# The socket's file --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("umask", "mode"), [(0, 0o660), (0o002, 0o660), (0o022, 0o640), (0o027, 0o640), (0o077, 0o600)]
+)
+def test_its_mode_follows_the_umask_and_never_lets_everybody_in(
+    tmp_path: Path, robot: Robot, umask: int, mode: int
+) -> None:
+    before = os.umask(umask)
+    try:
+        ports = PortsSocket(tmp_path / "robot.ports", robot)
+    finally:
+        os.umask(before)
+    assert (tmp_path / "robot.ports").stat().st_mode & 0o7777 == mode
+    ports.close()
+
+
+def test_it_is_beside_the_statistics_and_removed_at_the_end(tmp_path: Path, robot: Robot) -> None:
+    path = ports_path(tmp_path / "robot.stats")
+    assert path == tmp_path / "robot.ports"
+    ports = PortsSocket(path, robot)
+    assert path.is_socket()
+    ports.close()
+    ports.close()
+    assert not path.exists()
+
+
+def test_a_later_run_takes_its_place_and_keeps_it(tmp_path: Path, robot: Robot) -> None:
+    earlier = PortsSocket(tmp_path / "robot.ports", robot)
+    later = PortsSocket(tmp_path / "robot.ports", Robot())
+    earlier.close()
+    assert (tmp_path / "robot.ports").is_socket()
+    later.close()
+    assert not (tmp_path / "robot.ports").exists()
+
+
+def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: Robot) -> None:
+    path = tmp_path / ("x" * 120 + ".ports")
+    with pytest.raises(BoardError, match="no socket can be made here"):
+        PortsSocket(path, robot)
+
+
+def test_a_port_that_nobody_watches_leads_straight_to_its_destination(
+    rig: PortsRig, robot: Robot
+) -> None:
+    rig.run.until(3 * PERIOD)
+    assert robot.imu.sample.bag is robot.thrust.command

@@ -1,0 +1,65 @@
+"""A model with its ports on a real socket, run in virtual time, and somebody who speaks with it."""
+
+import json
+import os
+import socket
+from pathlib import Path
+from typing import Any, Self
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.links.ports_socket import PortsSocket
+from sim_doubles.clock import ManualClock
+from tests.support.executives import Run
+
+
+class Speaker:
+    """Another process's end, in this one; what it is told waits until it is taken."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = os.fspath(path)
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self.socket.bind("")
+
+    def say(self, what: object) -> None:
+        """Send bytes as they are, anything else as JSON."""
+        datagram = what if isinstance(what, bytes) else json.dumps(what).encode()
+        self.socket.sendto(datagram, self._path)
+
+    def told(self) -> list[dict[str, Any]]:
+        """Everything it was told so far."""
+        messages: list[dict[str, Any]] = []
+        while True:
+            try:
+                messages.append(json.loads(self.socket.recv(1 << 18)))
+            except BlockingIOError:
+                return messages
+
+    def close(self) -> None:
+        self.socket.close()
+
+
+class PortsRig:
+    """A run that has not begun; `now` is the watchers' clock."""
+
+    def __init__(self, path: Path, model: Component) -> None:
+        self.path = path
+        self.now = ManualClock()
+        self.ports = PortsSocket(path, model, self.now)
+        self.run = Run(model, VirtualClock(), Configuration(sources=[self.ports]))
+        self.ports.attach(self.run.executive)
+        self._speakers: list[Speaker] = []
+
+    def speaker(self) -> Speaker:
+        speaker = Speaker(self.path)
+        self._speakers.append(speaker)
+        return speaker
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.ports.close()
+        for speaker in self._speakers:
+            speaker.close()
