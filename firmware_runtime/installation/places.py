@@ -5,7 +5,8 @@ from fnmatch import filter as matching
 
 RUNTIME, GUARD = "firmware-runtime", "firmware-runtime-guard"
 METRICS, RECORDER = "firmware-runtime-metrics", "firmware-runtime-record"
-SERVICES = (RUNTIME, GUARD, METRICS, RECORDER)
+BRIDGE = "firmware-runtime-bridge"
+SERVICES = (RUNTIME, GUARD, METRICS, RECORDER, BRIDGE)
 
 UNITS = "/etc/systemd/system"
 WANTED = f"{UNITS}/multi-user.target.wants"

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 
 from firmware_runtime.installation.errors import StepFailed
 from firmware_runtime.installation.places import (
+    BRIDGE,
     GUARD,
     METRICS,
     RECORDER,
@@ -110,7 +111,7 @@ class Removal:
 
     def _commands_before(self) -> Iterator[Words]:
         if self._target.is_live and self._target.tree.exists(unit_path(RUNTIME)):
-            for service in (RUNTIME, METRICS, RECORDER, GUARD):
+            for service in (RUNTIME, BRIDGE, METRICS, RECORDER, GUARD):
                 yield ("systemctl", "disable", "--now", instance(service, self._board))
             yield ("systemctl", "reset-failed", instance(f"{RUNTIME}*", self._board))
 

@@ -79,3 +79,8 @@ def test_statistics_are_read_during_the_run_and_after_kill_9(state_directory: Pa
     assert after["scheduled"] >= during["scheduled"] > 0
     assert after["scheduled"] == after["run"] + after["skipped"] + after["coalesced"]
     assert (state_directory / "tachobot.stats").is_file()
+
+
+def test_a_run_is_one_thread() -> None:
+    with running() as process:
+        assert len(list(Path(f"/proc/{process.pid}/task").iterdir())) == 1

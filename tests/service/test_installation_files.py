@@ -21,6 +21,7 @@ SHARED = {
     f"{UNITS}/firmware-runtime-guard@.service",
     f"{UNITS}/firmware-runtime-metrics@.service",
     f"{UNITS}/firmware-runtime-record@.service",
+    f"{UNITS}/firmware-runtime-bridge@.service",
     "etc/sysusers.d/firmware-runtime.conf",
     "etc/tmpfiles.d/firmware-runtime.conf",
     "etc/udev/rules.d/60-firmware-runtime.rules",

@@ -14,6 +14,7 @@ TOOLS = ("systemd-sysusers", "systemd-tmpfiles", "udevadm", "userdel", "groupdel
 GUARD, RUN = "firmware-runtime-guard@tachobot.service", "firmware-runtime@tachobot.service"
 METRICS = "firmware-runtime-metrics@tachobot.service"
 RECORDER = "firmware-runtime-record@tachobot.service"
+BRIDGE = "firmware-runtime-bridge@tachobot.service"
 ACTIVE = """ActiveState=active
 SubState=running
 ActiveEnterTimestamp=Sat 2026-11-21 07:15:18 UTC
