@@ -4,6 +4,7 @@ Only the verb that is asked for is imported, so that a robot's start does not wa
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -44,9 +45,13 @@ _MODULES = {
 }
 """Where each verb is, in this package."""
 
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
+"""For numpy, whose import starts a pool of threads else: the thread of the loop is the only one."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status."""
+    os.environ.setdefault(*ONE_THREAD)
     words = sys.argv[1:] if arguments is None else arguments
     parsed = parser(words).parse_args(words)
     with readers_may_go():

@@ -1,7 +1,6 @@
 """`firmware-runtime run BOARD`: run a robot, on its doubles or on its chips."""
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -29,9 +28,6 @@ from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.trace_file import TraceFile
-
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
-"""For numpy, which else starts a pool of threads when it is imported: the loop's is the only one."""
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -92,7 +88,6 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
-    os.environ.setdefault(*ONE_THREAD)
     choose_clock(arguments)
     board = boards.registry.load(arguments.board, arguments.assignments)
     if arguments.events is not None:
