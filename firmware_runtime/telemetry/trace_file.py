@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import Any, Self
 
 import msgspec
-import numpy as np
 
 from firmware_runtime.errors import FirmwareRuntimeError
 
@@ -58,8 +57,9 @@ class TraceFile:
 
 def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say
     """The value in JSON's types."""
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
+    to_list = getattr(value, "tolist", None)  # numpy's types have it; numpy takes long to import
+    if to_list is not None:
+        value = to_list()
     elif isinstance(value, Enum):
         value = value.name
     if isinstance(value, float):
