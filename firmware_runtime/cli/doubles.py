@@ -8,6 +8,7 @@ import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.benches import bench_for
 from firmware_runtime.cli.doubles_fault import add_fault_to
+from firmware_runtime.cli.doubles_usbip import add_usbip_to
 from firmware_runtime.cli.status import Status
 from firmware_runtime.executive.signals import stop_on_signals
 from sim_doubles.served.output_log import OutputLog
@@ -27,6 +28,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = verbs.add_parser("doubles", help=summary, description=summary)
     actions = verb.add_subparsers(required=True, metavar="ACTION")
     add_fault_to(actions)
+    add_usbip_to(actions)
     serve = add_verb(actions, "serve", "Serve a board's doubles on a Unix socket.", execute)
     serve.epilog = _ABOUT
     add_board(serve)
