@@ -1,5 +1,6 @@
 # make run    TachoBot on its doubles for 10 s in real time
 # make test   lint, types, import contracts, tests
+# make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make bench  benchmarks against peers; each prints its ratio last
 # make deb    a Debian package of this checkout in dist/; ARCH=arm64 PYTHON_VERSION=3.13 for others
 # make clean  remove what the others made
@@ -10,7 +11,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint types bench deb clean interpreter
+.PHONY: run test lint types vm-test bench deb clean interpreter
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed-run
@@ -25,6 +26,9 @@ lint: $(VENV)/installed-test
 
 types: $(VENV)/installed-test
 	@$(BIN)/mypy
+
+vm-test: $(VENV)/installed-run
+	@$(BIN)/python -m tests.vm.run
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone

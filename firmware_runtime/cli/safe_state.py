@@ -3,6 +3,7 @@
 import argparse
 import sys
 from select import select
+from time import monotonic_ns
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
@@ -12,9 +13,9 @@ from firmware_runtime.cli.readers_gone import readers_may_go
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 
-ATTEMPTS = 100
+PATIENCE = 2 * SECOND
+"""Ns in which it is tried again: a stuck bus may come free; systemd waits for longer."""
 BETWEEN = 20 * MILLISECOND
-"""Together two seconds: longer than a stuck bus holds on for, and than a person waits."""
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -32,10 +33,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write until all chips have acknowledged, at most for two seconds."""
     board = boards.registry.load(arguments.board, arguments.assignments)
     outputs = Outputs(board, arguments.doubles)
+    give_up_at = monotonic_ns() + PATIENCE
     failed = outputs.make_safe()
-    for _ in range(ATTEMPTS):
-        if not failed:
-            break
+    while failed and monotonic_ns() < give_up_at:
         select((), (), (), BETWEEN / SECOND)
         failed = outputs.make_safe()
     outputs.close()

@@ -136,6 +136,11 @@ def _what_to_do(error: OSError) -> str:
         )
     if error.errno in (errno.EACCES, errno.EPERM):
         return "may not be opened by this user; add the user to the group of the device (i2c)"
-    if error.errno in (errno.ENOTTY, errno.EOPNOTSUPP):
-        return "is not an I2C bus that can do plain transfers; give the board another bus"
+    if error.errno == errno.ENOTTY:
+        return "is not an I2C bus; give the board another bus"
+    if error.errno == errno.EOPNOTSUPP:
+        return (
+            "does not say that it can do plain I2C transfers: it is another kind of bus, or its "
+            "adapter does not answer; give the board another bus, or mend the adapter"
+        )
     return f"cannot be opened ({error.strerror}); give the board another bus"
