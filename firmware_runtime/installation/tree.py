@@ -14,6 +14,8 @@ from pathlib import Path
 from firmware_runtime.installation.errors import StepFailed
 
 _DIRECTORY_MODE = 0o755
+_MADE_HERE = ("firmware-runtime", "sysusers.d")
+"""How the names of directories begin that are ours; Debian's systemd ships no /etc/sysusers.d."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,7 @@ class Tree:
     def remove(self, path: str) -> None:
         """Remove a file, a link, or a directory with everything in it; and its directory if empty.
 
-        Only a directory that is named after this project goes too: all others are the system's.
+        Only a directory that an installation makes goes too: all others are the system's.
         """
         place = self.where(path)
         with _explained(place, "removed"):
@@ -83,7 +85,7 @@ class Tree:
                 shutil.rmtree(place)
             else:
                 place.unlink(missing_ok=True)
-            if place.parent.name.startswith("firmware-runtime"):
+            if place.parent.name.startswith(_MADE_HERE):
                 with suppress(OSError):  # somebody else's file is in it
                     place.parent.rmdir()
 
