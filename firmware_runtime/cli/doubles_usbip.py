@@ -1,0 +1,81 @@
+"""`firmware-runtime doubles usbip BOARD`: a board's doubles behind a real `/dev/i2c-N`."""
+
+import argparse
+import os
+from pathlib import Path
+
+import boards.registry
+from boards.registry import Board
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.status import Status
+from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.service.notices import Notices
+from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.server import DoublesServer, RealClock
+from sim_doubles.served.service import DoublesService
+from sim_doubles.usbip.host_controller import load_modules
+from sim_doubles.usbip.plugged import plugged_in
+
+_ABOUT = """
+Each I2C bus of the board becomes an adapter of this machine, by a USB device that exists in this
+process only: any program can use it, i2c-tools and smbus2 as well as `run`, through the kernel's
+own I2C stack. It needs root and the modules vhci-hcd, i2c-tiny-usb and i2c-dev. A signal ends it
+and takes the adapters away. A transaction takes longer than on a real bus.
+"""
+
+
+def add_usbip_to(actions: SubParsers) -> None:
+    """Add this action of `doubles`."""
+    summary = "Plug a board's doubles into this machine as real I2C adapters."
+    verb = add_verb(actions, "usbip", summary, execute)
+    verb.epilog = _ABOUT
+    add_board(verb)
+    verb.add_argument(
+        "--socket",
+        type=Path,
+        metavar="PATH",
+        help="where `doubles fault` finds them; default: /run/BOARD.doubles",
+    )
+    verb.add_argument(
+        "--log",
+        type=Path,
+        default=Path(os.devnull),
+        metavar="FILE",
+        help="write every change of an output, and when, as JSON lines, each at once",
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Serve until a signal comes."""
+    board = boards.registry.load(arguments.board, arguments.assignments)
+    _refuse_ports(board)
+    load_modules()
+    path = arguments.socket or Path(f"/run/{board.name}.doubles")
+    clock = RealClock()
+    bench = bench_for(board, clock)
+    with OutputLog(arguments.log, bench) as log:
+        service = DoublesService(board.name, bench, clock, log)
+        with (
+            DoublesServer(path, service, log, clock) as server,
+            stop_on_signals(lambda _signal: server.stop()),
+        ):
+            log.event(0, "serving", board=board.name, monotonic_ns=clock.started_at)
+            with plugged_in(board.name, list(bench.buses), service, server, clock) as devices:
+                for bus, device in devices.items():
+                    log.event(clock(), "attached", bus=bus, device=str(device))
+                    print(f"{board.name}: {bus} is {device}", flush=True)
+                Notices.from_environment().ready()
+                server.serve()
+            log.event(clock(), "stopped")
+    return Status.OK
+
+
+def _refuse_ports(board: Board) -> None:
+    faults = [
+        f"ports.{name}: a serial port, expected I2C buses only; `doubles serve` has ports too"
+        for name in board.ports
+    ]
+    if faults:
+        raise BoardError(board.name, faults)

@@ -1,0 +1,184 @@
+"""A USB I2C adapter of doubles, spoken to as the kernel does: URBs as bytes."""
+
+import errno
+import struct
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import boards.registry
+from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.hal.i2c import Message
+from sim_doubles.clock import ManualClock
+from sim_doubles.usbip.descriptors import PRODUCT, VENDOR
+from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, I2cTinyUsb
+from sim_doubles.usbip.packets import Conversation
+from sim_doubles.usbip.plugged import transfer_of
+from tests.support.served_rig import ServedRig, lines_of, served_rig
+from tests.support.usbip_host import (
+    FIRST,
+    GET_FUNCTIONALITY,
+    GET_STATUS,
+    LAST,
+    NOBODY,
+    PWM,
+    REFUSED,
+    SENSOR,
+    TRANSFER,
+    VENDOR_IN,
+    VENDOR_OUT,
+    Host,
+    answers,
+    host_of,
+    submit,
+)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[ServedRig]:
+    with served_rig("tachobot", log=tmp_path / "log") as rig:
+        yield rig
+
+
+@pytest.fixture
+def host(rig: ServedRig) -> Host:
+    return host_of(rig)
+
+
+# What the kernel asks when a device is plugged in ------------------------------------------------
+
+
+def test_the_device_is_the_one_that_linux_has_a_driver_for(host: Host) -> None:
+    device = host.ask((0x80, 6, 0x0100, 0, 18)).read
+    assert len(device) == device[0] == 18
+    assert struct.unpack_from("<HH", device, 8) == (VENDOR, PRODUCT) == (0x0403, 0xC631)
+
+
+def test_a_descriptor_is_cut_to_what_was_asked_for(host: Host) -> None:
+    assert len(host.ask((0x80, 6, 0x0100, 0, 8)).read) == 8
+
+
+def test_the_configuration_says_how_long_it_is(host: Host) -> None:
+    head = host.ask((0x80, 6, 0x0200, 0, 9)).read
+    (total,) = struct.unpack_from("<H", head, 2)
+    whole = host.ask((0x80, 6, 0x0200, 0, total)).read
+    assert len(whole) == total
+    lengths, at = [], 0
+    while at < total:
+        lengths.append(whole[at])
+        at += whole[at]
+    assert (lengths, at) == ([9, 9], total)
+
+
+def test_the_serial_number_is_board_and_bus(host: Host) -> None:
+    index = host.ask((0x80, 6, 0x0100, 0, 18)).read[16]
+    text = host.ask((0x80, 6, 0x0300 + index, 0x0409, 255)).read
+    assert text[0] == len(text)
+    assert text[2:].decode("utf-16-le") == "tachobot.i2c1"
+
+
+@pytest.mark.parametrize("setup", [(0x00, 9, 1, 0, 0), (0x01, 11, 0, 0, 0), (0x41, 2, 10, 0, 0)])
+def test_configuration_interface_and_delay_are_taken(host: Host, setup: Sequence[int]) -> None:
+    assert host.ask(setup).status == 0
+
+
+@pytest.mark.parametrize(
+    "setup", [(0x80, 6, 0x0600, 0, 10), (0xC1, 9, 0, 0, 1), (0xA1, 1, 0, 0, 1)]
+)
+def test_what_the_device_does_not_know_stalls(host: Host, setup: Sequence[int]) -> None:
+    assert host.ask(setup).status == -errno.EPIPE
+
+
+def test_another_endpoint_stalls(rig: ServedRig) -> None:
+    conversation = Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
+    sent = submit((VENDOR_IN, GET_FUNCTIONALITY, 0, 0, 4), endpoint=1)
+    assert answers(conversation.receive(sent))[0].status == -errno.EPIPE
+
+
+def test_functionality_is_plain_transfers_and_emulated_smbus(host: Host) -> None:
+    assert host.read(GET_FUNCTIONALITY, 0, 0, 4).read == FUNCTIONALITY.to_bytes(4, "little")
+    assert FUNCTIONALITY & 1
+    assert not FUNCTIONALITY & 0x0100_0000, "block reads need a length that comes while reading"
+
+
+# Transactions ------------------------------------------------------------------------------------
+
+ADDRESSES = (PWM, 0x41, SENSOR, 0x0C, 0x70, 0x00, NOBODY)
+WRITES = st.lists(st.binary(min_size=1, max_size=6), max_size=2)
+TRANSACTIONS = st.builds(
+    lambda writes, read: (*writes, *read),
+    WRITES,
+    st.lists(st.integers(1, 12), max_size=1),
+).filter(bool)
+
+
+@pytest.mark.slow
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 4_000_000), st.sampled_from(ADDRESSES), TRANSACTIONS)))
+def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> None:  # noqa: ANN401
+    clock = ManualClock()
+    local = bench_for(boards.registry.load("tachobot", ()), clock).buses["i2c1"]
+    with served_rig("tachobot") as rig:
+        host = host_of(rig)
+        for span, address, messages in asked:
+            clock.advance(span)
+            rig.clock.advance(span)
+            try:
+                expected: bytes | int = local.transfer(address, messages)
+            except OSError as error:
+                expected = errno.ENXIO if error.errno == errno.EREMOTEIO else errno.EIO
+            assert host.transaction(address, messages) == expected
+
+
+def test_a_repeated_start_keeps_the_pointer(host: Host) -> None:
+    assert host.transaction(SENSOR, (b"\x75", 1)) == b"\x71"
+
+
+def test_messages_of_one_transaction_happen_at_once(rig: ServedRig, host: Host) -> None:
+    host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 1), b"\x00")
+    bus = rig.bench.buses["i2c1"]
+    assert bus.transactions == 0
+    host.read(TRANSFER + LAST, 1, PWM, 1)
+    assert bus.transactions == 1
+    assert bus.log[-1].messages == (b"\x00", 1)
+
+
+def test_an_absent_address_is_refused_and_reads_zeros(host: Host) -> None:
+    assert host.read(TRANSFER + FIRST + LAST, 1, NOBODY, 3).read == bytes(3)
+    assert host.read(GET_STATUS, 0, 0, 1).read == REFUSED
+    assert host.transaction(PWM, (b"\x00", 1)) == b"\x11", "and the next one goes well"
+
+
+def test_a_quick_write_asks_who_is_there(host: Host) -> None:
+    assert host.transaction(PWM, (b"",)) == b""
+    assert host.transaction(NOBODY, (b"",)) == errno.ENXIO
+
+
+@pytest.mark.parametrize("messages", [(1, b"\x75"), (1, 1)])
+def test_a_read_that_is_not_last_stalls_and_nothing_happens(
+    rig: ServedRig, host: Host, messages: Sequence[Message]
+) -> None:
+    assert host.transaction(SENSOR, messages) == errno.EIO
+    assert rig.bench.buses["i2c1"].transactions == 0
+
+
+def test_messages_to_two_addresses_stall(rig: ServedRig, host: Host) -> None:
+    host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 1), b"\x00")
+    assert host.read(TRANSFER + LAST, 1, SENSOR, 1).status == -errno.EPIPE
+    assert rig.bench.buses["i2c1"].transactions == 0
+
+
+def test_the_log_has_what_went_on_through_the_adapter(
+    rig: ServedRig, host: Host, tmp_path: Path
+) -> None:
+    host.transaction(PWM, (b"\x00\x21",))
+    host.transaction(PWM, (b"\x06\x00\x00\x00\x08",))
+    rig.clock.advance(7)
+    host.transaction(PWM, (b"\xfd\x10",))
+    changes = [line for line in lines_of(tmp_path / "log") if "output" in line]
+    assert [(line["t_ns"], line["value"]) for line in changes][-1] == (7, 0.0)
+    assert {line["output"] for line in changes} == {"thrust_pairs.0"}

@@ -1,0 +1,46 @@
+"""Wheels for the guest's Python, which need not be this one; the guest has no network."""
+
+import shutil
+import sys
+import tarfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from tests.vm.commands import run
+
+HERE: Final = Path(__file__).parent
+PROJECT: Final = HERE.parents[1]
+PLATFORMS: Final = ("manylinux_2_28_x86_64", "manylinux_2_17_x86_64", "manylinux2014_x86_64")
+SOURCE_ONLY: Final = ("sdnotify",)
+"""Dependencies published as source only; pure Python, so a wheel made here fits there."""
+
+
+def fetch_wheels(requirements: Sequence[str], folder: Path, python: str) -> None:
+    """Fetch wheels of everything that is required, for this version of Python."""
+    folder.mkdir()
+    source_only = [each for each in requirements if each.startswith(SOURCE_ONLY)]
+    _pip("wheel", "--no-deps", "--wheel-dir", folder, *source_only)
+    platforms = [f"--platform={platform}" for platform in PLATFORMS]
+    target = [f"--python-version={python}", "--implementation=cp", "--only-binary=:all:"]
+    _pip("download", *target, *platforms, "--find-links", folder, "--dest", folder, *requirements)
+
+
+def write_carried(disk: Path, work: Path) -> None:
+    """Write the project's wheel and the checks as a tar archive, which is a disk for the guest."""
+    for wheel in work.glob("firmware_runtime-*.whl"):
+        wheel.unlink()
+    shutil.rmtree(PROJECT / "build/lib", ignore_errors=True)  # else removed modules come along
+    _pip("wheel", "--no-deps", "--wheel-dir", work, PROJECT)
+    wheel = next(work.glob("firmware_runtime-*.whl"))
+    with tarfile.open(disk, "w") as archive:
+        archive.add(wheel, wheel.name)
+        archive.add(HERE / "guest", "tests/vm/guest", filter=_is_source)
+
+
+def _is_source(member: tarfile.TarInfo) -> tarfile.TarInfo | None:
+    return None if "__pycache__" in member.name else member
+
+
+def _pip(*words: object) -> None:
+    run(sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", *words)
