@@ -47,7 +47,7 @@ class Image(NamedTuple):
 
 def image_in(folder: Path) -> Image:
     """Where the image of the present recipe is, or would be."""
-    recipe = [Path(__file__), PROJECT, _sources(), *sorted((HERE / "image").rglob("*"))]
+    recipe = [Path(__file__), PROJECT, _sources(), *sorted((HERE / "laid_in").rglob("*"))]
     contents = b"\0".join(path.read_bytes() for path in recipe if path.is_file())
     home = folder.absolute() / hashlib.sha256(contents).hexdigest()[:12]
     return Image(home / "vmlinuz", home / "initrd", home / "disk", home / "python")
@@ -67,7 +67,7 @@ def build(image: Image) -> None:
     _make_initrd(work / "initrd", kernel, version, image.initrd)
     _add_modules(kernel, root, version)
     _add_dependencies(root, work / "wheels")
-    shutil.copytree(HERE / "image" / "root", root, dirs_exist_ok=True)
+    shutil.copytree(HERE / "laid_in" / "root", root, dirs_exist_ok=True)
     run("mke2fs", "-q", "-t", "ext4", *NOTHING_LATER, "-d", root, work / "disk", SIZE)
     (work / "disk").rename(image.disk)
     shutil.rmtree(work)
@@ -125,7 +125,7 @@ def _make_initrd(root: Path, kernel: Path, version: str, initrd: Path) -> None:
         (root / folder).mkdir(parents=True)
     shutil.copy("/bin/busybox", root / "bin")
     for script in ("init", "probe"):
-        shutil.copy(HERE / "image" / script, root)
+        shutil.copy(HERE / "laid_in" / script, root)
     modules = _files_of(BOOT_MODULES, kernel, version)
     for file in modules:
         shutil.copy(file, root / "modules")
