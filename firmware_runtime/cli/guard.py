@@ -1,7 +1,6 @@
 """`firmware-runtime guard BOARD`: switch off when the board's run is dead or hangs."""
 
 import argparse
-import json
 from pathlib import Path
 
 import boards.registry
@@ -15,6 +14,7 @@ from firmware_runtime.executive.process import ProcessSettings, in_force
 from firmware_runtime.service.guard import Guard
 from firmware_runtime.service.notices import Notices
 from firmware_runtime.telemetry.paths import default_path
+from firmware_runtime.telemetry.refusals import refusals
 from firmware_runtime.telemetry.takeovers import TakeoverFile
 
 _ABOUT = """
@@ -62,7 +62,9 @@ def execute(arguments: argparse.Namespace) -> int:
         lock_memory=board.settings.executive.lock_memory,
     )
     with in_force(asked, MonotonicClock()) as granted, until_signal() as signal:
-        tell(f"watching {path}; {json.dumps(granted['fifo_priority'])}")
+        for refusal in refusals({"settings": granted}):
+            tell(refusal)
+        tell(f"watching {path}")
         notices.ready()
         while not signal.came:
             guard.look()

@@ -20,7 +20,7 @@ from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
 from sim_doubles.served.errors import ServingError
 
-_MODULES = {
+VERBS = {
     "run": "run",
     "check": "check",
     "boards": "boards",
@@ -79,7 +79,8 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(
         prog="firmware-runtime",
         description="Run DEVS models as the firmware of a robot.",
-        epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, "
+        epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, or "
+        "the run that was to be told something, "
         "4 some output could not be switched off, 5 refused to arm, 6 what was waited for did "
         "not happen, 7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
         "130 and 143 stopped by SIGINT and SIGTERM.",
@@ -88,8 +89,8 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"
     )
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
-    asked_for = [_MODULES[word] for word in words[:1] if word in _MODULES]
-    for module in asked_for or dict.fromkeys(_MODULES.values()):
+    asked_for = [VERBS[word] for word in words[:1] if word in VERBS]
+    for module in asked_for or dict.fromkeys(VERBS.values()):
         import_module(f"firmware_runtime.cli.{module}").add_to(verbs)
     return top
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from firmware_runtime.cli.statistics_summary import summary
-from firmware_runtime.telemetry.refusals import refused
+from firmware_runtime.telemetry.refusals import refusals
 
 _WORST_SHOWN = 3
 _MARGIN = "  "
@@ -145,11 +145,7 @@ def _conditions(conditions: Mapping[str, Any]) -> list[str]:
     where = (conditions.get(name) for name in ("machine", "kernel", "python"))
     scheduler, priority = conditions.get("scheduler"), conditions.get("scheduler_priority")
     lines = [f"  on {', '.join(map(str, where))}, {scheduler} {priority or ''}".rstrip()]
-    lines += [
-        f"  not granted: {name} = {request['asked']} ({request['reason']})"
-        for name, request in refused(conditions).items()
-    ]
-    return lines
+    return lines + [f"  {refusal}" for refusal in refusals(conditions)]
 
 
 def _percent(share: float | None) -> str:

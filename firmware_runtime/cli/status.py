@@ -12,7 +12,7 @@ class Status(IntEnum):
     BAD_INPUT = 2
     """The command line, a board file or a statistics file is not usable; nothing was touched."""
     NO_DEVICE = 3
-    """A bus or chip is missing; nothing was actuated."""
+    """A bus or chip is missing, or the run that was to be told something; nothing was actuated."""
     NOT_SAFE = 4
     """The run ended, but some outputs could not be switched off."""
     REFUSED = 5

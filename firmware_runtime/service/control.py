@@ -87,6 +87,9 @@ def ask(path: Path, request: str) -> Answer:
             raise ControlError(
                 f"{path}: no answer within {PATIENCE_S:g} s; expected the run to be alive"
             ) from error
-        except (OSError, ValueError) as error:
-            raise ControlError(f"{path}: {error}; expected a run that listens there") from error
+        except OSError as error:
+            why = error.strerror
+            raise ControlError(f"{path}: {why}; expected a run that listens there") from error
+        except ValueError as error:
+            raise ControlError(f"{path}: answered with {error}; expected a JSON object") from error
     return answer

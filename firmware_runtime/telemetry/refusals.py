@@ -14,3 +14,11 @@ def refused(conditions: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
         for name, request in conditions.get("settings", {}).items()
         if not request["granted"] and request["reason"] not in {NOT_ASKED, NOTHING_TO_WAIT_FOR}
     }
+
+
+def refusals(conditions: Mapping[str, Any]) -> list[str]:
+    """A line for each request that was refused."""
+    return [
+        f"not granted: {name} = {request['asked']} ({request['reason']})"
+        for name, request in refused(conditions).items()
+    ]

@@ -1,7 +1,11 @@
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+
+from firmware_runtime.cli.main import VERBS
 
 
 def test_boards_lists_each_board_with_its_description(command: Callable[..., Any]) -> None:
@@ -24,7 +28,7 @@ def test_tree_shows_the_hierarchy_without_touching_a_bus(command: Callable[..., 
         assert name in ended.out
 
 
-@pytest.mark.parametrize("verb", ["", "run", "check", "boards", "tree", "stats"])
+@pytest.mark.parametrize("verb", ["", *VERBS])
 def test_every_command_has_help(command: Callable[..., Any], verb: str) -> None:
     ended = command(*verb.split(), "--help")
     assert ended.status == 0
@@ -38,3 +42,11 @@ def test_without_a_command_the_usage_is_shown(command: Callable[..., Any]) -> No
 def test_version(command: Callable[..., Any]) -> None:
     ended = command("--version")
     assert (ended.status, ended.out.split()[0]) == (0, "firmware-runtime")
+
+
+@pytest.mark.slow
+def test_the_package_is_the_command_too() -> None:
+    module = [sys.executable, "-m", "firmware_runtime", "arm", "tachobot", "--statistics", "none"]
+    ended = subprocess.run(module, capture_output=True, text=True, check=False)
+    assert ended.returncode == 3
+    assert "none.control: No such file or directory; expected a run" in ended.stderr
