@@ -17,6 +17,7 @@ from firmware_runtime.executive.loop import Executive
 MODELS = 4
 WARM_UP = 2_000
 SHOWN = 8
+_PROJECT = f"{Path(__file__).parents[1]}/"
 _NOT_OURS = (
     tracemalloc.Filter(inclusive=False, filename_pattern=tracemalloc.__file__),
     tracemalloc.Filter(inclusive=False, filename_pattern=__file__),
@@ -66,7 +67,9 @@ def growth(before: tracemalloc.Snapshot, after: tracemalloc.Snapshot) -> dict[st
     return {
         "bytes": sum(each.size_diff for each in grown),
         "objects": sum(each.count_diff for each in grown),
-        "places": {str(each.traceback): each.size_diff for each in grown[:SHOWN]},
+        "places": {
+            str(each.traceback).removeprefix(_PROJECT): each.size_diff for each in grown[:SHOWN]
+        },
     }
 
 

@@ -2,7 +2,9 @@
 
 import argparse
 import math
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.ecdpp.text import parse_time
@@ -32,6 +34,17 @@ def add_board(verb: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         dest="assignments",
         help="override one number of board.toml, such as controller.yaw.kp=0.8; may be repeated",
+    )
+
+
+def add_output_log(verb: argparse.ArgumentParser) -> None:
+    """Add --log, which goes nowhere unless given."""
+    verb.add_argument(
+        "--log",
+        type=Path,
+        default=Path(os.devnull),
+        metavar="FILE",
+        help="write every change of an output, and when, as JSON lines, each at once",
     )
 
 

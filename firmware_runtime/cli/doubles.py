@@ -1,11 +1,10 @@
 """`firmware-runtime doubles serve BOARD`: a board's doubles in a process of their own."""
 
 import argparse
-import os
 from pathlib import Path
 
 import boards.registry
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output_log, add_verb
 from firmware_runtime.cli.benches import bench_for
 from firmware_runtime.cli.doubles_fault import add_fault_to
 from firmware_runtime.cli.doubles_usbip import add_usbip_to
@@ -35,13 +34,7 @@ def add_to(verbs: SubParsers) -> None:
     serve.add_argument(
         "--socket", type=Path, required=True, metavar="PATH", help="where to listen for `run`"
     )
-    serve.add_argument(
-        "--log",
-        type=Path,
-        default=Path(os.devnull),
-        metavar="FILE",
-        help="write every change of an output, and when, as JSON lines, each at once",
-    )
+    add_output_log(serve)
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -1,12 +1,11 @@
 """`firmware-runtime doubles usbip BOARD`: a board's doubles behind a real `/dev/i2c-N`."""
 
 import argparse
-import os
 from pathlib import Path
 
 import boards.registry
 from boards.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output_log, add_verb
 from firmware_runtime.cli.benches import bench_for
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError
@@ -38,13 +37,7 @@ def add_usbip_to(actions: SubParsers) -> None:
         metavar="PATH",
         help="where `doubles fault` finds them; default: /run/BOARD.doubles",
     )
-    verb.add_argument(
-        "--log",
-        type=Path,
-        default=Path(os.devnull),
-        metavar="FILE",
-        help="write every change of an output, and when, as JSON lines, each at once",
-    )
+    add_output_log(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:
