@@ -9,7 +9,8 @@ ranging: a sonar that lost power is as set again with the next one. A short rang
 or a late echo of the ping before is taken for a target.
 
 Not used: further echoes, light sensor, ANN mode, broadcast ranging, change of address. The chip has
-no identity; a ranging that another program started cannot be told from one of ours.
+no identity; a ranging that another program started cannot be told from one of ours, nor a chip that
+lost its supply while it ranged from one that heard no echo.
 """
 
 import math
@@ -48,8 +49,8 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
     (bytes((REVISION,)), FIRST_ECHO.size),
 )
 """Transactions of one ranging, start and reading, for the bus-time budget."""
-RELEASED: Final = 0xFF
-"""What a bus reads that nobody drives: no revision, but the sign of a chip that still ranges."""
+NO_REVISION: Final = (0x00, 0xFF)
+"""What a bus reads whose SDA is held, or that nobody drives: the sign of a chip still ranging."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +120,7 @@ class Srf08:
             revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
         except NoAcknowledge as error:
             raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
-        if revision in (0x00, RELEASED):
+        if revision in NO_REVISION:
             raise WrongDevice(
                 f"{self.place}: software revision reads {revision:02x}, expected 01 to fe; "
                 "another device answers here, or a line is held"
@@ -158,10 +159,10 @@ class Srf08:
                 "the ping; it still ranges, or is gone"
             ) from error
         revision, centimetres = FIRST_ECHO.unpack(found)
-        if revision == RELEASED or centimetres > MOST_CM:
+        if revision in NO_REVISION or centimetres > MOST_CM:
             raise NotReady(
-                f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a revision below "
-                f"ff and an echo of {MOST_CM} cm at most"
+                f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a revision from "
+                f"01 to fe and an echo of {MOST_CM} cm at most"
             )
         self._is_ranging = False
         return centimetres / 100 if centimetres else math.inf

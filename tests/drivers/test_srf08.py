@@ -158,7 +158,12 @@ def test_silence_while_ranging_is_not_ready_and_the_echo_can_still_be_read(
 
 @pytest.mark.parametrize(
     ("centimetres", "revision", "read"),
-    [(100, 0xFF, "ff 80 00 64"), (0xFFFF, 0xFF, "ff 80 ff ff"), (1102, 10, "0a 80 04 4e")],
+    [
+        (100, 0xFF, "ff 80 00 64"),
+        (0xFFFF, 0xFF, "ff 80 ff ff"),
+        (100, 0x00, "00 80 00 64"),
+        (1102, 10, "0a 80 04 4e"),
+    ],
 )
 def test_bytes_that_cannot_be_an_echo_are_not_made_one(
     chip: Srf08, registers: Registers, centimetres: int, revision: int, read: str
@@ -166,6 +171,13 @@ def test_bytes_that_cannot_be_an_echo_are_not_made_one(
     chip.start_ranging()
     show_echo(registers, centimetres, revision=revision)
     with pytest.raises(NotReady, match=f"registers 0 to 3 read {read}, expected"):
+        chip.read_distance()
+
+
+def test_a_line_that_is_held_is_not_an_echo_from_nowhere(chip: Srf08, registers: Registers) -> None:
+    chip.start_ranging()
+    registers[SONAR][0:4] = bytes(4)
+    with pytest.raises(NotReady, match="registers 0 to 3 read 00 00 00 00, expected"):
         chip.read_distance()
 
 
