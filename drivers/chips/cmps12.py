@@ -27,14 +27,16 @@ CALIBRATION: Final = 0x1E
 
 IDENTITY: Final = struct.Struct(">BBH")
 """Software version, bearing in 256ths of a circle, bearing in tenths of a degree."""
-READING: Final = struct.Struct(">H8x")
-"""Bearing; then pitch, roll and three axes of raw magnetometer, which only serve as `raw`."""
+READING: Final = struct.Struct(">BxH8x")
+"""Version, 256ths, bearing; then pitch, roll and three axes of magnetometer, only for `raw`."""
 TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
-    (bytes((BEARING,)), READING.size),
+    (bytes((VERSION,)), READING.size),
     (bytes((CALIBRATION,)), 1),
 )
 """Transactions of one reading, for the bus-time budget."""
 CIRCLE: Final = 3600
+NO_VERSION: Final = (0x00, 0xFF)
+"""What a bus reads whose SDA is held, or that nobody drives."""
 MOST_APART: Final = 42
 """Tenths of a degree between the two bearings: rounding, and one refresh while turning fast."""
 MAGNETOMETER_STATE: Final = 0x03
@@ -68,7 +70,7 @@ class Cmps12:
             raise NoAcknowledge(f"{self.place}: no answer, expected a software version") from error
         version, coarse, fine = IDENTITY.unpack(found)
         apart = (coarse * CIRCLE // 256 - fine + CIRCLE // 2) % CIRCLE - CIRCLE // 2
-        if version in (0x00, 0xFF) or fine >= CIRCLE or abs(apart) > MOST_APART:
+        if version in NO_VERSION or fine >= CIRCLE or abs(apart) > MOST_APART:
             raise WrongDevice(
                 f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a version and the "
                 "same bearing twice; another device answers here"
@@ -77,15 +79,20 @@ class Cmps12:
     def read_bearing(self) -> Bearing:
         """Read the bearing, in degrees to 0.1, with the calibration state.
 
-        Two transactions, 17 bytes, 0.4 ms at 400 kHz.
+        Two transactions, 19 bytes, 0.44 ms at 400 kHz.
         Raises NotReady if the bytes cannot be a bearing, NoAcknowledge if the chip is gone.
         """
-        raw = self._read(BEARING, READING.size)
+        found = self._read(VERSION, READING.size)
         state = self._read(CALIBRATION, 1)[0]
-        (tenths,) = READING.unpack(raw)
+        version, tenths = READING.unpack(found)
+        if version in NO_VERSION:
+            raise NotReady(
+                f"{self.place}: software version reads {version:02x}, expected 01 to fe; a line is "
+                "held, or nobody drives it"
+            )
         if tenths >= CIRCLE:
             raise NotReady(f"{self.place}: bearing reads {tenths}, expected 0 to {CIRCLE - 1}")
-        return Bearing(tenths / 10, state & MAGNETOMETER_STATE, raw)
+        return Bearing(tenths / 10, state & MAGNETOMETER_STATE, found[BEARING:])
 
     def _read(self, register: int, length: int) -> bytes:
         return self._bus.write_read(self.address, bytes((register,)), length)

@@ -43,7 +43,7 @@ def test_the_bearing_is_given_in_degrees_to_a_tenth(
 
 def test_a_reading_is_two_short_transactions_and_writes_nothing(chip: Cmps12, wire: Wire) -> None:
     chip.read_bearing()
-    assert wire == [(COMPASS, (b"\x02", 10)), (COMPASS, (b"\x1e", 1))]
+    assert wire == [(COMPASS, (b"\x00", 12)), (COMPASS, (b"\x1e", 1))]
 
 
 @pytest.mark.parametrize(("state", "calibration"), [(0x00, 0), (0xFC, 0), (0x32, 2), (0xFF, 3)])
@@ -67,6 +67,15 @@ def test_a_bearing_beyond_the_circle_is_none(
 ) -> None:
     point(registers, tenths, coarse=0)
     with pytest.raises(NotReady, match=f"bearing reads {tenths}, expected 0 to 3599"):
+        chip.read_bearing()
+
+
+@pytest.mark.parametrize("byte", [0x00, 0xFF])
+def test_a_line_that_is_held_or_free_is_not_a_bearing(
+    chip: Cmps12, registers: Registers, byte: int
+) -> None:
+    registers[COMPASS][:] = bytes((byte,)) * 256
+    with pytest.raises(NotReady, match=f"software version reads {byte:02x}, expected 01 to fe"):
         chip.read_bearing()
 
 
