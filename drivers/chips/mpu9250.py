@@ -22,6 +22,7 @@ from drivers.chips.ak8963 import ADDRESS as AK8963_ADDRESS
 from drivers.chips.ak8963 import MEASUREMENT, ST1, Ak8963
 from drivers.chips.mounting import parse_mounting
 from drivers.chips.mpu9250_burst import (
+    RAW_RDY_EN,
     STANDARD_GRAVITY,
     BurstDecoder,
     FieldDecoder,
@@ -47,7 +48,6 @@ H_RESET: Final = 0x80
 CLKSEL_BEST: Final = 0x01
 ALL_AXES_ON: Final = 0x00
 BYPASS_EN: Final = 0x02
-RAW_RDY_EN: Final = 0x01
 I2C_MST_EN: Final = 0x20
 MASTER_400_KHZ: Final = 0x0D
 SLV_READ: Final = 0x80
@@ -167,7 +167,7 @@ class Mpu9250:
     def read_sample(self) -> InertialSample:
         """Read one sample: specific force in m/s2, rate in rad/s, field in T, in body axes.
 
-        One burst of 26 bytes on the wire, 0.59 ms at 400 kHz; 18 bytes without magnetometer.
+        One burst of 26 bytes on the wire, 0.59 ms at 400 kHz; 20 bytes without magnetometer.
         Raises NotReady before bring-up, if there is no sample since the last read, or if the bytes
         cannot be one; NoAcknowledge and the other errors of the bus.
         """

@@ -2,7 +2,9 @@
 
 Registers 0x3A to 0x50, 23 bytes: INT_STATUS, acceleration, temperature and rate (big-endian), then
 what the auxiliary master last fetched from the AK8963: ST1, field (little-endian), ST2. Without
-magnetometer the burst ends after the rate: 15 bytes.
+magnetometer the burst is 0x38 to 0x48, 17 bytes: it ends after the rate, and begins with
+INT_ENABLE, which tells a chip that was reset and goes on at other scales; with one, the fetched
+bytes tell that.
 """
 
 import struct
@@ -13,7 +15,9 @@ from drivers.chips.mounting import Mounting, Vector
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import Message
 
+INT_ENABLE: Final = 0x38
 INT_STATUS: Final = 0x3A
+RAW_RDY_EN: Final = 0x01
 RAW_DATA_RDY: Final = 0x01
 STANDARD_GRAVITY: Final = 9.80665
 COUNTS_FULL_SCALE: Final = 32768
@@ -28,7 +32,10 @@ _FIELD_AT: Final = _INERTIAL.size
 _SILENCE: Final = (bytes(_FIELD_AT - 1), b"\xff" * (_FIELD_AT - 1))
 _UNFETCHED: Final = bytes(MEASUREMENT.size)
 
-SIX_AXES: Final[tuple[Message, ...]] = (bytes((INT_STATUS,)), _FIELD_AT)
+SIX_AXES: Final[tuple[Message, ...]] = (
+    bytes((INT_ENABLE,)),
+    INT_STATUS - INT_ENABLE + _FIELD_AT,
+)
 NINE_AXES: Final[tuple[Message, ...]] = (bytes((INT_STATUS,)), _FIELD_AT + MEASUREMENT.size)
 
 
@@ -115,11 +122,19 @@ class BurstDecoder:
 
         Raises NotReady if there is none since the burst before, or none at all.
         """
+        enabled = RAW_RDY_EN
+        if self.field is None:
+            enabled, burst = burst[0], burst[INT_STATUS - INT_ENABLE :]
         status, ax, ay, az, temperature, gx, gy, gz = _INERTIAL.unpack_from(burst)
         if burst[1:_FIELD_AT] in _SILENCE:
             raise NotReady(
                 f"{self._place}: acceleration, temperature and rate all read {burst[1]:02x}, "
                 "expected a sample; the chip is absent or was reset"
+            )
+        if enabled != RAW_RDY_EN:
+            raise NotReady(
+                f"{self._place}: INT_ENABLE reads {enabled:02x}, expected {RAW_RDY_EN:02x}; the "
+                "chip was reset since bring-up"
             )
         if not status & RAW_DATA_RDY:
             raise NotReady(f"{self._place}: INT_STATUS reads {status:02x}, expected a new sample")

@@ -159,7 +159,7 @@ def test_without_magnetometer_it_goes_on_with_six_axes_and_says_so(
     assert (MPU, (b"\x6a\x20",)) not in wire
     show()
     assert chip.read_sample().field is None
-    assert wire[-1] == (MPU, (b"\x3a", 15))
+    assert wire[-1] == (MPU, (b"\x38", 17))
 
 
 def test_a_magnetometer_that_fails_half_way_is_left_out(

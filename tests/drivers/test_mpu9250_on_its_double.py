@@ -127,7 +127,9 @@ def test_without_magnetometer_the_other_six_axes_are_right() -> None:
     assert sample.rate == pytest.approx((0.1, 0.2, 0.3), abs=math.radians(500) / 32768)
 
 
-def test_after_a_brown_out_there_is_no_sample_until_bring_up(bench: Bench) -> None:
+@pytest.mark.parametrize("with_magnetometer", [True, False])
+def test_after_a_brown_out_there_is_no_sample_until_bring_up(*, with_magnetometer: bool) -> None:
+    bench = Bench(with_magnetometer=with_magnetometer)
     bench.bring_up()
     bench.read_every(TICK, 5)
     bench.bus.power_cycle()
