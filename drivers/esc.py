@@ -7,11 +7,10 @@ some seconds. Full-off is "no signal": the ESC stops by itself and must be armed
 import math
 from dataclasses import dataclass
 
-from drivers.chips.pca9685 import Pca9685
+from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
 from drivers.hardware import HardwareModel
 from drivers.permit import ASK_AGAIN_AFTER, Permit, always
-from firmware_runtime.devs.time import NEVER
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.errors import HalError, NotReady
 
 STOP_AGAIN_AFTER = 10_000_000
 """Ns until a stop that nobody acknowledged is written again."""
@@ -40,6 +39,7 @@ class Esc(HardwareModel):
     arming, armed --arm? false--> reporting (0) --armed! false--> off
     arming, armed, chip silent or throttle not a number --> reporting --armed! false, fault!--> off
     reporting, not stopped yet --> stopping (STOP_AGAIN_AFTER) --> reporting
+    armed, the chip was reset --> reporting --armed! false, fault!--> bring_up
     off, to be armed without leave --> forbidden (ASK_AGAIN_AFTER), given leave --> arming
     armed, without leave --> reporting --armed! false--> forbidden
 
@@ -58,9 +58,12 @@ class Esc(HardwareModel):
         self.permit = permit
         self.wants_armed = False
         self.is_stopped = True
+        self._since_look = 0
+        self._is_bring_up_due = False
 
     def begin(self) -> None:
         """Arm if that was ordered meanwhile, else wait, off."""
+        self._is_bring_up_due = False
         if self.wants_armed:
             self._begin_arming()
         else:
@@ -82,11 +85,14 @@ class Esc(HardwareModel):
             self.consecutive_faults = 0
             self._stay_armed()
         elif self.phase == "armed":
-            self._stay_armed()
+            self._since_look += self.sigma
+            self._look()
         elif self.phase == "stopping":
             self._stop()
         elif not self.is_stopped:
             self.hold_in("stopping", STOP_AGAIN_AFTER)
+        elif self._is_bring_up_due:
+            self.bring_up_again()
         elif self.wants_armed:
             self._begin_arming()
         else:
@@ -94,6 +100,8 @@ class Esc(HardwareModel):
 
     def external(self, elapsed: int) -> None:
         """Arm or disarm; set the throttle if armed."""
+        if self.phase == "armed":
+            self._since_look += elapsed
         if self.arm:
             self.wants_armed = self.arm[-1]
         if self.phase.startswith("bring_up"):
@@ -120,10 +128,12 @@ class Esc(HardwareModel):
             self.hold_in("forbidden", ASK_AGAIN_AFTER)
             return
         try:
+            self.chip.look()
             self._set_throttle(0.0)
         except HalError as error:
             self._fail(error)
         else:
+            self._since_look = 0
             self.hold_in("arming", self.settings.arming)
 
     def _obey(self, throttle: float) -> None:
@@ -135,12 +145,24 @@ class Esc(HardwareModel):
         except HalError as error:
             self._fail(error)
         else:
-            self._stay_armed()
+            self._look()
+
+    def _look(self) -> None:
+        """Stay armed on a chip that still is as brought up: one that was reset pulses no more."""
+        if self._since_look >= LOOK_EVERY_NS:
+            self._since_look = 0
+            try:
+                self.chip.look()
+            except HalError as error:
+                self._fail(error)
+                return
+        self._stay_armed()
 
     def _stay_armed(self) -> None:
         """Stay so while there is leave; an ESC told once goes on, so leave is asked for here."""
         if self.permit():
-            self.hold_in("armed", NEVER if self.permit is always else ASK_AGAIN_AFTER)
+            until_look = LOOK_EVERY_NS - self._since_look
+            self.hold_in("armed", until_look if self.permit is always else ASK_AGAIN_AFTER)
         else:
             self._stop()
             self.wants_armed = True
@@ -153,10 +175,11 @@ class Esc(HardwareModel):
         self.chip.set_duties(self.settings.channel, (duty,))
 
     def _stop(self) -> None:
-        """Low pulse first, then no signal at all."""
+        """Low pulse first, then no signal at all; that alone to a chip that takes no duties."""
         self.wants_armed = False
         try:
-            self._set_throttle(0.0)
+            if not self._is_bring_up_due:
+                self._set_throttle(0.0)
             self.chip.stop_all()
         except HalError as error:
             self.is_stopped = False
@@ -166,5 +189,6 @@ class Esc(HardwareModel):
         self.activate("reporting")
 
     def _fail(self, error: HalError) -> None:
+        self._is_bring_up_due = isinstance(error, NotReady)
         self._stop()
         self.note(error)

@@ -64,7 +64,8 @@ class RadarMotor(Motors):
         return self.signal != STILL
 
     def write_order(self) -> None:
-        """Turn or brake."""
+        """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
+        self.bridge.chip.look()
         if self.signal == CLOCKWISE:
             self.bridge.forward(self.settings.duty)
         elif self.signal == COUNTERCLOCKWISE:

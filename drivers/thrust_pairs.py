@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from drivers.chips.pca9685 import Pca9685
+from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
 from drivers.hardware import HardwareModel
 from drivers.permit import Permit, always
 from firmware_runtime.devs.time import SECOND
@@ -51,6 +51,7 @@ class ThrustPairs(HardwareModel):
     bring_up (the steps' waits) --> off;  a step failed --fault!--> bring_up (RETRY_AFTER)
     off, driving --forces?--> reporting (0) --duties!, fault!--> driving (timeout)
     driving --(timeout)--> reporting --duties!, fault!--> off, or stopping while the chip is silent
+    driving, the chip was reset --> reporting --duties!, fault!--> bring_up
 
     Without leave (`permit`) forces have no effect: all is off, or is switched off.
     """
@@ -66,10 +67,14 @@ class ThrustPairs(HardwareModel):
         self.permit = permit
         self.duties: tuple[float, ...] = OFF
         self.is_stopped = True
-        self._since_write = 0
+        self._since_write = self._since_look = 0
+        self._is_bring_up_due = False
 
     def begin(self) -> None:
         """Wait for forces, all off."""
+        self.is_stopped = True
+        self._is_bring_up_due = False
+        self._since_look = 0
         self.passivate("off")
 
     def output(self) -> None:
@@ -92,6 +97,7 @@ class ThrustPairs(HardwareModel):
     def external(self, elapsed: int) -> None:
         """Write the newest force vector; while the chip is not up, forces have no effect."""
         self._since_write += elapsed
+        self._since_look += elapsed
         if self.phase.startswith("bring_up"):
             self.continue_(elapsed)
         else:
@@ -106,7 +112,9 @@ class ThrustPairs(HardwareModel):
     # ---------------------------------------------------------------------------------------------
 
     def _wait_for_forces(self) -> None:
-        if any(self.duties):
+        if self._is_bring_up_due:
+            self.bring_up_again()
+        elif any(self.duties):
             self.hold_in("driving", self.settings.timeout)
         elif self.is_stopped:
             self.passivate("off")
@@ -125,13 +133,22 @@ class ThrustPairs(HardwareModel):
         wanted = duties_of(forces, self.settings.pair_thrust_n)
         try:
             self.duties = self.chip.set_duties(self.settings.first_channel, self._slewed(wanted))
+            self._look()
         except HalError as error:
             self.note(error)
+            self._since_look = LOOK_EVERY_NS
+            self._is_bring_up_due = isinstance(error, NotReady)
             self._stop()
         else:
             self.is_stopped = False
             self.consecutive_faults = 0
         self._since_write = 0
+
+    def _look(self) -> None:
+        """Look at the chip now and then, and after a write that failed: it may have been reset."""
+        if self._since_look >= LOOK_EVERY_NS:
+            self.chip.look()
+            self._since_look = 0
 
     def _slewed(self, wanted: tuple[float, ...]) -> tuple[float, ...]:
         step = self.settings.slew_per_s * self._since_write / SECOND

@@ -86,6 +86,10 @@ def duty_burst(channels: int) -> tuple[Message, ...]:
     return (bytes(_BURSTS[channels].size),)
 
 
+LOOK_EVERY_NS: Final = 1_000_000_000
+"""How often a model that drives outputs looks: a burst is acknowledged by a sleeping chip too."""
+
+
 def software_reset(bus: I2cBus) -> None:
     """Bring every PCA9685 of the bus to its power-up state: asleep, all outputs off.
 
@@ -202,6 +206,19 @@ class Pca9685:
             raise NotReady(
                 f"{self.place}: MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
                 f"{expected.hex(' ')}; it was reset or written to by another program"
+            )
+
+    def look(self) -> None:
+        """Look whether it was reset since bring-up, as by a brown-out; one transaction, 39 bits.
+
+        Raises NotReady if MODE1 is not as set; then duties are refused until it is brought up anew.
+        """
+        mode1 = self._bus.write_read(self.address, bytes((MODE1,)), 1)[0]
+        if mode1 != AI:
+            self._running = False
+            raise NotReady(
+                f"{self.place}: MODE1 reads {mode1:02x}, expected {AI:02x}; it was reset or "
+                "written to by another program"
             )
 
     # Outputs ------------------------------------------------------------------------------------

@@ -26,14 +26,14 @@ def test_it_turns_to_one_radian_and_rests_there() -> None:
     assert robot.faults() == []
 
 
-def test_a_tick_costs_two_transactions_and_sixty_bytes() -> None:
+def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_look_of_four() -> None:
     robot = virtual_tachobot()
     robot.run(2)
     bus = robot.bench.buses["i2c1"]
     before = bus.transactions, bus.bytes
     robot.run(3)
     ticks = 100
-    assert (bus.transactions - before[0], bus.bytes - before[1]) == (2 * ticks, 60 * ticks)
+    assert (bus.transactions - before[0], bus.bytes - before[1]) == (2 * ticks + 1, 60 * ticks + 4)
 
 
 def test_every_tick_carries_what_an_outside_simulator_needs() -> None:
@@ -118,6 +118,17 @@ def test_it_recovers_from_a_brown_out_of_the_imu() -> None:
     assert robot.values("imu.fault") != []
     assert robot.heard["imu.sample"][-1][0] == 8 * SECOND
     assert robot.bench.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_it_recovers_from_a_brown_out_of_the_propellers_chip_and_says_so() -> None:
+    robot = virtual_tachobot()
+    robot.run(4)
+    robot.bench.thrust.power_cycle()
+    robot.run(8)
+    (fault,) = robot.faults()
+    assert "PCA9685 at 0x40 on i2c1: MODE1 reads 11, expected 20" in fault.reason
+    assert robot.values("thrust_pairs.duties")[-1] == robot.bench.thrust.duties[:8]
+    assert robot.bench.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_stuck_bus_is_a_fault_and_stopping_goes_on_until_acknowledged() -> None:

@@ -143,6 +143,40 @@ def test_a_silent_chip_is_stopped_again_and_again_until_it_answers() -> None:
     assert {fault.kind for fault in bench.faults} == {"NoAcknowledge"}
 
 
+def test_a_chip_that_lost_its_supply_disarms_within_a_second_and_is_brought_up() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(5000, throttle=0.5)
+    bench.chip.power_cycle()
+    bench.run(6000)
+    assert bench.armed == [(4000, True), (6000, False)]
+    assert "MODE1 reads 11, expected 20" in bench.faults[0].reason
+    bench.order(7000, arm=True)
+    bench.run(10_000)
+    assert bench.duty == close(LOW)
+    assert bench.armed[-1] == (10_000, True)
+
+
+def test_throttle_that_keeps_coming_puts_no_look_off() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.run(4500)
+    bench.chip.power_cycle()
+    for at_ms in range(4500, 5500, 10):
+        bench.order(at_ms, throttle=0.5)
+    assert [at_ms for at_ms, is_armed in bench.armed if not is_armed] == [5000]
+
+
+def test_a_chip_that_lost_its_supply_is_not_armed() -> None:
+    bench = Bench()
+    bench.run(1000)
+    bench.chip.power_cycle()
+    bench.order(2000, arm=True)
+    bench.run(6000)
+    assert bench.armed == [(2000, False)]
+    assert bench.chip.running
+
+
 def test_it_can_be_armed_again_after_a_fault() -> None:
     bench = Bench()
     bench.order(1000, arm=True)

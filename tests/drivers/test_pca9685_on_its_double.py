@@ -121,6 +121,20 @@ def test_staggered_outputs_have_the_same_duties(bench: Bench) -> None:
     assert bench.double.duties == pytest.approx(wanted, abs=1 / 8192)
 
 
+def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_look_tells(
+    bench: Bench,
+) -> None:
+    chip = bench.bring_up()
+    chip.look()
+    bench.double.power_cycle()
+    assert chip.set_duties(0, (0.5,) * 8) == (0.5,) * 8
+    assert bench.double.all_off
+    with pytest.raises(NotReady, match="MODE1 reads 11, expected 20; it was reset"):
+        chip.look()
+    with pytest.raises(NotReady):
+        chip.set_duties(0, (0.5,) * 8)
+
+
 def test_a_brown_out_is_told_by_verify_and_cured_by_bring_up(bench: Bench) -> None:
     chip = bench.bring_up()
     chip.set_duties(0, (0.5,))

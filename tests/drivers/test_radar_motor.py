@@ -53,12 +53,12 @@ def test_signals_turn_both_ways_and_brake(radar: Radar) -> None:
         assert radar.levels == levels
 
 
-def test_each_signal_is_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
+def test_each_signal_is_a_look_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
     bench = radar.turn(100, 0)
     before = radar.bus.transactions
     radar.turn(200, 1)
     bench.run(10_000)
-    assert radar.bus.transactions == before + 1
+    assert radar.bus.transactions == before + 2
 
 
 def test_a_signal_during_bring_up_is_kept(radar: Radar) -> None:
@@ -87,6 +87,18 @@ def test_a_silent_chip_is_switched_off_again_and_again_and_then_brought_up(radar
     radar.turn(400, 2)
     assert radar.levels == REVERSE
     assert [fault.kind for fault in bench.faults] == ["NoAcknowledge"] * 3
+
+
+def test_a_chip_that_lost_its_supply_is_told_at_the_next_signal_and_brought_up(
+    radar: Radar,
+) -> None:
+    radar.turn(100, 1)
+    radar.double.power_cycle()
+    bench = radar.turn(200, 2)
+    assert radar.double.all_off
+    assert "MODE1 reads 11, expected 20" in bench.faults[0].reason
+    radar.turn(400, 2)
+    assert radar.levels == REVERSE
 
 
 def test_a_head_that_nobody_turns_back_is_switched_off() -> None:

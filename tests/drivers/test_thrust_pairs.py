@@ -130,6 +130,34 @@ def test_a_burst_that_fails_switches_off_and_a_later_one_recovers() -> None:
     assert [fault.kind for fault in bench.faults] == ["NoAcknowledge"]
 
 
+def drive(bench: Bench, from_ms: int, to_ms: int) -> None:
+    for at_ms in range(from_ms, to_ms, 10):
+        bench.push(at_ms, 0.1, 0.1, 0.1, 0.1)
+
+
+def test_a_chip_that_lost_its_supply_is_told_within_a_second_and_brought_up() -> None:
+    bench = Bench()
+    drive(bench, 100, 1500)
+    bench.chip.power_cycle()
+    drive(bench, 1500, 2500)
+    (fault,) = bench.faults
+    assert "MODE1 reads 11, expected 20" in fault.reason
+    assert (0.0,) * 8 in bench.duties
+    assert bench.duties[-1] == bench.chip.duties[:8]
+    assert not bench.chip.all_off
+
+
+def test_the_first_burst_after_a_failed_one_is_followed_by_a_look() -> None:
+    bench = Bench()
+    drive(bench, 100, 200)
+    bench.bus.faults = FaultScript([NackAddress(times=1)])
+    bench.push(200, 0.1, 0.1, 0.1, 0.1)
+    bench.chip.power_cycle()
+    bench.push(210, 0.1, 0.1, 0.1, 0.1)
+    assert [fault.kind for fault in bench.faults] == ["NoAcknowledge", "NotReady"]
+    assert bench.duties[-1] == (0.0,) * 8
+
+
 def test_stopping_is_repeated_until_it_is_acknowledged() -> None:
     bench = Bench()
     bench.push(100, 0.1, 0.1, 0.1, 0.1)
