@@ -29,10 +29,12 @@ class TraceFile:
     """Writes messages to a file; a context manager that closes it.
 
     Lines are buffered: a run that is killed loses the last few. Raises TraceFileError if the file
-    cannot be made.
+    cannot be made, and at the end if it could not take everything: a full disk ends no run.
     """
 
     def __init__(self, path: Path) -> None:
+        self._path = path
+        self._failure: OSError | None = None
         try:
             self._file = path.open("wb", buffering=1 << 16)
         except OSError as error:
@@ -40,8 +42,14 @@ class TraceFile:
             raise TraceFileError(f"{fault}; expected a file that can be made") from error
 
     def write(self, at: int, port: str, value: object) -> None:
-        """Add one message."""
-        self._file.write(_encode({"t_ns": at, "port": port, "value": plain(value)}) + b"\n")
+        """Add one message; none after one that failed."""
+        if self._failure is not None:
+            return
+        line = _encode({"t_ns": at, "port": port, "value": plain(value)}) + b"\n"
+        try:
+            self._file.write(line)
+        except OSError as error:
+            self._failure = error
 
     def __enter__(self) -> Self:
         return self
@@ -52,7 +60,15 @@ class TraceFile:
         _error: BaseException | None,
         _traceback: TracebackType | None,
     ) -> None:
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError as error:
+            self._failure = self._failure or error
+        if self._failure is not None:
+            raise TraceFileError(
+                f"{self._path}: the trace ends early ({self._failure.strerror}); expected room for "
+                "all of it; the run went on to its end"
+            ) from self._failure
 
 
 def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say

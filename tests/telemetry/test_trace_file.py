@@ -82,3 +82,11 @@ def test_a_file_that_cannot_be_made_is_said_with_its_path(tmp_path: Path) -> Non
     with pytest.raises(TraceFileError, match="the trace cannot be written") as refusal:
         TraceFile(path)
     assert str(refusal.value).startswith(f"{path}: ")
+
+
+def test_a_full_disk_ends_the_trace_and_not_the_run() -> None:
+    file = TraceFile(Path("/dev/full"))
+    for at in range(10_000):
+        file.write(at, "port", 1.0)
+    with pytest.raises(TraceFileError, match=r"/dev/full: the trace ends early \(No space left"):
+        file.__exit__(None, None, None)
