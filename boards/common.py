@@ -6,6 +6,10 @@ from msgspec import Meta, Struct
 
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
+Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e9)]
+"""A duration; in whole nanoseconds it still fits into 64 bits."""
+SecondsOrNone: TypeAlias = Annotated[float, Meta(ge=0, le=1e9)]
+Microseconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e15)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
 Address: TypeAlias = Annotated[int, Meta(ge=0x08, le=0x77)]
 Channel: TypeAlias = Annotated[int, Meta(ge=0, le=15)]
@@ -21,7 +25,7 @@ class BusSettings(Settings, frozen=True):
 
     device: str
     """Device node."""
-    speed_hz: Positive
+    speed_hz: Annotated[float, Meta(ge=1)]
     """Clock rate the kernel was configured for; this project cannot set it."""
     attempts: Annotated[int, Meta(ge=1, le=10)] = 3
     """How often a transaction is tried before its failure counts as a fault."""
@@ -50,9 +54,9 @@ class ModelPolicy(Settings, frozen=True):
     """What happens when one model's activation comes late."""
 
     policy: Policy = "skip"
-    tolerance_us: Positive | None = None
+    tolerance_us: Microseconds | None = None
     """Lateness up to this is no overrun; default a tenth of the period."""
-    stop_after_us: Positive | None = None
+    stop_after_us: Microseconds | None = None
     """For policy `stop`: lateness beyond which outputs go off and the run ends."""
 
 
@@ -63,7 +67,7 @@ class PathDeadlineSettings(Settings, frozen=True):
     """Output port of the sensor, such as `imu.sample`."""
     actuator: str
     """Model that writes, such as `thrust_pairs`."""
-    within_us: Positive
+    within_us: Microseconds
 
 
 class ArmingSettings(Settings, frozen=True):

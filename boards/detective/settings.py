@@ -17,6 +17,8 @@ from boards.common import (
     PathDeadlineSettings,
     PortSettings,
     Positive,
+    Seconds,
+    SecondsOrNone,
     Settings,
 )
 
@@ -27,7 +29,7 @@ class SonarTable(Settings, frozen=True):
     """One sonar: an SRF08 on I2C or a MaxBotix on a serial port."""
 
     chip: Literal["srf08", "maxbotix"]
-    period_s: Positive
+    period_s: Seconds
     """From ping to ping."""
     threshold_m: Positive
     """An echo from here or nearer is a detection."""
@@ -46,7 +48,7 @@ class CompassTable(Settings, frozen=True):
 
     chip: Literal["cmps12", "hmc5883l"]
     bus: str
-    period_s: Positive
+    period_s: Seconds
     address: Address | None = None
     counterclockwise: bool = False
     """Headings grow to the left, as those of a compass mounted upside down do."""
@@ -61,14 +63,14 @@ class TreadsTable(Settings, frozen=True):
     driver: Literal["md25", "sabertooth"]
     speed: Share
     """Share of full speed that signals 1 and 2 stand for."""
-    refresh_s: Positive
+    refresh_s: Seconds
     """The last speeds are sent again this often while moving."""
     bus: str | None = None
     address: int | None = None
     acceleration: Annotated[int, Meta(ge=1, le=10)] = 5
     """MD25: speed steps (of 127) every 25 ms."""
     port: str | None = None
-    timeout_s: Positive = 0.3
+    timeout_s: Seconds = 0.3
     """Sabertooth: silence after which it stops by itself, in whole tenths."""
     left_reversed: bool = False
     right_reversed: bool = False
@@ -85,24 +87,24 @@ class RadarMotorTable(Settings, frozen=True):
     in1: Channel
     in2: Channel
     duty: Share
-    longest_turn_s: Positive
+    longest_turn_s: Seconds
     """The head is stopped when no order came for so long: no chip here would stop it."""
 
 
 class ModelTable(Settings, frozen=True):
     """What the paper leaves open, as event files run it; see README.md."""
 
-    hop_s: NotNegative
-    half_sweep_s: Positive
+    hop_s: SecondsOrNone
+    half_sweep_s: Seconds
     tolerance_deg: NotNegative
 
 
 class MissionTable(Settings, frozen=True):
     """What the model's parameters are on a robot, when it starts, and when hardware has failed."""
 
-    half_sweep_s: Positive
+    half_sweep_s: Seconds
     tolerance_deg: NotNegative
-    start_s: NotNegative
+    start_s: SecondsOrNone
     faults: Annotated[int, Meta(ge=1)]
     """Faults of one device in a row that count as its failure."""
     on_failure: Literal["end", "wait"]
@@ -136,8 +138,8 @@ class ArenaTable(Settings, frozen=True):
     radar_compass_offset_deg: float
     body_compass_offset_deg: float
     seed: Annotated[int, Meta(ge=0)]
-    radar_compass_stuck_s: NotNegative | None = None
-    body_compass_stuck_s: NotNegative | None = None
+    radar_compass_stuck_s: SecondsOrNone | None = None
+    body_compass_stuck_s: SecondsOrNone | None = None
 
 
 class DetectiveSettings(Settings, frozen=True):

@@ -17,6 +17,8 @@ from boards.common import (
     OutputEnableSettings,
     PathDeadlineSettings,
     Positive,
+    Seconds,
+    SecondsOrNone,
     Settings,
 )
 
@@ -36,7 +38,7 @@ class ImuSettings(Settings, frozen=True):
     accel_range_g: int
     also_accept: tuple[int, ...]
     """WHO_AM_I values to take beside the known ones."""
-    calibration_s: Positive
+    calibration_s: Seconds
     """How long the robot stands still while the gyro's bias is measured."""
     still_rad_s: Positive
     """Spread of the rate above which it did not stand still."""
@@ -55,7 +57,7 @@ class ThrustPairsSettings(Settings, frozen=True):
     first_channel: Annotated[int, Meta(ge=0, le=8)]
     slew_per_s: Positive
     """Fastest change of a duty, full range per second."""
-    timeout_s: Positive
+    timeout_s: Seconds
     """Without new forces for this long, all propellers are switched off."""
     pair_thrust_n: Positive | None = None
     """Full force of a pair; left out: the plant model's `world.pair_thrust_n`."""
@@ -71,7 +73,7 @@ class EscSettings(Settings, frozen=True):
     channel: Channel
     low_pulse_us: Positive
     high_pulse_us: Positive
-    arming_s: Positive
+    arming_s: Seconds
     throttle: Fraction
     """Throttle that lifts the robot; used in mode `free` only."""
 
@@ -95,7 +97,7 @@ class YawSettings(PidSettings, frozen=True):
     """The PID of yaw."""
 
     reference_rad: float
-    delay_s: NotNegative
+    delay_s: SecondsOrNone
     """Pure delay between command and propellers, as a network in the loop would add."""
 
 
@@ -105,7 +107,7 @@ class ControllerSettings(Settings, frozen=True):
     mode: Literal["platform", "free"]
     """`platform`: on the rotating platform, yaw only. `free`: hovering, x, y and yaw."""
     period_s: Annotated[float, Meta(ge=0.0005, le=1)]
-    compass_time_constant_s: NotNegative
+    compass_time_constant_s: SecondsOrNone
     """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
     yaw: YawSettings
     x: PositionSettings

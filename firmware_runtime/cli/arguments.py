@@ -48,14 +48,25 @@ def add_output_log(verb: argparse.ArgumentParser) -> None:
     )
 
 
-def positive(text: str) -> float:
-    """A positive, finite number of the command line."""
+MOST = 1e9
+"""Of any number of the command line: as many seconds fit into 64 bits of nanoseconds."""
+MOST_SPEED = 1e6
+"""Of a scaled clock: what is late by an hour of real time still fits."""
+
+
+def speed(text: str) -> float:
+    """How many times as fast a scaled clock goes."""
+    return positive(text, MOST_SPEED)
+
+
+def positive(text: str, most: float = MOST) -> float:
+    """A positive number of the command line, within reason."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a positive number")
+    if not 0 < value <= most:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a positive number, {most:g} at most")
     return value
 
 

@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 import boards.registry
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.readers_gone import readers_may_go
@@ -50,7 +50,7 @@ def add_to(verbs: SubParsers) -> None:
         help="real time (default); virtual time, as fast as it goes; or real time times --speed",
     )
     verb.add_argument(
-        "--speed", type=positive, metavar="N", help="how many times as fast, with --clock scaled"
+        "--speed", type=speed, metavar="N", help="how many times as fast, with --clock scaled"
     )
     verb.add_argument(
         "--for",
