@@ -18,9 +18,15 @@ _BENCHES = {"detective": "DetectiveBench", "tachobot": "TachobotBench"}
 
 
 def bench_for(board: Board, now: Now) -> Bench:
-    """The board's doubles, on their buses and tied to their world, on this clock."""
+    """The board's doubles, on their buses and tied to their world, on this clock.
+
+    Raises BoardError for a world that cannot be, such as a start within a wall.
+    """
     module = import_module(f"sim_doubles.benches.{board.name}")
-    bench: Bench = getattr(module, _BENCHES[board.name])(board.settings, now)
+    try:
+        bench: Bench = getattr(module, _BENCHES[board.name])(board.settings, now)
+    except ValueError as error:
+        raise BoardError(str(board.source), [f"world: {error}"]) from error
     return bench
 
 

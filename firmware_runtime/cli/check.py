@@ -1,9 +1,10 @@
-"""`firmware-runtime check BOARD`: read a board, add up its bus time, touch nothing."""
+"""`firmware-runtime check BOARD`: read a board and its world, add up bus time, touch nothing."""
 
 import argparse
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.benches import bench_for
 from firmware_runtime.cli.status import Status
 
 
@@ -16,6 +17,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; BoardError lists the faults if there are any."""
     board = boards.registry.load(arguments.board, arguments.assignments)
+    bench_for(board, lambda: 0)
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz")

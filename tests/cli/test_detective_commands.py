@@ -178,3 +178,25 @@ def test_a_diagram_that_cannot_be_drawn_is_refused(
     ended = command("diagram", *arguments)
     assert ended.status == 2
     assert ended.error != ""
+
+
+@pytest.mark.parametrize(
+    ("override", "reason"),
+    [
+        ("world.walls=[[0,0,0,0]]", "expected finite x and y of two different ends"),
+        ("world.obstacles=[[0,0,1]]", "expected a place where the vehicle"),
+        ("world.obstacles=[[1,1,-1]]", "a radius above 0"),
+        ("world.right_slip=2", "right_slip is 2.0, expected 0 to 0.9"),
+        ("world.sonar_nearest_m=7", "expected more than sonar_nearest_m"),
+        ("mission.start_s=1e300", "mission.start_s"),
+        ("world.body_compass_stuck_s=1e300", "world.body_compass_stuck_s"),
+    ],
+)
+@pytest.mark.parametrize("verb", [VIRTUAL, ("check", "detective")])
+def test_a_world_that_cannot_be_is_refused_with_a_reason(
+    command: Callable[..., Any], verb: tuple[str, ...], override: str, reason: str
+) -> None:
+    ended = command(*verb, "--set", override)
+    assert ended.status == 2
+    assert reason in ended.error
+    assert ended.out == ""
