@@ -124,7 +124,8 @@ class Maxbotix:
     def read_distance(self) -> float:
         """Take the newest frame since `start_ranging`: distance in m, +inf if nothing was hit.
 
-        Raises NotReady if no ranging was started, or no frame came yet; BusFault or PortClosed.
+        Raises NotReady if no ranging was started, no frame came yet, or it says 0, which no sonar
+        measures; BusFault or PortClosed.
         """
         if self._unread is None:
             raise NotReady(f"{self.place}: no ranging to read, expected one started and not read")
@@ -133,6 +134,8 @@ class Maxbotix:
         if not counts:
             self._unread = (self._unread + arrived)[-SHOWN:]
             raise NotReady(f"{self.place}: {self._what_came(self._unread)}")
+        if counts[-1] == 0:
+            raise NotReady(f"{self.place}: a frame says 0, expected its least distance or more")
         self._unread = None
         if counts[-1] >= self.family.nothing_from:
             return math.inf

@@ -182,6 +182,17 @@ def test_a_frame_that_comes_in_two_readings_is_read(port: ScriptedPort, sonar: M
     assert sonar.read_distance() == 1.0
 
 
+def test_a_frame_that_says_zero_is_no_distance_and_the_next_one_still_counts(
+    port: ScriptedPort, sonar: Maxbotix
+) -> None:
+    sonar.start_ranging()
+    port.arrived = b"R000\r"
+    with pytest.raises(NotReady, match="a frame says 0, expected its least distance"):
+        sonar.read_distance()
+    port.arrived = b"R020\r"
+    assert sonar.read_distance() == 0.2
+
+
 def test_a_silent_line_is_told_with_what_may_be_the_reason(sonar: Maxbotix) -> None:
     sonar.start_ranging()
     expected = "MaxBotix xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin"
