@@ -86,6 +86,13 @@ def test_bring_up_writes_what_it_should_in_order(chip: Mpu9250, wire: Wire) -> N
     assert chip.warnings == []
 
 
+def test_a_fetch_under_way_has_its_time_to_end_before_the_reset(chip: Mpu9250) -> None:
+    """Cut off within a fetch, the AK8963 may hold the auxiliary bus for ever: 10 bytes, 400 kHz."""
+    _, stop_master, reset, *_ = chip.bring_up()
+    assert (stop_master.name, reset.name) == ("stop auxiliary master", "reset")
+    assert stop_master.wait_ns >= 10 * 9 * 2500
+
+
 def test_bring_up_gives_reset_and_gyroscope_their_time(chip: Mpu9250) -> None:
     steps = chip.bring_up()
     waits = {step.name: step.wait_ns for step in steps}
