@@ -27,6 +27,9 @@ TEMPERATURE_AT_ZERO_C: Final = 21.0
 MAGNETOMETER_AXES: Final = Mounting((1, 0, 2), (1, 1, -1))
 """The AK8963 sits turned in the package: x and y are swapped, z points down."""
 
+STALE_AFTER: Final = 100
+"""Repeats of a field, to the last bit, that are believed: a second of them at 100 Hz."""
+
 _INERTIAL: Final = struct.Struct(">B7h")
 _FIELD_AT: Final = _INERTIAL.size
 _SILENCE: Final = (bytes(_FIELD_AT - 1), b"\xff" * (_FIELD_AT - 1))
@@ -58,7 +61,9 @@ class FieldDecoder:
 
     `sensitivity` is in tesla per count of the AK8963's own axes. `repeats` counts measurements in a
     row of which not one bit changed: the MPU-9250 keeps what it fetched last when the AK8963 stops
-    answering. A living one is never that quiet, a model of a field without noise is.
+    answering, or is not asked any more because its auxiliary bus hangs. A living one is never that
+    quiet, a model of a field without noise is. After `STALE_AFTER` of them there is no field until
+    a bit changes.
     """
 
     def __init__(self, place: str, mounting: Mounting, sensitivity: Vector) -> None:
@@ -82,6 +87,8 @@ class FieldDecoder:
             self._last = measurement
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
         if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
+            if self.repeats > STALE_AFTER:
+                return None, False
             field = (hx, hy, hz)
             i, j, k = self._axes
             x, y, z = self._factors

@@ -104,6 +104,19 @@ def test_a_magnetometer_that_dies_is_seen_to_stand_still(bench: Bench) -> None:
     assert bench.read_every(TICK, 3)[-1].field is None
 
 
+def test_a_field_that_stands_still_to_the_last_bit_is_taken_for_none_after_a_while(
+    bench: Bench,
+) -> None:
+    """What a hanging auxiliary bus looks like: the last fetch stands, and nothing refuses."""
+    bench.bring_up()
+    bench.field_now = lambda _: (30e-6, 20e-6, -40e-6)
+    fields = [sample.field for sample in bench.read_every(TICK, 130)]
+    assert fields[50] is not None
+    assert fields[105:] == [None] * 25
+    bench.field_now = lambda _: (31e-6, 20e-6, -40e-6)
+    assert bench.read_every(TICK, 3)[-1].field is not None
+
+
 def test_a_field_beyond_range_is_flagged_and_comes_back(bench: Bench) -> None:
     bench.bring_up()
     bench.field_now = lambda _: (3000e-6, 2000e-6, 0.0)
