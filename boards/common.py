@@ -13,6 +13,8 @@ Microseconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e15)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
 Address: TypeAlias = Annotated[int, Meta(ge=0x08, le=0x77)]
 Channel: TypeAlias = Annotated[int, Meta(ge=0, le=15)]
+DeviceNode: TypeAlias = Annotated[str, Meta(pattern=r"^[^\x00]+$")]
+"""Path of a device node; none is empty, none has a NUL in it."""
 Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
 
 
@@ -23,8 +25,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
 class BusSettings(Settings, frozen=True):
     """One I2C bus."""
 
-    device: str
-    """Device node."""
+    device: DeviceNode
     speed_hz: Annotated[float, Meta(ge=1)]
     """Clock rate the kernel was configured for; this project cannot set it."""
     attempts: Annotated[int, Meta(ge=1, le=10)] = 3
@@ -34,17 +35,16 @@ class BusSettings(Settings, frozen=True):
 class PortSettings(Settings, frozen=True):
     """One serial port."""
 
-    device: str
-    """Device node."""
+    device: DeviceNode
     baud: Annotated[int, Meta(gt=0)]
 
 
 class OutputEnableSettings(Settings, frozen=True):
     """The GPIO line at the OE pins of the board's PCA9685, where it is wired."""
 
-    chip: str
-    """Device node of the GPIO chip."""
-    line: Annotated[int, Meta(ge=0)]
+    chip: DeviceNode
+    """The GPIO chip's."""
+    line: Annotated[int, Meta(ge=0, le=0xFFFF_FFFF)]
     """Offset of the line on that chip."""
     active_low: bool = True
     """Whether outputs are enabled by a low level, as at the OE pin itself."""

@@ -42,10 +42,11 @@ def treads(table: TreadsTable, lines: Lines) -> TreadDriver:
     """An MD25 or a Sabertooth."""
     if table.driver == "sabertooth":
         settings = SabertoothSettings(timeout_ns=seconds(table.timeout_s))
-        return Sabertooth(lines.ports[str(table.port)], table.address or 128, settings)
+        address = 128 if table.address is None else table.address
+        return Sabertooth(lines.ports[str(table.port)], address, settings)
     return Md25(
         lines.buses[str(table.bus)],
-        table.address or 0x58,
+        0x58 if table.address is None else table.address,
         Md25Settings(acceleration=table.acceleration),
     )
 

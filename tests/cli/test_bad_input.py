@@ -25,6 +25,8 @@ VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
         ("thrust_pairs.timeout_s=1e300", "thrust_pairs.timeout_s", "<= 1000000000.0"),
         ("controller.yaw.delay_s=1e300", "controller.yaw.delay_s", "<= 1000000000.0"),
         ("esc.arming_s=1e300", "esc.arming_s", "<= 1000000000.0"),
+        ("buses.i2c1.device=", "buses.i2c1.device", "expected str"),
+        ('buses.i2c1.device="a\\u0000b"', "buses.i2c1.device", "expected str"),
         ("buses.i2c1.speed_hz=0.001", "buses.i2c1.speed_hz", ">= 1.0"),
         ("thrust_pairs.timeout_s=0.01", "thrust_pairs.timeout_s", "two control periods"),
         ("esc.high_pulse_us=900", "esc.high_pulse_us", "more than low_pulse_us"),
