@@ -167,8 +167,9 @@ def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
     """Tell systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
     notices, journal = Notices.from_environment(), Journal.from_environment()
     executive = session.executive
+    chronicle: Chronicle | None = None
     if notices.is_there or journal.is_there:
-        Chronicle(executive, notices, journal, summary)
+        chronicle = Chronicle(executive, notices, journal, summary)
 
     def tell(what: str) -> None:
         print(f"firmware-runtime: {what}", file=sys.stderr, flush=True)
@@ -177,6 +178,8 @@ def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
     try:
         yield None if sys.stdin.isatty() else reloading.request
     finally:
+        if chronicle is not None:
+            chronicle.close()
         notices.stopping()
         notices.close()
         journal.close()

@@ -3,7 +3,8 @@
 - READY after the first step, when devices have answered; the watchdog is fed by the loop itself,
   between two steps, and by nothing else.
 - STATUS, once a second where there is time: the one-line summary.
-- The journal: a line for each episode of overruns when it is over, and a summary a minute.
+- The journal: a line for each episode of overruns when it is over, or the run is, and a summary a
+  minute, which a loop that never has time writes all the same.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,6 +20,8 @@ from firmware_runtime.telemetry.layout import STEPS
 STATUS_EVERY = SECOND
 SUMMARY_EVERY = 60 * SECOND
 RESERVE = MILLISECOND
+PATIENCE = SECOND
+"""Ns after which a summary for the journal is made all the same: a fast loop never has the time."""
 
 
 class Chronicle:
@@ -52,9 +55,16 @@ class Chronicle:
             if account.episodes > told and not account.in_episode:
                 self._told[account] = account.episodes
                 self._tell(account)
-        if now >= self._status_at and left > 2 * self._longest + RESERVE:
+        has_time = now >= self._status_at and left > 2 * self._longest + RESERVE
+        if has_time or now >= self._summary_at + PATIENCE:
             self._status_at = now + STATUS_EVERY
             self._show_status(now)
+
+    def close(self) -> None:
+        """Tell of the episodes that the end of the run has cut short."""
+        for account, told in self._told.items():
+            if account.episodes > told:
+                self._tell(account)
 
     def _tell(self, account: ModelAccount) -> None:
         """One line for an episode that is over."""

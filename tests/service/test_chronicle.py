@@ -10,7 +10,9 @@ import pytest
 from boards import registry
 from boards.retuning import changed_keys, need_restart
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.service.chronicle import Chronicle
 from firmware_runtime.service.journal import Journal, encoded
 from firmware_runtime.service.notices import Notices, watchdog_of
@@ -71,6 +73,24 @@ def test_ready_comes_after_the_first_step_and_a_stall_is_one_line(
     assert (fields["MODEL"], fields["MISSED"], fields["CAUSE"]) == ("imu", "2", "wake")
     assert int(fields["LATE_US"]) == 3 * PERIOD // 1000
     assert fields["PRIORITY"] == "4"
+
+
+def test_a_loop_that_is_always_late_writes_a_summary_a_minute_and_its_episode_at_the_end(
+    tmp_path: Path, journald: Listener
+) -> None:
+    clock, robot = StallingClock(), Robot(imu=10 * PERIOD)
+    robot.imu.work = lambda _number: clock.spend(11 * PERIOD)
+    executive = Executive(robot, clock, list, Configuration({"imu": ActivationPolicy("catch-up")}))
+    journal = Journal(tmp_path / "journal")
+    chronicle = Chronicle(executive, Notices(), journal, lambda _statistics: "a summary")
+    executive.run(150 * SECOND)
+    told = journald.heard()
+    assert len(told) == 2
+    assert all(entry.startswith("MESSAGE=a summary\n") for entry in told)
+    chronicle.close()
+    (episode,) = journald.heard()
+    assert "\nMODEL=imu\n" in episode
+    journal.close()
 
 
 def test_a_run_without_steps_is_not_ready(systemd: Listener) -> None:
