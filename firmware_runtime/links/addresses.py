@@ -7,6 +7,8 @@ from typing import Any
 
 from firmware_runtime.errors import BoardError
 
+_HIGHEST_PORT = 0xFFFF
+
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
@@ -34,11 +36,18 @@ def endpoint(option: str, text: str) -> Endpoint:
     """Read `text`, looking a name up once. Raises BoardError that names the option."""
     host, _, port = text.rpartition(":")
     bare = host.removeprefix("[").removesuffix("]")
-    if not bare or not port.isdigit() or int(port) > 0xFFFF or (":" in bare and bare == host):
+    if not bare or not _is_port(port) or (":" in bare and bare == host):
         fault = f"{text}: expected ADDRESS:PORT, such as 127.0.0.1:7300 or [::1]:7300"
         raise BoardError(option, [fault])
     try:
         (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
     except OSError as error:
         raise BoardError(option, [f"{text}: {error.strerror}; expected an address"]) from error
+    except UnicodeError as error:  # a name with an empty part, or one of more than 63 letters
+        raise BoardError(option, [f"{text}: no name of a computer; expected an address"]) from error
     return Endpoint(family, where)
+
+
+def _is_port(text: str) -> bool:
+    # ASCII first: there are digits that `int` does not know, such as the superscript two
+    return text.isascii() and text.isdigit() and int(text) <= _HIGHEST_PORT

@@ -69,11 +69,16 @@ def _server(listen: str) -> WSGIServer:
         return _UnixServer(listen.removeprefix(UNIX), _Quiet)  # type: ignore[arg-type] # a path
     host, _, port = listen.rpartition(":")
     host = host.strip("[]")
-    if not port.isdigit() or not _is_loopback(host):
+    if not _is_port(port) or not _is_loopback(host):
         fault = f"{listen}: expected unix:PATH, or a loopback address such as 127.0.0.1:9798"
         raise BoardError("--listen", [fault])
     kind = _Ip6Server if ":" in host else WSGIServer
     return kind((host, int(port)), _Quiet)
+
+
+def _is_port(text: str) -> bool:
+    # ASCII first: there are digits that `int` does not know, such as the superscript two
+    return text.isascii() and text.isdigit() and int(text) <= 0xFFFF
 
 
 def _is_loopback(host: str) -> bool:

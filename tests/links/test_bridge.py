@@ -173,10 +173,27 @@ def test_addresses_are_ipv4_or_ipv6(
     assert (read.family, str(read), read.is_loopback) == (family, written, is_loopback)
 
 
-@pytest.mark.parametrize("text", ["", "7300", ":7300", "127.0.0.1", "::1:7300", "127.0.0.1:70000"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "7300",
+        ":7300",
+        "127.0.0.1",
+        "::1:7300",
+        "127.0.0.1:70000",
+        "127.0.0.1:\N{SUPERSCRIPT TWO}",
+    ],
+)
 def test_anything_else_is_no_address(text: str) -> None:
     with pytest.raises(BoardError, match=r"expected ADDRESS:PORT, such as 127.0.0.1:7300"):
         endpoint("--peer", text)
+
+
+@pytest.mark.parametrize("name", ["a..b", "a" * 64 + ".b"])
+def test_what_can_be_no_name_is_no_address(name: str) -> None:
+    with pytest.raises(BoardError, match="no name of a computer; expected an address"):
+        endpoint("--listen", f"{name}:7300")
 
 
 @pytest.mark.parametrize(

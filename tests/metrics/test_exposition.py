@@ -112,7 +112,17 @@ def test_stats_prints_the_same(
     assert printed[name] == samples(exposition("tachobot", file.statistics()))[name] == 1
 
 
-@pytest.mark.parametrize("listen", ["0.0.0.0:9798", "10.1.2.3:1", "9798", "127.0.0.1:http"])
+@pytest.mark.parametrize(
+    "listen",
+    [
+        "0.0.0.0:9798",
+        "10.1.2.3:1",
+        "9798",
+        "127.0.0.1:http",
+        "127.0.0.1:70000",
+        "127.0.0.1:\N{SUPERSCRIPT TWO}",
+    ],
+)
 def test_an_address_others_could_reach_is_refused(
     directory: Path, listen: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
