@@ -2,16 +2,18 @@
 
 import argparse
 import os
+import sys
 from pathlib import Path
 from time import monotonic_ns
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.status import Status
-from firmware_runtime.cli.until_signal import until_signal
+from firmware_runtime.cli.until_signal import UntilSignal, until_signal
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.errors import BoardError
 from firmware_runtime.service.notices import Notices
+from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.recorder import Recorder
 
@@ -65,12 +67,20 @@ def execute(arguments: argparse.Namespace) -> int:
     with until_signal() as signal:
         tell(f"waiting for a run at {kept}")
         notices.ready()
-        while not signal.wait(LOOK_EVERY_S):
-            recorder.look(monotonic_ns())
-            notices.alive()
+        try:
+            _record(recorder, signal, notices)
+        except StatisticsFileError as error:  # a full disk is no bad input: systemd tries again
+            print(f"firmware-runtime: {error}", file=sys.stderr)
+            return Status.NOTHING_HAPPENED
+    return Status.OK
+
+
+def _record(recorder: Recorder, signal: UntilSignal, notices: Notices) -> None:
+    while not signal.wait(LOOK_EVERY_S):
+        recorder.look(monotonic_ns())
+        notices.alive()
     notices.stopping()
     recorder.close()
-    return Status.OK
 
 
 def _folder(stated: Path | None) -> Path:

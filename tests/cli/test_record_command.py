@@ -1,5 +1,6 @@
 """`record` beside a run of its own process: what is in the folder afterwards."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -9,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.telemetry.layout import Layout
+from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
@@ -34,6 +37,19 @@ def test_two_runs_leave_two_files_that_the_other_verbs_read(
     assert [read_statistics(each).as_json()["scheduled"] for each in (first, second)] == [101, 101]
     merged = command("stats", "--merge", str(first), str(second), "--json")
     assert (merged.status, '"scheduled": 202' in merged.out) == (0, True)
+
+
+def test_a_full_disk_is_no_bad_input_so_that_systemd_tries_again(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    kept = tmp_path / "tachobot.stats"
+    StatisticsFile(Layout(), {"models": {}, "conditions": {}}, kept).close_section(0)
+    folder = tmp_path / "kept"
+    folder.mkdir()
+    (folder / f".tachobot-0001.stats.{os.getpid()}").symlink_to("/dev/full")
+    ended = command("record", "tachobot", "--into", str(folder), "--statistics", str(kept))
+    assert ended.status == 6
+    assert "No space left on device" in ended.error
 
 
 @pytest.mark.parametrize(
