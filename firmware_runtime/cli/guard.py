@@ -20,7 +20,8 @@ from firmware_runtime.telemetry.takeovers import TakeoverFile
 _ABOUT = """
 It holds the buses and the run's heartbeat, nothing else, and acts within 0.2 s ([guard] stall_s of
 the board): full-off to every chip, again until all have acknowledged. What it switched off stays
-off until the run is armed anew. Start it before the run; it waits for one, and for the next.
+off until the run is armed anew. Start it before the run; it waits for one, and for the next. Where
+it may not open a bus of a run that lives it ends with status 3, and is no guard to that run.
 """
 
 
@@ -55,7 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
         notices.status(what)
 
     stall = seconds(board.settings.guard.stall_s)
-    guard = Guard(path, outputs.make_safe, stall, tell, TakeoverFile(path).write)
+    guard = Guard(path, outputs.make_safe, stall, tell, TakeoverFile(path).write, outputs.reach)
     priority = min(board.settings.executive.fifo_priority + 1, 99)
     asked = ProcessSettings(
         fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,

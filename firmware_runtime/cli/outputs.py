@@ -7,6 +7,7 @@ from boards.registry import Board
 from boards.robot import Robot
 from firmware_runtime.cli.lines import close_lines, open_lines, served_doubles
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.linux_node import check_node
 
 
 class Outputs:
@@ -20,6 +21,12 @@ class Outputs:
         self._board = board
         self._doubles = doubles
         self._opened: tuple[Lines, Robot] | None = None
+
+    def reach(self) -> None:
+        """Raise HalError where a real bus or port could not be opened if it were needed now."""
+        if self._doubles is None:
+            for name, line in (self._board.settings.buses | self._board.ports).items():
+                check_node(name, line.device)
 
     def make_safe(self) -> list[str]:
         """Write full-off to every chip; return what failed, one sentence each."""

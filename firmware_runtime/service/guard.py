@@ -45,16 +45,19 @@ class Guard:
 
     `make_safe` writes full-off to every chip and returns what failed, one sentence each. `stall` is
     how many ns without a finished step count as dead. `tell` hears of every takeover and its end;
-    `record` keeps it, once the outputs are off or could not be switched off.
+    `record` keeps it, once the outputs are off or could not be switched off. `reach` raises
+    HalError where `make_safe` could open nothing: a guard that cannot act must not be seen by a run
+    that lives, which may demand one. Whoever started this one starts another, with better leave.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 -- handed over once, by the verb
         self,
         path: Path,
         make_safe: Callable[[], list[str]],
         stall: int,
         tell: Callable[[str], None],
         record: Callable[[Takeover], None] = lambda _: None,
+        reach: Callable[[], None] = lambda: None,
     ) -> None:
         self.phase = Phase.WAITING
         self._path = path
@@ -62,13 +65,17 @@ class Guard:
         self._stall = stall
         self._tell = tell
         self._record = record
+        self._reach = reach
         self._run: _Run | None = None
         self._seen: tuple[int, int] | None = None
         self._takeover: Takeover
         self._failed: list[str] | None = None
 
     def look(self) -> None:
-        """Look once, and act; to be called every LOOK_EVERY and when the run's process ends."""
+        """Look once, and act; to be called every LOOK_EVERY and when the run's process ends.
+
+        Raises HalError when a run begins whose outputs are out of reach.
+        """
         self._find_run()
         if self._run is not None:
             self._run.show_presence()
@@ -95,6 +102,8 @@ class Guard:
             return
         with suppress(StatisticsFileError):  # not whole yet, or not ours: the next look tells
             run = _Run(self._path)
+            if not run.has_ended:
+                self._reach()
             self._seen = identity
             if self._run is not None:
                 self._run.close()

@@ -10,6 +10,7 @@ from time import monotonic_ns
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.service.guard import Guard, Phase
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, Layout
 from firmware_runtime.telemetry.process_identity import this_process
@@ -72,6 +73,18 @@ def test_a_living_run_is_watched_and_sees_that_it_is(watch: Watch, file: Statist
     watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 0)
     assert monotonic_ns() - file.cells[GUARD] < SECOND
+
+
+def test_a_guard_that_may_open_no_bus_is_not_seen_by_the_run(
+    path: Path, file: StatisticsFile
+) -> None:
+    def reach() -> None:
+        raise BusAbsent("i2c1: /dev/i2c-1 cannot be opened")
+
+    guard = Guard(path, list, STALL, lambda _: None, reach=reach)
+    with pytest.raises(BusAbsent):
+        guard.look()
+    assert file.cells[GUARD] == 0
 
 
 def test_a_run_that_has_not_begun_is_not_taken_for_dead(path: Path, watch: Watch) -> None:
