@@ -33,7 +33,8 @@ class _UnixServer(WSGIServer):
     def server_bind(self) -> None:
         """Bind to a path, which has neither host name nor port."""
         path = Path(os.fspath(self.server_address))  # type: ignore[call-overload] # a path
-        path.unlink(missing_ok=True)
+        if path.is_socket():  # left there by an exporter before; anything else is somebody's
+            path.unlink()
         self.socket.bind(os.fspath(path))
         self.server_name, self.server_port = "localhost", 0
         self.setup_environ()
@@ -59,7 +60,7 @@ def exporter(listen: str, collector: Collector) -> BaseServer:
     try:
         server = _server(listen)
     except OSError as error:
-        raise BoardError("--listen", [f"{listen}: {error.strerror}"]) from error
+        raise BoardError("--listen", [f"{listen}: {error.strerror or error}"]) from error
     server.set_app(make_wsgi_app(registry))
     return server
 

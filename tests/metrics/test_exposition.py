@@ -165,6 +165,16 @@ def test_the_exporter_answers_on_loopback_with_what_holds_now(file: StatisticsFi
         assert samples(body_of(connection))[name] == 4
 
 
+def test_a_file_in_the_socket_s_place_is_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "notes"
+    path.write_text("mine")
+    assert main(["metrics", "--listen", f"unix:{path}"]) == 2
+    assert capsys.readouterr().err.rstrip().endswith("Address already in use")
+    assert path.read_text() == "mine"
+
+
 @pytest.mark.slow
 def test_the_exporter_answers_on_a_unix_socket(file: StatisticsFile, tmp_path: Path) -> None:
     path = tmp_path / "metrics.sock"
