@@ -85,8 +85,11 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
 
 
 def _root(text: str) -> str:
-    if not text.startswith("/") or text.strip("/") == "":
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a folder's whole path")
+    # the first line of an installed program names its interpreter, which ends at a blank
+    if not text.startswith("/") or text.strip("/") == "" or len(text.split()) != 1:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: expected a folder's whole path, without blanks"
+        )
     return text.rstrip("/")
 
 
@@ -134,7 +137,9 @@ def _demand_sound(arguments: argparse.Namespace) -> None:
         )
     if arguments.wheel is not None and not arguments.wheel.is_file():
         faults.append(f"{arguments.wheel}: no file; expected the project's wheel")
-    if arguments.settings is not None:
+    if arguments.settings is not None and not arguments.settings.is_file():
+        faults.append(f"{arguments.settings}: no file; expected a board.toml")
+    elif arguments.settings is not None:
         board = boards.registry.load(str(arguments.settings))
         if board.name != arguments.board:
             faults.append(f"{board.source}: settings of {board.name}, not of {arguments.board}")

@@ -182,3 +182,21 @@ def test_a_wheel_that_was_cut_off_is_refused_here(
     assert deploy(target, "--wheel", cut) == Status.NOT_DEPLOYED
     assert "expected the project's wheel" in capsys.readouterr().err
     assert list(root.iterdir()) == []
+
+
+@pytest.mark.parametrize("settings", ["tachobot", "boards/tachobot", "nowhere.toml"])
+def test_settings_that_are_no_file_are_refused_before_anything_is_run(
+    settings: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["deploy", "robot", "tachobot", "--settings", settings]) == Status.BAD_INPUT
+    assert f"{settings}: no file; expected a board.toml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("root", ["", "/", "here", "/srv/a robot"])
+def test_a_root_that_no_program_could_start_from_is_refused(
+    root: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["deploy", "robot", "tachobot", "--root", root])
+    assert ended.value.code == Status.BAD_INPUT
+    assert f"{root!r}: expected a folder's whole path, without blanks" in capsys.readouterr().err
