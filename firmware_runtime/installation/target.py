@@ -34,7 +34,7 @@ def target(root: Path | None, *, dry_run: bool) -> Target:
         return Target(Tree(root.absolute()))
     machine = Target(Tree(THIS_MACHINE), is_live=True)
     if not dry_run:
-        require_systemd()
+        require_systemd(", or --root DIR to change the files of one that is being built")
         if os.geteuid() != 0:
             raise InstallationRefused(
                 "this user may not change the system's files; expected root: use sudo, or --root "
@@ -43,10 +43,10 @@ def target(root: Path | None, *, dry_run: bool) -> Target:
     return machine
 
 
-def require_systemd() -> None:
-    """Raise InstallationRefused where systemd does not run."""
+def require_systemd(or_else: str = "") -> None:
+    """Raise InstallationRefused where systemd does not run; `or_else` is another way, if any."""
     if not Tree(THIS_MACHINE).exists(_SYSTEMD_RUNS):
         raise InstallationRefused(
             f"systemd does not run this machine (no {_SYSTEMD_RUNS}); expected a system that it "
-            "runs, or --root DIR to write the files for one"
+            f"runs{or_else}"
         )
