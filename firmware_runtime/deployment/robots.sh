@@ -11,12 +11,14 @@ board_of() { # the board of unit $1
 	echo "${board%.service}"
 }
 
-stop_units() { # for reason $1 the units that follow; fails if a board that ran cannot be made safe
+stop_units() { # for reason $1 the units that follow, which run; guards last
+	# Fails if a board that ran cannot be made safe: then its guard goes on, and goes on trying.
 	reason=$1
 	shift
-	[ $# -gt 0 ] || return 0
-	systemctl stop "$@" || return
-	for unit in "$@"; do
+	guards=$(printf '%s\n' "$@" | sed -n '/^firmware-runtime-guard@/p')
+	others=$(printf '%s\n' "$@" | sed '/^firmware-runtime-guard@/d')
+	stop_all "$others" || return
+	for unit in $others; do
 		case $unit in
 		firmware-runtime@*)
 			# ExecStopPost has done so already, but nobody has looked at how it went.
@@ -24,6 +26,13 @@ stop_units() { # for reason $1 the units that follow; fails if a board that ran 
 			;;
 		esac
 	done
+	stop_all "$guards"
+}
+
+stop_all() { # the units in $1, together, if there are any
+	[ -n "$1" ] || return 0
+	# shellcheck disable=SC2086 # one word a unit
+	systemctl stop $1
 }
 
 start_units() { # $@; one that does not start is told and keeps no other from starting

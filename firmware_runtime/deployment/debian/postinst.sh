@@ -29,7 +29,8 @@ configure)
 abort-upgrade | abort-remove | abort-deconfigure)
 	# A robot that could not be made safe is one reason to be here.
 	if [ -s "$stopped" ]; then
-		echo "firmware-runtime: these are stopped and stay so: $(tr '\n' ' ' <"$stopped")" >&2
+		robots=$(sed '/-guard@/d' "$stopped" | tr '\n' ' ')
+		echo "firmware-runtime: these are stopped and stay so: $robots" >&2
 	fi
 	;;
 esac

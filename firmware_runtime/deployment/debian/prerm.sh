@@ -11,7 +11,8 @@ case $1 in
 upgrade | remove | deconfigure)
 	running=
 	if [ -d /run/systemd/system ]; then running=$(list_units); fi
-	if [ -n "$running" ]; then echo "$running" >"$stopped"; fi
+	# What a try before this one has stopped is to run again as well.
+	if [ -n "$running" ]; then echo "$running" >>"$stopped"; fi
 	reason="the package: $1"
 	# shellcheck disable=SC2086 # one word a unit
 	stop_units "$reason" $running || {
