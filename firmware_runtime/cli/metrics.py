@@ -9,6 +9,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.cli.extras import module_of_extra
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import until_signal
+from firmware_runtime.errors import BoardError
 from firmware_runtime.metrics.textfile import write_textfile
 from firmware_runtime.telemetry.paths import all_statistics
 
@@ -40,6 +41,8 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write or serve."""
+    if arguments.every_s is not None and arguments.textfile is None:
+        raise BoardError("metrics", ["--every belongs to --textfile"])
     collecting = module_of_extra("firmware_runtime.metrics.collector", "metrics")
     collector = collecting.StatisticsCollector(lambda: all_statistics(arguments.board))
     if arguments.listen is not None:

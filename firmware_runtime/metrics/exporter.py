@@ -3,7 +3,7 @@
 import os
 from ipaddress import ip_address
 from pathlib import Path
-from socket import AF_INET6, AF_UNIX
+from socket import AF_INET6, AF_UNIX, SOCK_STREAM, socket
 from socketserver import BaseServer
 from typing import Any
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
@@ -33,8 +33,8 @@ class _UnixServer(WSGIServer):
     def server_bind(self) -> None:
         """Bind to a path, which has neither host name nor port."""
         path = Path(os.fspath(self.server_address))  # type: ignore[call-overload] # a path
-        if path.is_socket():  # left there by an exporter before; anything else is somebody's
-            path.unlink()
+        if path.is_socket() and not _answers(path):
+            path.unlink()  # of an exporter that is gone
         self.socket.bind(os.fspath(path))
         self.server_name, self.server_port = "localhost", 0
         self.setup_environ()
@@ -53,7 +53,7 @@ def exporter(listen: str, collector: Collector) -> BaseServer:
     """A server that answers with what the collector finds; `serve_forever` runs it.
 
     `listen` is `ADDRESS:PORT` of the loopback interface, or `unix:PATH`. Raises BoardError for any
-    other, and when it is taken.
+    other, and when it is taken: of what is at PATH, only a socket nobody answers at is replaced.
     """
     registry = CollectorRegistry()
     registry.register(collector)
@@ -87,3 +87,9 @@ def _is_loopback(host: str) -> bool:
         return ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def _answers(path: Path) -> bool:
+    """Whether somebody listens at a socket's path."""
+    with socket(AF_UNIX, SOCK_STREAM) as asking:
+        return asking.connect_ex(os.fspath(path)) == 0

@@ -131,6 +131,30 @@ def test_an_address_others_could_reach_is_refused(
     assert list(directory.iterdir()) == []
 
 
+def test_an_exporter_that_answers_keeps_its_socket(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "metrics.sock"
+    with socket.socket(socket.AF_UNIX) as other:
+        other.bind(os.fspath(path))
+        other.listen()
+        assert main(["metrics", "--listen", f"unix:{path}"]) == 2
+        assert "Address already in use" in capsys.readouterr().err
+    assert path.is_socket()
+
+
+def test_a_socket_that_cannot_be_is_refused_in_a_sentence(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["metrics", "--listen", f"unix:/{'a' * 200}"]) == 2
+    assert "path too long" in capsys.readouterr().err
+
+
+def test_an_interval_belongs_to_the_text_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["metrics", "--listen", "127.0.0.1:0", "--every", "1"]) == 2
+    assert "--every belongs to --textfile" in capsys.readouterr().err
+
+
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "prometheus_client", None)
     monkeypatch.delitem(sys.modules, "firmware_runtime.metrics.exporter", raising=False)
@@ -178,6 +202,8 @@ def test_a_file_in_the_socket_s_place_is_kept(
 @pytest.mark.slow
 def test_the_exporter_answers_on_a_unix_socket(file: StatisticsFile, tmp_path: Path) -> None:
     path = tmp_path / "metrics.sock"
+    with socket.socket(socket.AF_UNIX) as gone:
+        gone.bind(os.fspath(path))  # what an exporter that was killed has left
     with exporting(f"unix:{path}"), socket.socket(socket.AF_UNIX) as wire:
         wire.connect(os.fspath(path))
         connection = http.client.HTTPConnection("localhost")
