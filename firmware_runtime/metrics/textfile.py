@@ -11,7 +11,7 @@ MODE = 0o644
 
 def write_textfile(path: Path, text: str) -> None:
     """Replace the file at once. Raises BoardError when it cannot be written."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    unfinished = path.parent / f".{path.name}.{os.getpid()}"
     try:
         unfinished.write_text(text)
         unfinished.chmod(MODE)

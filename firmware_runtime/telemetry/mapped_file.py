@@ -159,7 +159,7 @@ class ReadableFile:
 
 def _publish(path: Path, size: int, start: bytes) -> mmap.mmap:
     """Make the file under a name of its own, fill and map it, then give it the name people know."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    unfinished = path.parent / f".{path.name}.{os.getpid()}"
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished.unlink(missing_ok=True)
     descriptor = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _MODE)

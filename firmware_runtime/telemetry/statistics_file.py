@@ -30,7 +30,7 @@ def save(statistics: Statistics, path: Path) -> None:
     """
     found = {"writer_alive": statistics.writer_alive, "complete": statistics.complete}
     header = {**statistics.header, SAVED: found}
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    unfinished = path.parent / f".{path.name}.{os.getpid()}"
     try:
         unfinished.write_bytes(
             STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)

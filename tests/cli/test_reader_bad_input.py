@@ -1,0 +1,48 @@
+"""What the readers refuse: in one sentence, with status 2, nothing written."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.telemetry.layout import Layout
+from firmware_runtime.telemetry.statistics_file import StatisticsFile
+
+HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
+
+
+@pytest.fixture(autouse=True)
+def path(tmp_path: Path) -> Path:
+    """The statistics of a run, where the readers look."""
+    (tmp_path / "state").mkdir()
+    StatisticsFile(Layout(), HEADER, tmp_path / "state" / "tachobot.stats")
+    return tmp_path / "state" / "tachobot.stats"
+
+
+@pytest.mark.parametrize("place", [".", "/"])
+@pytest.mark.parametrize("option", [("stats", "--save"), ("metrics", "--textfile")])
+def test_a_place_that_can_be_no_file_is_refused(
+    command: Callable[..., Any], option: tuple[str, str], place: str
+) -> None:
+    ended = command(*option, place)
+    assert ended.status == 2
+    assert ended.error.startswith(f"firmware-runtime: {place}: ")
+
+
+@pytest.mark.parametrize("number", ["1e300", "-1", "0", "nan", "inf", "soon"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("top", "--interval"),
+        ("metrics", "--textfile", "robot.prom", "--every"),
+        ("perfetto", "-o", "trace.json", "--last"),
+        ("perfetto", "-o", "trace.json", "--when-late"),
+    ],
+)
+def test_a_number_without_meaning_is_refused(
+    command: Callable[..., Any], words: tuple[str, ...], number: str
+) -> None:
+    ended = command(*words, number)
+    assert ended.status == 2
+    assert f"argument {words[-1]}: {number!r}: expected" in ended.error
