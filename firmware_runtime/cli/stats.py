@@ -14,12 +14,21 @@ from firmware_runtime.cli.statistics_difference import difference_json, differen
 from firmware_runtime.cli.statistics_histogram import histogram_text
 from firmware_runtime.cli.statistics_text import statistics_text
 from firmware_runtime.cli.status import Status
+from firmware_runtime.errors import BoardError
 from firmware_runtime.telemetry.comparison import difference, merged, same_run
 from firmware_runtime.telemetry.paths import find_statistics
 from firmware_runtime.telemetry.statistics import Statistics
 from firmware_runtime.telemetry.statistics_file import save
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 from firmware_runtime.telemetry.takeovers import Takeover, takeovers_of
+
+_IDLE = {
+    "statistics": ("board",),
+    "merge": ("board", "since", "perfetto"),
+    "diff": ("board", "since", "save", "prometheus", "histogram", "perfetto"),
+    "perfetto": ("since", "save"),
+}
+"""By option, those that would have no effect beside it, as far as argparse does not know it."""
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -41,7 +50,7 @@ def add_to(verbs: SubParsers) -> None:
         "--save", type=Path, metavar="FILE", help="keep what was read in a file like the run's own"
     )
     verb.add_argument(
-        "--worst", type=int, default=3, metavar="N", help="how many of the worst to show; default 3"
+        "--worst", type=_count, default=3, metavar="N", help="how many of the worst; default 3"
     )
 
 
@@ -81,6 +90,7 @@ def _add_forms(verb: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the statistics; StatisticsFileError says why there are none."""
+    _refuse_what_has_no_effect(arguments)
     if arguments.diff is not None:
         _print_difference(arguments)
         return Status.OK
@@ -94,6 +104,27 @@ def execute(arguments: argparse.Namespace) -> int:
     for line in _lines(arguments, statistics, _takeovers(arguments, statistics)):
         print(line)
     return Status.OK
+
+
+def _refuse_what_has_no_effect(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go together. Raises BoardError."""
+
+    def is_given(name: str) -> bool:
+        return not (getattr(arguments, name) is None or getattr(arguments, name) is False)
+
+    faults = [
+        f"{_spelled(other)} does not go together with {_spelled(name)}"
+        for name, idle in _IDLE.items()
+        if is_given(name)
+        for other in idle
+        if is_given(other)
+    ]
+    if faults:
+        raise BoardError("stats", faults)
+
+
+def _spelled(name: str) -> str:
+    return "BOARD" if name == "board" else f"--{name}"
 
 
 def _read(arguments: argparse.Namespace) -> Statistics:
@@ -132,7 +163,8 @@ def _lines(
     if arguments.json:
         noted = msgspec.to_builtins(takeovers)
         return [json.dumps({**statistics.as_json(), "takeovers": noted}, allow_nan=False)]
-    told = [f"  guard: {takeover.text()}" for takeover in takeovers[-arguments.worst :]]
+    latest = takeovers[max(len(takeovers) - arguments.worst, 0) :]
+    told = [f"  guard: {takeover.text()}" for takeover in latest]
     return [*statistics_text(statistics.as_json(), arguments.worst), *told]
 
 
@@ -142,3 +174,9 @@ def _print_difference(arguments: argparse.Namespace) -> None:
         print(json.dumps(found, allow_nan=False))
     else:
         print("\n".join(difference_text(found)))
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 0 on")
+    return int(text)

@@ -46,3 +46,32 @@ def test_a_number_without_meaning_is_refused(
     ended = command(*words, number)
     assert ended.status == 2
     assert f"argument {words[-1]}: {number!r}: expected" in ended.error
+
+
+@pytest.mark.parametrize(
+    ("words", "idle"),
+    [
+        (("tachobot", "--statistics", "x.stats"), "BOARD"),
+        (("tachobot", "--diff", "a", "b"), "BOARD"),
+        (("--merge", "a", "b", "--since", "cursor"), "--since"),
+        (("--merge", "a", "b", "--perfetto", "trace.json"), "--perfetto"),
+        (("--diff", "a", "b", "--since", "cursor"), "--since"),
+        (("--diff", "a", "b", "--save", "kept"), "--save"),
+        (("--diff", "a", "b", "--prometheus"), "--prometheus"),
+        (("--diff", "a", "b", "--histogram"), "--histogram"),
+        (("--perfetto", "trace.json", "--save", "kept"), "--save"),
+    ],
+)
+def test_an_option_that_would_have_no_effect_is_refused(
+    command: Callable[..., Any], words: tuple[str, ...], idle: str
+) -> None:
+    ended = command("stats", *words)
+    assert ended.status == 2
+    assert f"{idle} does not go together with --" in ended.error
+
+
+@pytest.mark.parametrize("number", ["-1", "1.5", "nan", "\N{SUPERSCRIPT TWO}"])
+def test_so_many_worst_there_cannot_be(command: Callable[..., Any], number: str) -> None:
+    ended = command("stats", "--worst", number)
+    assert ended.status == 2
+    assert "expected a whole number from 0 on" in ended.error

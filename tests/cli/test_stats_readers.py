@@ -13,6 +13,7 @@ from firmware_runtime.cli.statistics_summary import milliseconds, summary
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import ARMED, ELAPSED, MODEL, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.takeovers import Takeover, TakeoverFile
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c",), worst=2)
 HEADER = {
@@ -83,9 +84,13 @@ def test_a_run_without_periodic_models_has_steps_instead() -> None:
 def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
     file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    writer = file.header["writer"]
+    TakeoverFile(path).write(Takeover(at_ns=1, writer=writer, generation=1, why="it hung"))
+    assert "guard: it hung" in printed(capsys, "--statistics", path, "--worst", 1)
     text = printed(capsys, "--statistics", path, "--worst", 0)
     assert text.splitlines()[0] == summary(file.statistics().as_json())
     assert "worst" not in text
+    assert "guard" not in text
     assert "budget" in text
 
 
