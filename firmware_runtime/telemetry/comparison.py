@@ -33,7 +33,7 @@ from firmware_runtime.telemetry.layout import (
     WORST,
     Layout,
 )
-from firmware_runtime.telemetry.statistics import Statistics
+from firmware_runtime.telemetry.statistics import NO_INSTANT, RunState, Statistics
 
 _LAST_LATE = MODEL.index("last_late_ns")
 _LATENESS, _STEP = WORST.index("lateness_ns"), WORST.index("step_ns")
@@ -68,16 +68,23 @@ def same_run(later: Statistics, earlier: Statistics) -> bool:
 
 
 def merged(runs: Sequence[Statistics]) -> Statistics:
-    """Several runs as if they were one; conditions that differ read `differs`.
+    """Several runs as if they were one, which ended as the worst of them did.
 
-    Times since the start of a run, and the timeline, have no meaning here and are left out. Raises
-    StatisticsFileError when the runs have not the same models, buses and deadlines.
+    Conditions that differ read `differs`. When models were last late, and the timeline, have no
+    meaning here and are left out. Raises StatisticsFileError when the runs have not the same
+    models, buses and deadlines, or count overruns by other periods, tolerances or policies.
     """
+    runs = sorted(runs, key=_gravity, reverse=True)
     first = runs[0]
-    layout = first.layout
+    layout, stated = first.layout, first.header["models"]
     if any(run.layout != layout for run in runs):
         raise StatisticsFileError(
             "these runs have different models, buses or deadlines; expected runs of one board"
+        )
+    if any(run.header["models"] != stated for run in runs):
+        raise StatisticsFileError(
+            "these runs have different periods, tolerances or policies of models; "
+            "expected runs with the same settings"
         )
     cells = _copy_of(first)
     cells[layout.timeline] = empty_cells(TIMELINE)
@@ -87,9 +94,10 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
         for part in _histograms(layout):
             Histogram(cells[part]).merge(Histogram(run.cells[part]))
     for index in range(len(layout.models)):
-        cells[layout.model(index) + _LAST_LATE] = 0
+        cells[layout.model(index) + _LAST_LATE] = NO_INSTANT
     _keep_worst(cells, layout, [place for run in runs for place in _places(run)])
-    return replace(first, header=_merged_header(runs), cells=cells)
+    complete = all(run.complete for run in runs)
+    return replace(first, header=_merged_header(runs), cells=cells, complete=complete)
 
 
 def differing_conditions(runs: Sequence[Statistics]) -> dict[str, list[Any]]:
@@ -154,6 +162,12 @@ def _keep_worst(cells: Cells, layout: Layout, places: Sequence[Cells]) -> None:
 
 def _badness(place: Cells) -> int:
     return place[_LATENESS] + place[_STEP]
+
+
+def _gravity(run: Statistics) -> int:
+    """How bad a run's state is; that its process died without a word is the worst."""
+    died = run.state is RunState.RUNNING and not run.writer_alive
+    return len(RunState) if died else run.state
 
 
 def _merged_header(runs: Sequence[Statistics]) -> dict[str, Any]:

@@ -30,6 +30,8 @@ from firmware_runtime.telemetry.layout import (
 from firmware_runtime.telemetry.timeline import Span, read_timeline
 
 SCHEMA = 1
+NO_INSTANT = -1
+"""Of the last overrun, where its instant means nothing: in the sum of several runs."""
 TOTALS = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes")
 
 
@@ -103,11 +105,12 @@ class Statistics:
     def _model(self, index: int) -> dict[str, Any]:
         counters = self._fields(self.layout.model(index), MODEL)
         last_late_ns = counters.pop("last_late_ns")
+        is_known = counters["overruns"] > 0 and last_late_ns != NO_INSTANT
         stated = self.header["models"][self.layout.models[index]]
         own_time = Histogram(self.cells[self.layout.step(index)])
         return {
             **counters,
-            "last_late_t_ns": last_late_ns if counters["overruns"] > 0 else None,
+            "last_late_t_ns": last_late_ns if is_known else None,
             "period_us": stated["period_ns"] / 1000,
             "tolerance_us": stated["tolerance_ns"] / 1000,
             "policy": stated["policy"],

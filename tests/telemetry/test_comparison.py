@@ -1,6 +1,10 @@
 """Adding and subtracting statistics, cell by cell exact."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -14,8 +18,8 @@ from firmware_runtime.telemetry.comparison import (
 )
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.histogram import LARGEST, SUM_CELL, Histogram
-from firmware_runtime.telemetry.layout import ELAPSED, MODEL, STEP_HISTOGRAM, Layout
-from firmware_runtime.telemetry.statistics import Statistics
+from firmware_runtime.telemetry.layout import ELAPSED, MODEL, STATE, STEP_HISTOGRAM, Layout
+from firmware_runtime.telemetry.statistics import RunState, Statistics
 from firmware_runtime.telemetry.statistics_file import StatisticsFile, save
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 from firmware_runtime.telemetry.worst_list import WorstList
@@ -28,8 +32,8 @@ SAMPLES = st.lists(st.integers(0, 2 * LARGEST), max_size=30)
 class Counted:
     """A run that counts lateness and nothing else."""
 
-    def __init__(self, board: str = "tachobot") -> None:
-        header = {"models": STATED, "conditions": {"board": board, "kernel": "6.1"}}
+    def __init__(self, board: str = "tachobot", stated: Mapping[str, Any] | None = None) -> None:
+        header = {"models": stated or STATED, "conditions": {"board": board, "kernel": "6.1"}}
         self.file = StatisticsFile(LAYOUT, header)
         self.lateness = Histogram(self.file.cells[LAYOUT.lateness(0)])
         self.worst = WorstList(self.file.cells, LAYOUT)
@@ -124,6 +128,32 @@ def test_runs_of_other_models_are_not_merged() -> None:
     other = StatisticsFile(Layout(), {"models": {}, "conditions": {}}).statistics()
     with pytest.raises(StatisticsFileError, match="expected runs of one board"):
         merged([Counted().count([]), other])
+
+
+def test_runs_that_call_another_lateness_an_overrun_are_not_merged() -> None:
+    stricter = {"imu": {**STATED["imu"], "tolerance_ns": 1_000}}
+    with pytest.raises(StatisticsFileError, match="expected runs with the same settings"):
+        merged([Counted().count([2_000]), Counted(stated=stricter).count([2_000])])
+
+
+def test_a_merge_ended_as_the_worst_of_its_runs_in_whatever_order() -> None:
+    ended, failed, died = (Counted() for _ in range(3))
+    ended.file.cells[STATE] = RunState.ENDED
+    failed.file.cells[STATE] = RunState.FAILED
+    killed = replace(died.count([1]), writer_alive=False, complete=False)
+    for runs in permutations([ended.count([1]), failed.count([1])]):
+        assert merged(runs).state is RunState.FAILED
+    for runs in permutations([ended.count([1]), failed.count([1]), killed]):
+        found = merged(runs).as_json()["conditions"]["run"]
+        assert (found["state"], found["complete"]) == ("died", False)
+
+
+def test_when_the_sum_of_several_runs_was_last_late_is_not_told() -> None:
+    run = Counted()
+    run.file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 1
+    late = run.count([2_000_000])
+    assert late.as_json()["models"]["imu"]["last_late_t_ns"] == 0
+    assert merged([late, late]).as_json()["models"]["imu"]["last_late_t_ns"] is None
 
 
 def test_a_saved_reading_is_read_back_as_it_was(tmp_path: Path) -> None:
