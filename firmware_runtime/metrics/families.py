@@ -81,8 +81,9 @@ class Families:
         self._up.add_metric([board], is_running)
         self._armed.add_metric([board], run["armed"])
         self._guarded.add_metric([board], run["guarded"])
-        if is_running:
-            self._age.add_metric([board], statistics.heartbeat_age_ns / SECOND)
+        age_ns = statistics.heartbeat_age_ns
+        if is_running and age_ns is not None:
+            self._age.add_metric([board], age_ns / SECOND)
         self._run.add_metric([board], _information(found["conditions"]))
         self._elapsed.add_metric([board], run["elapsed_s"])
         if run["cpu_s"] is not None:

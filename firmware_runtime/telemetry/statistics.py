@@ -71,9 +71,10 @@ class Statistics:
         return text.decode("utf-8", errors="ignore") or None
 
     @property
-    def heartbeat_age_ns(self) -> int:
-        """How long ago, by CLOCK_MONOTONIC of this machine, the loop last showed itself."""
-        return monotonic_ns() - self.cells[HEARTBEAT]
+    def heartbeat_age_ns(self) -> int | None:
+        """How long ago, by CLOCK_MONOTONIC, the loop last showed itself; None before it has."""
+        heartbeat = self.cells[HEARTBEAT]
+        return monotonic_ns() - heartbeat if heartbeat > 0 else None
 
     @property
     def timeline(self) -> list[Span]:
@@ -183,9 +184,14 @@ class Statistics:
             "steps": self.cells[STEPS],
             "inputs_dropped": self.cells[INPUTS_DROPPED],
             "armed": bool(self.cells[ARMED]) and not died,
-            "guarded": self.cells[HEARTBEAT] - self.cells[GUARD] < SECOND,
+            "guarded": self._is_guarded(),
             "cpu_s": self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,
         }
+
+    def _is_guarded(self) -> bool:
+        """Whether a guard's last sign is less than a second older than the loop's."""
+        guard = self.cells[GUARD]
+        return guard > 0 and self.cells[HEARTBEAT] - guard < SECOND
 
     def _fields(self, first: int, names: tuple[str, ...]) -> dict[str, int]:
         return dict(zip(names, self.cells[first : first + len(names)], strict=True))

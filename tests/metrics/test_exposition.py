@@ -90,6 +90,13 @@ def test_a_board_that_cannot_be_read_is_down(directory: Path) -> None:
     assert samples(text_of(collector)) == {("firmware_runtime_up", "broken"): 0}
 
 
+def test_a_loop_that_has_not_begun_has_no_heartbeat_and_no_guard(directory: Path) -> None:
+    file = StatisticsFile(LAYOUT, HEADER, directory / "tachobot.stats")
+    found = samples(exposition("tachobot", file.statistics()))
+    assert found["firmware_runtime_guarded", "tachobot"] == 0
+    assert ("firmware_runtime_heartbeat_age_seconds", "tachobot") not in found
+
+
 def test_a_text_file_is_for_everybody_and_whole(
     file: StatisticsFile, directory: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
