@@ -12,10 +12,11 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.layout import Layout
+from firmware_runtime.telemetry.layout import STATE, WORST, Layout
 from firmware_runtime.telemetry.mapped_file import ReadableFile
 from firmware_runtime.telemetry.process_identity import is_running
-from firmware_runtime.telemetry.statistics import Statistics
+from firmware_runtime.telemetry.refusals import refused
+from firmware_runtime.telemetry.statistics import RunState, Statistics
 from firmware_runtime.telemetry.statistics_file import SAVED, STATISTICS
 
 STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
@@ -23,6 +24,7 @@ SETTLE_S = 50e-6
 PATIENCE_S = 0.2
 """A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
 _SEQUENCE_BYTES = 8
+_MODEL_OF_PLACE = WORST.index("model")
 
 
 def read_statistics(path: Path) -> Statistics:
@@ -43,12 +45,24 @@ def _read(file: ReadableFile) -> Statistics:
         for path in layout.models:
             stated = header["models"][path]
             _ = stated["period_ns"] + stated["tolerance_ns"], stated["policy"]
-        _ = header["conditions"].keys()
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        refused(header["conditions"])
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise file.damaged(f"its header has no usable {error}") from error
     if 8 * layout.cells != file.cell_bytes:
         raise file.damaged(f"{file.cell_bytes} bytes of cells, expected {8 * layout.cells}")
-    return _copy_whole(file, layout)
+    statistics = _copy_whole(file, layout)
+    if not _names_what_there_is(statistics):
+        raise file.damaged("its cells name a state or a model that there is not")
+    return statistics
+
+
+def _names_what_there_is(statistics: Statistics) -> bool:
+    """Whether the cells that stand for a name stand for one."""
+    cells, layout = statistics.cells, statistics.layout
+    models = [cells[layout.place(index) + _MODEL_OF_PLACE] for index in range(layout.worst)]
+    return 0 <= cells[STATE] < len(RunState) and all(
+        0 <= model < max(len(layout.models), 1) for model in models
+    )
 
 
 def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:

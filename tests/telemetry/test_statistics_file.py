@@ -4,6 +4,7 @@ import os
 import stat
 import struct
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,10 @@ import pytest
 
 from firmware_runtime.telemetry import statistics_reader
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.layout import SEQUENCE, Layout
+from firmware_runtime.telemetry.layout import SEQUENCE, STATE, WORST, Layout
 from firmware_runtime.telemetry.mapped_file import PREFIX
 from firmware_runtime.telemetry.statistics import RunState
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.statistics_file import StatisticsFile, save
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 
 
@@ -146,3 +147,31 @@ def test_a_copy_during_which_a_section_was_written_is_made_again(
     assert read.complete
     assert read.cells[SEQUENCE] == counted.cells[SEQUENCE]
     assert read.as_json()["conditions"]["run"]["elapsed_s"] == 7e-9
+
+
+@pytest.mark.parametrize("number", [-1, 7, 1 << 40])
+def test_a_state_or_a_model_that_there_is_not_is_refused(
+    counted: StatisticsFile, path: Path, number: int
+) -> None:
+    for cell in (STATE, counted.layout.place(0) + WORST.index("model")):
+        before, counted.cells[cell] = counted.cells[cell], number
+        with pytest.raises(StatisticsFileError, match="a state or a model that there is not"):
+            read_statistics(path)
+        counted.cells[cell] = before
+    assert read_statistics(path).complete
+
+
+@pytest.mark.parametrize(
+    ("name", "damage"),
+    [
+        ("writer", {"pid": 10**30, "started_ticks": 1, "boot_id": ""}),
+        ("conditions", {"settings": {"cpus": {"asked": [], "reason": None}}}),
+    ],
+)
+def test_a_header_whose_parts_are_no_use_is_refused(
+    layout: Layout, header: dict[str, Any], path: Path, name: str, damage: object
+) -> None:
+    reading = StatisticsFile(layout, header).statistics()
+    save(replace(reading, header={**reading.header, name: damage}), path)
+    with pytest.raises(StatisticsFileError, match="its header has no usable"):
+        read_statistics(path)
