@@ -47,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
     console = module_of_extra("rich.console", "top").Console(highlight=False)
     watched = Watched(arguments.statistics or find_statistics(arguments.board))
     if not (sys.stdin.isatty() and console.is_terminal):
-        console.print(drawing.screen(watched.now, watched.lately, console.width, paused=False))
+        console.print(drawing.screen(watched.now, watched.lately, console.size, paused=False))
         print("firmware-runtime: no terminal here, so this was shown once", file=sys.stderr)
         return Status.OK
     live = module_of_extra("rich.live", "top").Live(
@@ -56,7 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with until_signal() as signal, _keys() as keys, live:
         while not signal.came and watched.is_wanted:
             picture = drawing.screen(
-                watched.now, watched.lately, console.width, paused=watched.is_paused
+                watched.now, watched.lately, console.size, paused=watched.is_paused
             )
             live.update(picture, refresh=True)
             watched.obey(_key(keys, signal, arguments.interval_s))

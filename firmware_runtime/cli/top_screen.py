@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
-from rich.console import Group, RenderableType
+from rich.console import ConsoleDimensions, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -16,26 +16,37 @@ from firmware_runtime.telemetry.statistics import Statistics
 _SPARKS = "▁▂▃▄▅▆▇█"
 _BAR = "█"
 _WORST = 4
-_NARROW = 60
+_NARROW = 78
 """Columns below which only what matters most is shown."""
+_OTHER_ROWS = 14
+"""What is above and below the histogram, each model's row aside, in a terminal of 80 columns."""
+_FEWEST_BARS = 4
 
 
-def screen(now: Statistics, lately: Statistics, width: int, *, paused: bool) -> RenderableType:
+def screen(
+    now: Statistics, lately: Statistics, size: ConsoleDimensions, *, paused: bool
+) -> RenderableType:
     """The whole picture; `lately` is what came since the last one."""
     found = now.as_json()
-    return Group(*_parts(now, lately, found, width, paused=paused))
+    return Group(*_parts(now, lately, found, size, paused=paused))
 
 
 def _parts(
-    now: Statistics, lately: Statistics, found: dict[str, Any], width: int, *, paused: bool
+    now: Statistics,
+    lately: Statistics,
+    found: dict[str, Any],
+    size: ConsoleDimensions,
+    *,
+    paused: bool,
 ) -> Iterable[RenderableType]:
+    width, bars = size.width, size.height - _OTHER_ROWS - len(found["models"])
     yield Text(summary(found), style=_style(found))
     yield _facts(found)
     if found["models"]:
         yield Text()
         yield _models(found, lately.as_json(), width)
         yield Text()
-        yield _histogram(now, lately, width)
+        yield _histogram(now, lately, width, max(bars, _FEWEST_BARS))
         yield _sparkline(now, width)
     yield Text()
     yield from _worst(found)
@@ -90,8 +101,11 @@ def _models(found: dict[str, Any], lately: dict[str, Any], width: int) -> Table:
     return table
 
 
-def _histogram(now: Statistics, lately: Statistics, width: int) -> Table:
-    """Lateness in powers of two: bars for what came lately, numbers for the whole run."""
+def _histogram(now: Statistics, lately: Statistics, width: int, bars: int) -> Table:
+    """Lateness in powers of two: bars for what came lately, numbers for the whole run.
+
+    Where the terminal is too low for all of them, a bar stands for several.
+    """
     whole, new = _octaves(now.lateness()), _octaves(lately.lateness())
     used = [index for index, count in enumerate(whole) if count > 0]
     table = Table(box=None, pad_edge=False, show_header=False)
@@ -100,10 +114,14 @@ def _histogram(now: Statistics, lately: Statistics, width: int) -> Table:
     table.add_column(justify="right", no_wrap=True)
     if not used:
         return table
-    most, length = max(*new, 1), max(width - 32, 8)
-    for index in range(used[0], used[-1] + 1):
-        bar = _BAR * -(-new[index] * length // most)
-        table.add_row(f"< {microseconds(2**index / 1000)}", bar.ljust(length), f"{whole[index]}")
+    each = -(-(used[-1] + 1 - used[0]) // bars)
+    starts = range(used[0], used[-1] + 1, each)
+    counts = [sum(new[start : start + each]) for start in starts]
+    most, length = max(*counts, 1), max(width - 32, 8)
+    for start, count in zip(starts, counts, strict=True):
+        bar = _BAR * -(-count * length // most)
+        edge = f"< {microseconds(2 ** (start + each - 1) / 1000)}"
+        table.add_row(edge, bar.ljust(length), f"{sum(whole[start : start + each])}")
     return table
 
 

@@ -1,5 +1,6 @@
 """`top` in a real terminal: what it shows, and that it leaves the terminal as it was."""
 
+import io
 import os
 import pty
 import signal
@@ -11,11 +12,14 @@ from pathlib import Path
 from select import select
 
 import pytest
+from rich.console import Console
 
 from firmware_runtime.cli.main import main
+from firmware_runtime.cli.top_screen import screen
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import MODEL, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.worst_list import WorstList
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), worst=2)
 HEADER = {
@@ -131,3 +135,34 @@ def test_without_a_terminal_it_is_shown_once(
     printed = capsys.readouterr()
     assert "100 Hz 95.00 % late 3 skip 2/100" in printed.out
     assert "no terminal here" in printed.err
+
+
+def drawn(file: StatisticsFile, width: int, height: int) -> list[str]:
+    """The lines of the picture in a terminal of that size."""
+    now, paper = file.statistics(), io.StringIO()
+    console = Console(file=paper, width=width, height=height, highlight=False)
+    console.print(screen(now, now, console.size, paused=False))
+    return paper.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("height", [24, 30, 50])
+def test_a_long_tail_of_lateness_leaves_room_for_the_rest(
+    file: StatisticsFile, height: int
+) -> None:
+    lateness, worst = Histogram(file.cells[LAYOUT.lateness(0)]), WorstList(file.cells, LAYOUT)
+    for power in range(10, 35):
+        lateness.record(1 << power)
+        worst.keep([power, 0, 1 << power, *[0] * (LAYOUT.place_cells - 3)])
+    lines = drawn(file, 80, height)
+    bars = [line for line in lines if line.lstrip().startswith("<")]
+    assert len(lines) <= height
+    assert sum(int(line.split()[-1]) for line in bars) == lateness.samples
+    assert sum("late, step" in line for line in lines) == LAYOUT.worst
+    assert lines[-1].startswith("q quit")
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_no_number_of_the_table_is_cut(file: StatisticsFile, width: int) -> None:
+    table = [line for line in drawn(file, width, 24) if line.startswith(("lateness", "imu"))]
+    assert [line.split()[0] for line in table] == ["lateness", "imu"]
+    assert "\N{HORIZONTAL ELLIPSIS}" not in "".join(table)
