@@ -58,3 +58,10 @@ def test_a_run_that_failed_has_failed(tmp_path: Path) -> None:
     words = ("run", "tachobot", "--doubles", "--clock", "virtual", "--json")
     statistics = ("--statistics", str(tmp_path / "x.stats"))
     assert status_unread(*words, *statistics, program=(sys.executable, "-c", program)) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [("boards",), ("check", "no-such-board")])
+def test_without_any_output_to_write_to_the_status_is_the_same(words: tuple[str, ...]) -> None:
+    closing = ["sh", "-c", 'exec "$@" >&- 2>&-', "sh", *COMMAND, *words]
+    assert subprocess.run(closing, timeout=60, check=False).returncode == status_unread(*words)
