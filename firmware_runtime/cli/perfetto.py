@@ -104,8 +104,9 @@ def _check_recorder(kept: Path) -> None:
     read_statistics(kept)  # where there was no run, that is what to say
     if not spans_path(kept).is_file():
         raise StatisticsFileError(
-            f"{spans_path(kept)}: this run has no flight recorder; "
-            "expected recorded_spans over 0 under [executive] in board.toml"
+            f"{spans_path(kept)}: no flight recorder's file beside the statistics; "
+            "expected those of a run, not a copy, with recorded_spans over 0 under [executive] in "
+            "board.toml"
         )
 
 

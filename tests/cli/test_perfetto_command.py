@@ -128,7 +128,7 @@ def test_a_run_without_a_recorder_is_told_how_to_have_one(
     assert run.elapsed > 0
     ended = command("perfetto", "-o", output, *waiting)
     assert ended.status == 2
-    assert "recorded_spans over 0 under [executive] in board.toml" in ended.error
+    assert "not a copy, with recorded_spans over 0 under [executive] in board.toml" in ended.error
 
 
 def test_without_a_run_that_is_what_it_says(command: Command, output: Path) -> None:
