@@ -26,8 +26,10 @@ SAVED = "saved"
 def save(statistics: Statistics, path: Path) -> None:
     """Keep a reading in a file that can be read like a run's own; replaces what was there.
 
-    Raises StatisticsFileError when it cannot be written.
+    Raises StatisticsFileError when it cannot be written, or a run's own file is there.
     """
+    if _is_a_run_s_own(path):
+        raise StatisticsFileError(f"{path}: the file of a run itself; expected another for a copy")
     found = {"writer_alive": statistics.writer_alive, "complete": statistics.complete}
     header = {**statistics.header, SAVED: found}
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
@@ -40,6 +42,14 @@ def save(statistics: Statistics, path: Path) -> None:
         unfinished.unlink(missing_ok=True)
         fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
         raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
+
+
+def _is_a_run_s_own(path: Path) -> bool:
+    try:
+        with STATISTICS.opened(path) as file:
+            return SAVED not in file.header
+    except StatisticsFileError:
+        return False
 
 
 class StatisticsFile:

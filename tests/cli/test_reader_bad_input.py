@@ -75,3 +75,14 @@ def test_so_many_worst_there_cannot_be(command: Callable[..., Any], number: str)
     ended = command("stats", "--worst", number)
     assert ended.status == 2
     assert "expected a whole number from 0 on" in ended.error
+
+
+@pytest.mark.parametrize("option", ["--save", "--since"])
+def test_a_run_s_own_file_is_not_replaced_by_a_copy(
+    command: Callable[..., Any], path: Path, option: str
+) -> None:
+    before = path.read_bytes()
+    ended = command("stats", option, path)
+    assert (ended.status, ended.out) == (2, "")
+    assert "the file of a run itself; expected another" in ended.error
+    assert path.read_bytes() == before
