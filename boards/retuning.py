@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 
 def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
@@ -17,13 +17,32 @@ def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  #
             yield prefix
         return
     for name in dict.fromkeys([*tables[0], *tables[1]]):
-        path = f"{prefix}.{name}" if prefix else str(name)
+        path = _join(prefix, name)
         yield from changed_keys(tables[0].get(name), tables[1].get(name), path)
 
 
 def need_restart(changed: Sequence[str], retunable: Sequence[str]) -> list[str]:
     """Those of the changed keys that only a new run takes up; `*` stands for any one word."""
     return [key for key in changed if not any(_matches(key, pattern) for pattern in retunable)]
+
+
+def retuned(before: Any, after: Any, retunable: Sequence[str], prefix: str = "") -> Any:  # noqa: ANN401
+    """The settings `before`, with nothing but what is retunable as it is in `after`."""
+    if isinstance(before, Struct) and isinstance(after, Struct):
+        own, new = _fields(before), _fields(after)
+        return structs.replace(before, **_each_retuned(own, new, retunable, prefix))
+    if isinstance(before, dict) and isinstance(after, dict):
+        return _each_retuned(before, after, retunable, prefix)
+    return before if need_restart([prefix], retunable) else after
+
+
+def _each_retuned(
+    before: dict[str, Any], after: dict[str, Any], retunable: Sequence[str], prefix: str
+) -> dict[str, Any]:
+    return {
+        name: retuned(value, after.get(name, value), retunable, _join(prefix, name))
+        for name, value in before.items()
+    }
 
 
 def _matches(key: str, pattern: str) -> bool:
@@ -35,3 +54,7 @@ def _matches(key: str, pattern: str) -> bool:
 
 def _fields(settings: Struct) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in settings.__struct_fields__}
+
+
+def _join(prefix: str, name: str) -> str:
+    return f"{prefix}.{name}" if prefix else name

@@ -1,10 +1,11 @@
 """Gains and limits, read again while the robot runs: an attendant that waits for SIGHUP."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from boards import registry
 from boards.registry import Board
-from boards.retuning import changed_keys, need_restart
+from boards.retuning import changed_keys, need_restart, retuned
 from boards.robot import Robot
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import BoardError
@@ -60,11 +61,16 @@ class Reloading:
             board = registry.load(str(self._board.source), self._board.assignments)
         except BoardError as error:
             return f"not reloaded, everything stays as it was: {error}"
-        changed = list(changed_keys(self._board.settings, board.settings))
+        if board.name != self._board.name:
+            return f"not reloaded, everything stays as it was: {board.source} is a {board.name} now"
+        before = self._board.settings
+        changed = list(changed_keys(before, board.settings))
         left = need_restart(changed, board.retunable)
         taken = [key for key in changed if key not in left]
-        self._robot.retune(board.settings)
-        self._board = board
+        # nothing else: channels that are not written any more would keep their last duties
+        settings = retuned(before, board.settings, board.retunable)
+        self._robot.retune(settings)
+        self._board = replace(board, settings=settings)
         parts = [f"reloaded {self._board.source}: {', '.join(taken) or 'nothing new'}"]
         if left:
             parts.append(f"only a new run takes up {', '.join(left)}")

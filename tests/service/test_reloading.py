@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import boards.registry
+from drivers.thrust_pairs import ThrustPairs
 from firmware_runtime.cli.session import Session
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
@@ -79,3 +80,27 @@ def test_what_only_a_new_run_takes_up_is_named(rig: Rig) -> None:
     assert rig.told == [
         f"reloaded {rig.path}: nothing new; only a new run takes up controller.period_s"
     ]
+
+
+def test_what_only_a_new_run_takes_up_is_not_taken_up_with_the_rest(rig: Rig) -> None:
+    """Other channels would be driven, and those driven before left at their last duties."""
+    thrust_pairs = rig.session.robot.model.components["thrust_pairs"]
+    assert isinstance(thrust_pairs, ThrustPairs)
+    rig.change("first_channel = 0", "first_channel = 8")
+    rig.change("slew_per_s = 100.0", "slew_per_s = 50.0")
+    for _ in range(2):
+        rig.reloading.request()
+        rig.reloading.attend(0, NEEDED)
+    assert (thrust_pairs.settings.first_channel, thrust_pairs.settings.slew_per_s) == (0, 50.0)
+    left = "only a new run takes up thrust_pairs.first_channel"
+    assert rig.told == [
+        f"reloaded {rig.path}: thrust_pairs.slew_per_s; {left}",
+        f"reloaded {rig.path}: nothing new; {left}",
+    ]
+
+
+def test_a_file_that_has_become_another_robots_changes_nothing(rig: Rig) -> None:
+    rig.path.write_text((SHIPPED.parents[1] / "detective" / "board.toml").read_text())
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told == [f"not reloaded, everything stays as it was: {rig.path} is a detective now"]
