@@ -12,13 +12,15 @@ from collections.abc import Callable, Sequence
 from time import monotonic_ns
 from typing import TypeAlias
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.layout import GENERATION, GUARD
 
 GUARD_PATIENCE = SECOND // 2
 """How old the guard's last sign of life may be, ns."""
+OFF_AGAIN_EVERY = 20 * MILLISECOND
+"""Ns until outputs that could not be switched off are switched off again."""
 TRY_EVERY = 100 * MILLISECOND
 """Ns from one attempt to arm, where the board asks for it, to the next."""
 
@@ -44,6 +46,7 @@ class Arming:
         self._generation = 0
         self._acknowledged = 0
         self._try_at = 0
+        self._off_again_at = NEVER
         self._executive: Executive
         self._make_safe: Callable[[], list[str]]
         self._enable: Callable[[], None]
@@ -85,15 +88,19 @@ class Arming:
             self._generation = self._executive.cells[GENERATION]
             self.armed = True
             self._is_wanted = False
+            self._off_again_at = NEVER
             self._acknowledge()
             self._tell("armed")
         return against
 
     def disarm(self, reason: str) -> list[str]:
-        """Make the outputs safe and keep them so; return what failed, one sentence each."""
+        """Make the outputs safe and keep them so; return what failed, one sentence each.
+
+        What failed is tried again until it does not: a model may not write for long.
+        """
         self.armed = self._is_wanted = False
         self.reason = reason
-        failed = self._make_safe()
+        failed = self._switch_off()
         self._acknowledge()
         self._tell("; ".join([f"disarmed: {reason}", *failed]))
         return failed
@@ -104,8 +111,10 @@ class Arming:
             if not self.permit():
                 self.disarm(self._why_withdrawn())
         elif self._executive.cells[GENERATION] != self._acknowledged:
-            self._make_safe()
+            self._switch_off()
             self._acknowledge()
+        elif now >= self._off_again_at:
+            self._switch_off()
         elif self._is_wanted and now >= self._try_at:
             self._try_at = now + TRY_EVERY
             self.request(now)
@@ -119,6 +128,12 @@ class Arming:
         except HalError as error:
             return [str(error)]
         return []
+
+    def _switch_off(self) -> list[str]:
+        failed = self._make_safe()
+        again_at = self._executive.clock.now() + OFF_AGAIN_EVERY
+        self._off_again_at = again_at if failed else NEVER
+        return failed
 
     def _acknowledge(self) -> None:
         self._acknowledged = self._executive.cells[GENERATION]

@@ -10,7 +10,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.service.arming import Arming
+from firmware_runtime.service.arming import OFF_AGAIN_EVERY, Arming
 from firmware_runtime.service.control import ControlError, ControlSocket, ask
 from firmware_runtime.service.objections import objections_to
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
@@ -22,6 +22,7 @@ class Rig:
 
     def __init__(self, *, at_start: bool = False, demand_guard: bool = False) -> None:
         self.safe = 0
+        self.not_safe: list[str] = []
         self.told: list[str] = []
         self.against: str | None = None
         self.arming = Arming(at_start=at_start, demand_guard=demand_guard, tell=self.told.append)
@@ -39,7 +40,7 @@ class Rig:
 
     def _make_safe(self) -> list[str]:
         self.safe += 1
-        return []
+        return self.not_safe
 
     @property
     def cells(self) -> tuple[int, int]:
@@ -112,6 +113,20 @@ def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:
     rig.arming.disarm("asked for")
     rig.arming.attend(SECOND, 0)
     assert not rig.arming.armed
+
+
+def test_outputs_that_could_not_be_switched_off_are_switched_off_again_until_they_are() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.not_safe = ["i2c1 0x40: timed out"]
+    assert rig.arming.disarm("asked for") == rig.not_safe
+    rig.arming.attend(OFF_AGAIN_EVERY - 1, 0)
+    assert rig.safe == 1
+    rig.arming.attend(OFF_AGAIN_EVERY, 0)
+    rig.not_safe = []
+    rig.arming.attend(OFF_AGAIN_EVERY, 0)
+    rig.arming.attend(SECOND, 0)
+    assert rig.safe == 3
 
 
 def test_a_guard_that_is_demanded_must_show_itself() -> None:
