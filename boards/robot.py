@@ -43,4 +43,6 @@ class Robot:
                 stop()
             except HalError as error:
                 failures.append(str(error))
+            except Exception as error:  # noqa: BLE001 -- a defect must not keep the next chip on
+                failures.append(f"{type(error).__name__}: {error}")
         return failures
