@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 from boards.lines import Lines
 from boards.registry import Board
 from drivers.permit import Permit, always
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_gpio import open_enable_line
@@ -25,33 +27,58 @@ if TYPE_CHECKING:
     from sim_doubles.served.client import ServedDoubles
 
 
-def open_lines(
-    board: Board, doubles: "Doubles | None", permit: Permit = always, *, alone: bool = True
-) -> Lines:
+def open_lines(board: Board, doubles: "Doubles | None", permit: Permit = always) -> Lines:
     """The doubles' lines or the real ones, buses with their retries and counters.
 
-    `alone` keeps out every other process that asks for the same; the enable line belongs to that
-    one, and stays closed to any other. Raises HalError.
+    Every other process that asks for the same is kept out. Raises HalError.
     """
     buses: dict[str, I2cBus] = {}
     ports: dict[str, SerialPort] = {}
     enable: EnableLine | None = None
     try:
-        if alone:
-            enable = doubles.enable if doubles else _enable_line(board)
-        for name, bus in board.settings.buses.items():
-            inner = doubles.buses[name] if doubles else open_i2c(name, bus.device, alone=alone)
-            buses[name] = AccountedBus(inner, round(bus.speed_hz), RetryPolicy(bus.attempts))
-        for name, port in board.ports.items():
-            ports[name] = (
-                doubles.ports[name]
-                if doubles
-                else open_serial(name, port.device, port.baud, alone=alone)
-            )
+        enable = doubles.enable if doubles else _enable_line(board)
+        for name in board.settings.buses:
+            buses[name] = _bus(board, doubles, name, alone=True)
+        for name in board.ports:
+            ports[name] = _port(board, doubles, name, alone=True)
     except BaseException:
         close_lines(Lines(buses, ports, enable=enable))
         raise
     return Lines(buses, ports, permit, enable)
+
+
+def reach_lines(board: Board, doubles: "Doubles | None") -> Lines:
+    """Every line that can be opened, for whoever only switches off; the others say why not.
+
+    One that is gone must not keep those that are there from being used. Nobody is kept out, and the
+    enable line belongs to whoever drives.
+    """
+    buses: dict[str, I2cBus] = {}
+    ports: dict[str, SerialPort] = {}
+    for name in board.settings.buses:
+        try:
+            buses[name] = _bus(board, doubles, name, alone=False)
+        except HalError as error:
+            buses[name] = AbsentBus(name, str(error).removeprefix(f"{name}: "))
+    for name in board.ports:
+        try:
+            ports[name] = _port(board, doubles, name, alone=False)
+        except HalError as error:
+            ports[name] = AbsentPort(name, str(error).removeprefix(f"{name}: "))
+    return Lines(buses, ports)
+
+
+def _bus(board: Board, doubles: "Doubles | None", name: str, *, alone: bool) -> I2cBus:
+    stated = board.settings.buses[name]
+    inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=alone)
+    return AccountedBus(inner, round(stated.speed_hz), RetryPolicy(stated.attempts))
+
+
+def _port(board: Board, doubles: "Doubles | None", name: str, *, alone: bool) -> SerialPort:
+    if doubles:
+        return doubles.ports[name]
+    stated = board.ports[name]
+    return open_serial(name, stated.device, stated.baud, alone=alone)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

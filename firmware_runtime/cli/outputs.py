@@ -5,7 +5,7 @@ from pathlib import Path
 from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
-from firmware_runtime.cli.lines import close_lines, open_lines, served_doubles
+from firmware_runtime.cli.lines import close_lines, reach_lines, served_doubles
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.linux_node import check_node
 
@@ -13,6 +13,7 @@ from firmware_runtime.hal.linux_node import check_node
 class Outputs:
     """Opens the board's buses when they are needed, and anew after every failure.
 
+    A bus that cannot be opened keeps no other from being written to.
     `doubles` is where they are served, None on the real robot. Nothing is locked: whoever drives
     the outputs at the time cannot keep us out.
     """
@@ -49,6 +50,6 @@ class Outputs:
             doubles = None
             if self._doubles is not None:
                 doubles = served_doubles(self._board, self._doubles, alone=False)
-            lines = open_lines(self._board, doubles, alone=False)
+            lines = reach_lines(self._board, doubles)
             self._opened = lines, self._board.build(lines)
         return self._opened[1]

@@ -1,4 +1,4 @@
-"""Lines that are not there: for looking at a robot's model where nothing is to be opened."""
+"""Lines that are not there: nothing is to be opened, or they could not be."""
 
 from collections.abc import Sequence
 
@@ -8,29 +8,31 @@ from firmware_runtime.hal.serial import SerialPort
 
 
 class AbsentBus(I2cBus):
-    """Refuses every transaction with BusAbsent."""
+    """Refuses every transaction with BusAbsent, which says `why`."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, why: str = "this bus was not opened") -> None:
         self.name = name
+        self._why = why
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:  # noqa: ARG002
         """Refuse."""
-        raise BusAbsent(f"{self.name} 0x{address:02x}: this bus was not opened")
+        raise BusAbsent(f"{self.name} 0x{address:02x}: {self._why}")
 
 
 class AbsentPort(SerialPort):
-    """Refuses every write and read with BusAbsent."""
+    """Refuses every write and read with BusAbsent, which says `why`."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, why: str = "this port was not opened") -> None:
         self.name = name
+        self._why = why
 
     def write(self, data: bytes) -> None:
         """Refuse."""
-        raise BusAbsent(f"{self.name}: {len(data)} bytes for a port that was not opened")
+        raise BusAbsent(f"{self.name}: {len(data)} bytes not written: {self._why}")
 
     def read_available(self) -> bytes:
         """Refuse."""
-        raise BusAbsent(f"{self.name}: this port was not opened")
+        raise BusAbsent(f"{self.name}: {self._why}")
 
     def close(self) -> None:
         """There is nothing to release."""

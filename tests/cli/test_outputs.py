@@ -1,0 +1,52 @@
+"""Switching off from another process: every chip that can be reached, whatever became of others."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+import boards.registry
+from firmware_runtime.cli import lines
+from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.hal.errors import BusAbsent
+from firmware_runtime.hal.i2c import I2cBus, Message
+
+TWO_BUSES = ("buses.other.device=/dev/i2c-7", "buses.other.speed_hz=400000", "esc.bus=other")
+
+
+class NotedBus(I2cBus):
+    """Notes who is written to."""
+
+    def __init__(self, name: str, addresses: list[int]) -> None:
+        self.name = name
+        self._addresses = addresses
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        self._addresses.append(address)
+        return bytes(sum(each for each in messages if isinstance(each, int)))
+
+
+@pytest.mark.parametrize(("gone", "reached"), [("i2c1", 0x41), ("other", 0x40)])
+def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
+    monkeypatch: pytest.MonkeyPatch, gone: str, reached: int
+) -> None:
+    addresses: list[int] = []
+
+    def open_i2c(name: str, path: str, *, alone: bool) -> I2cBus:
+        assert not alone
+        if name == gone:
+            raise BusAbsent(f"{name}: {path} does not exist")
+        return NotedBus(name, addresses)
+
+    monkeypatch.setattr(lines, "open_i2c", open_i2c)
+    outputs = Outputs(boards.registry.load("tachobot", TWO_BUSES), None)
+    (failed,) = outputs.make_safe()
+    assert failed.startswith(f"{gone} 0x4")
+    assert failed.endswith("does not exist")
+    assert set(addresses) == {reached}
+
+
+def test_doubles_that_nobody_serves_are_one_sentence(tmp_path: Path) -> None:
+    outputs = Outputs(boards.registry.load("tachobot"), tmp_path / "doubles.socket")
+    (failed,) = outputs.make_safe()
+    assert "doubles.socket" in failed
