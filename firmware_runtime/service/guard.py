@@ -23,7 +23,6 @@ from time import monotonic_ns
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT
 from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.statistics_file import STATISTICS
@@ -148,6 +147,7 @@ class _Run:
     def __init__(self, path: Path) -> None:
         header, self._cells = STATISTICS.attach(path)
         self.writer = header["writer"]
+        self.generation = 0
         self._process: int | None = None
         with suppress(OSError):
             self._process = os.pidfd_open(self.writer["pid"])
@@ -169,17 +169,23 @@ class _Run:
     @property
     def has_acknowledged(self) -> bool:
         """Whether the run has seen the last takeover."""
-        return self._cells[ACKNOWLEDGED] == self._cells[GENERATION]
+        with suppress(StatisticsFileError):  # cut short: nothing can be seen in it any more
+            return self._cells[ACKNOWLEDGED] == self._cells[GENERATION]
+        return False
 
     def show_presence(self) -> None:
         """Let the run know that it is watched."""
-        self._cells[GUARD] = monotonic_ns()
+        with suppress(StatisticsFileError):
+            self._cells[GUARD] = monotonic_ns()
 
     def is_lost(self, stall: int) -> str:
         """Why outputs must be taken from it, empty if they need not."""
         if self.has_ended:
             return f"process {self.writer['pid']} has ended"
-        heartbeat: int = self._cells[HEARTBEAT]
+        try:
+            heartbeat = self._cells[HEARTBEAT]
+        except StatisticsFileError as error:
+            return str(error)
         silent = monotonic_ns() - heartbeat
         if heartbeat > 0 and silent > stall:
             return f"no finished step for {silent / MILLISECOND:.0f} ms"
@@ -187,10 +193,12 @@ class _Run:
 
     def raise_generation(self) -> int:
         """Withdraw the leave to move from the run; return the new generation."""
-        cells: Cells = self._cells
-        cells[GENERATION] += 1
-        generation: int = cells[GENERATION]
-        return generation
+        with suppress(StatisticsFileError):
+            self.generation = self._cells[GENERATION]
+        self.generation += 1
+        with suppress(StatisticsFileError):
+            self._cells[GENERATION] = self.generation
+        return self.generation
 
     def close(self) -> None:
         """Stop watching the process."""

@@ -11,14 +11,15 @@ reader can neither delay nor stop the writer, and the pages belong to the kernel
 the process, kill -9 included.
 
 The file appears under its name complete, by renaming. Its space is allocated at once, so that a
-full disk refuses the run instead of killing it later. Readers use `pread`, never a mapping: a file
-that is cut short while it is read cannot kill them.
+full disk refuses the run instead of killing it later. Whoever else reads or writes uses `pread` and
+`pwrite`, never a mapping: a file that is cut short meanwhile cannot kill them.
 """
 
 import json
 import mmap
 import os
 import struct
+import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.histogram import Cells
 
 PREFIX = struct.Struct("=8s3q")
+CELL = struct.Struct("=q")
 _MODE = 0o640
 """The owner writes, the group may read: a robot's operators need not be root."""
 
@@ -64,8 +66,8 @@ class Kind:
             ) from error
         return memoryview(memory)[len(start) :].cast("q")
 
-    def attach(self, path: Path) -> tuple[dict[str, Any], Cells]:
-        """Map the cells of a file that another process writes too; return its header with them.
+    def attach(self, path: Path) -> tuple[dict[str, Any], "SharedCells"]:
+        """Open a file that another process writes too; return its header, and its cells.
 
         Raises StatisticsFileError when there is none, it is not whole, or may not be written.
         """
@@ -75,11 +77,7 @@ class Kind:
             except OSError as error:
                 fault = f"{path}: the {self.name} cannot be written ({error.strerror})"
                 raise StatisticsFileError(f"{fault}; expected to be of its owner's") from error
-            try:
-                memory = mmap.mmap(descriptor, 0)
-            finally:
-                os.close(descriptor)
-            return file.header, memoryview(memory)[-file.cell_bytes :].cast("q")
+            return file.header, SharedCells(file, descriptor)
 
     @contextmanager
     def opened(self, path: Path) -> Iterator["ReadableFile"]:
@@ -143,6 +141,10 @@ class ReadableFile:
             raise self.damaged(f"cut to {self._first + first + len(cells)} bytes while read")
         return cells
 
+    def place(self, index: int) -> int:
+        """Where in the file a cell stands."""
+        return self._first + index * CELL.size
+
     def damaged(self, fault: str) -> StatisticsFileError:
         """An error that says what is wrong with this file."""
         return StatisticsFileError(f"{self.path}: not a whole {self._kind.name}: {fault}")
@@ -155,6 +157,37 @@ class ReadableFile:
         if not isinstance(header, dict):
             raise self.damaged(f"its header is a {type(header).__name__}, expected an object")
         return header
+
+
+class SharedCells:
+    """Single cells of a file that another process has mapped, read and written in the file itself.
+
+    Both raise StatisticsFileError for a file that was cut short, or that the disk refuses.
+    """
+
+    def __init__(self, file: ReadableFile, descriptor: int) -> None:
+        self._file = file
+        self._descriptor = descriptor
+        weakref.finalize(self, os.close, descriptor)
+
+    def __getitem__(self, index: int) -> int:
+        """What stands in a cell."""
+        try:
+            found = os.pread(self._descriptor, CELL.size, self._file.place(index))
+        except OSError as error:
+            raise self._file.damaged(f"cell {index} cannot be read ({error.strerror})") from error
+        if len(found) < CELL.size:
+            raise self._file.damaged(f"cut short before cell {index}")
+        value: int = CELL.unpack(found)[0]
+        return value
+
+    def __setitem__(self, index: int, value: int) -> None:
+        """Let a cell hold a value."""
+        self[index]  # of a file that was cut short: writing would only make it longer
+        try:
+            os.pwrite(self._descriptor, CELL.pack(value), self._file.place(index))
+        except OSError as error:
+            raise self._file.damaged(f"cell {index} not written ({error.strerror})") from error
 
 
 def _publish(path: Path, size: int, start: bytes) -> mmap.mmap:

@@ -108,6 +108,20 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     assert watch.told[-1] == "the run came back, disarmed"
 
 
+def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
+    path: Path, watch: Watch, file: StatisticsFile
+) -> None:
+    """Whoever has such a file mapped gets SIGBUS: the run itself, which is why it is taken over."""
+    watch.guard.look()
+    del file
+    os.truncate(path, 0)
+    for _ in range(2):
+        watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 2)
+    assert "cut short" in watch.told[0]
+    assert "all outputs off" in watch.told[0]
+
+
 def test_chips_that_do_not_acknowledge_are_written_again_and_told_and_kept_once(
     path: Path, watch: Watch, file: StatisticsFile
 ) -> None:
