@@ -1,11 +1,13 @@
 """`firmware-runtime guard BOARD`: switch off when the board's run is dead or hangs."""
 
 import argparse
+import sys
 from pathlib import Path
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import until_signal
 from firmware_runtime.devs.time import seconds
@@ -51,12 +53,12 @@ def execute(arguments: argparse.Namespace) -> int:
     outputs = Outputs(board, arguments.doubles)
     notices = Notices.from_environment()
 
-    def tell(what: str) -> None:
-        print(f"guard: {what}", flush=True)
+    def say(what: str) -> None:
+        tell(f"guard: {what}", sys.stdout)
         notices.status(what)
 
     stall = seconds(board.settings.guard.stall_s)
-    guard = Guard(path, outputs.make_safe, stall, tell, TakeoverFile(path).write, outputs.reach)
+    guard = Guard(path, outputs.make_safe, stall, say, TakeoverFile(path).write, outputs.reach)
     priority = min(board.settings.executive.fifo_priority + 1, 99)
     asked = ProcessSettings(
         fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,
@@ -64,8 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
     )
     with in_force(asked, MonotonicClock()) as granted, until_signal() as signal:
         for refusal in refusals({"settings": granted}):
-            tell(refusal)
-        tell(f"watching {path}")
+            say(refusal)
+        say(f"watching {path}")
         notices.ready()
         while not signal.came:
             guard.look()

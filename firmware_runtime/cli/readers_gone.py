@@ -3,7 +3,8 @@
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from typing import TextIO
 
 
 @contextmanager
@@ -20,3 +21,9 @@ def readers_may_go() -> Iterator[None]:
         for stream in filter(None, (sys.stdout, sys.stderr)):
             os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
+
+
+def tell(what: str, stream: TextIO) -> None:
+    """Print a line for whoever reads it: that nobody does, or a full disk, is no reason to stop."""
+    with suppress(OSError):
+        print(what, file=stream, flush=True)

@@ -11,7 +11,7 @@ import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
-from firmware_runtime.cli.readers_gone import readers_may_go
+from firmware_runtime.cli.readers_gone import readers_may_go, tell
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.statistics_summary import summary
@@ -128,7 +128,7 @@ def _arming(arguments: argparse.Namespace, board: boards.registry.Board) -> Armi
     return Arming(
         at_start=settings.at_start or arguments.arm,
         demand_guard=settings.demand_guard,
-        tell=lambda what: print(f"firmware-runtime: {what}", file=sys.stderr),
+        tell=_say,
     )
 
 
@@ -170,11 +170,7 @@ def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
     chronicle: Chronicle | None = None
     if notices.is_there or journal.is_there:
         chronicle = Chronicle(executive, notices, journal, summary)
-
-    def tell(what: str) -> None:
-        print(f"firmware-runtime: {what}", file=sys.stderr, flush=True)
-
-    reloading = Reloading(session.board, session.robot, executive, notices, tell)
+    reloading = Reloading(session.board, session.robot, executive, notices, _say)
     try:
         yield None if sys.stdin.isatty() else reloading.request
     finally:
@@ -183,6 +179,10 @@ def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
         notices.stopping()
         notices.close()
         journal.close()
+
+
+def _say(what: str) -> None:
+    tell(f"firmware-runtime: {what}", sys.stderr)
 
 
 def _status(outcome: Outcome, session: Session) -> Status:

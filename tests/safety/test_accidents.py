@@ -1,0 +1,50 @@
+"""What may befall the things that a run and its guard rely on: none of it leaves an output on."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.support.guarded_run import guarded_run, wait_until
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_guard_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        assert run.guard.stdout is not None
+        run.guard.stdout.close()
+        run.guard.stdout = None
+        run.signal(signal.SIGSTOP)
+        wait_until(lambda: run.is_off, "the guard has switched off")
+        run.signal(signal.SIGCONT)
+        wait_until(lambda: "the guard took over" in run.errors(), "the run has seen it")
+        wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is guarded and armed")
+        wait_until(lambda: not run.is_off, "the motors are driven again")
+        run.signal(signal.SIGKILL)
+        wait_until(lambda: run.is_off, "the guard has switched off again")
+
+
+def test_a_run_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
+    program = (
+        "import os, sys; from firmware_runtime.cli.main import main;"
+        "gone = os.pipe(); os.close(gone[0]); os.dup2(gone[1], 2); sys.exit(main(sys.argv[1:]))"
+    )
+    with guarded_run(tmp_path, program=program) as run:
+        assert run.ask("disarm", "tachobot").returncode == 0
+        wait_until(lambda: run.is_off, "all outputs are off")
+        wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it can be armed anew")
+        wait_until(lambda: not run.is_off, "the motors are driven again")
+        assert run.run.poll() is None
+
+
+def test_statistics_that_are_cut_short_end_the_run_and_not_the_guard(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        os.truncate(tmp_path / "tachobot.stats", 0)
+        wait_until(lambda: bool(run.takeovers()), "the guard has taken over")
+        assert run.run.wait(30) == -signal.SIGBUS
+        assert run.is_off
+        assert run.guard.poll() is None
