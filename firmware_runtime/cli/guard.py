@@ -75,4 +75,6 @@ def execute(arguments: argparse.Namespace) -> int:
             guard.wait(signal.fileno())
     notices.stopping()
     outputs.close()
-    return Status.OK
+    for failure in guard.failed:
+        tell(f"firmware-runtime: not made safe: {failure}", sys.stderr)
+    return Status.NOT_SAFE if guard.failed else Status.OK

@@ -70,6 +70,11 @@ class Guard:
         self._takeover: Takeover
         self._failed: list[str] | None = None
 
+    @property
+    def failed(self) -> list[str]:
+        """What a takeover that is not over could not switch off, one sentence each."""
+        return list(self._failed or ()) if self.phase is Phase.HOLDING else []
+
     def look(self) -> None:
         """Look once, and act; to be called every LOOK_EVERY and when the run's process ends.
 

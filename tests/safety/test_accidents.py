@@ -48,3 +48,16 @@ def test_statistics_that_are_cut_short_end_the_run_and_not_the_guard(tmp_path: P
         assert run.run.wait(30) == -signal.SIGBUS
         assert run.is_off
         assert run.guard.poll() is None
+
+
+def test_a_guard_that_is_stopped_before_outputs_are_off_says_so(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        assert run.guard.stdout is not None
+        fault = ("doubles", "fault", "stuck", "--socket", run.socket, "--for", 20)
+        assert run.ask(*fault).returncode == 0
+        run.signal(signal.SIGKILL)
+        assert "outputs not off" in run.guard.stdout.readline()
+        run.guard.send_signal(signal.SIGTERM)
+        assert run.guard.wait(30) == 4
+        assert "not made safe: i2c1 0x40" in run.errors()
