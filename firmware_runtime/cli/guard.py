@@ -58,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
         notices.status(what)
 
     stall = seconds(board.settings.guard.stall_s)
-    guard = Guard(path, outputs.make_safe, stall, say, TakeoverFile(path).write, outputs.reach)
+    guard = Guard(path, outputs, stall, say, TakeoverFile(path).write)
     priority = min(board.settings.executive.fifo_priority + 1, 99)
     asked = ProcessSettings(
         fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,

@@ -1,13 +1,36 @@
 """A board's outputs, held by a process that runs no model: all it can do is switch them off."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import boards.registry
 from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
 from firmware_runtime.cli.lines import close_lines, reach_lines, served_doubles
+from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.linux_node import check_node
+from firmware_runtime.hal.noting import NotingBus, NotingPort
+
+
+def switched_off(board: Board, doubles: Path | None) -> list[str]:
+    """What switching this board off writes, and where: device, address, bytes.
+
+    Runs and guards that agree in this mean the same chips.
+    """
+    served = None if doubles is None else str(doubles.resolve())
+    notes: list[str] = []
+    buses = {
+        name: NotingBus(name, served or bus.device, notes)
+        for name, bus in board.settings.buses.items()
+    }
+    ports = {
+        name: NotingPort(name, served or port.device, notes) for name, port in board.ports.items()
+    }
+    board.build(Lines(buses, ports)).make_safe()
+    return notes
 
 
 class Outputs:
@@ -23,12 +46,6 @@ class Outputs:
         self._doubles = doubles
         self._opened: tuple[Lines, Robot] | None = None
 
-    def reach(self) -> None:
-        """Raise HalError where a real bus or port could not be opened if it were needed now."""
-        if self._doubles is None:
-            for name, line in (self._board.settings.buses | self._board.ports).items():
-                check_node(name, line.device)
-
     def make_safe(self) -> list[str]:
         """Write full-off to every chip; return what failed, one sentence each."""
         try:
@@ -38,6 +55,41 @@ class Outputs:
         if failed:
             self.close()
         return failed
+
+    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+        """Why a run under these conditions could not be switched off from here; None if it could.
+
+        A run on doubles of its own says nothing of its outputs: nobody else could reach them.
+        Raises HalError where a bus or port could not be opened if it were needed now.
+        """
+        theirs = conditions.get("switched_off")
+        if theirs is None:
+            return None
+        own = switched_off(self._board, self._doubles)
+        if theirs != own and not self._take_up_settings_for(theirs):
+            return (
+                f"its outputs go off by {', '.join(theirs)}, here by {', '.join(own)}; expected "
+                "the same settings"
+            )
+        self._reach()
+        return None
+
+    def _take_up_settings_for(self, outputs: list[str]) -> bool:
+        """Whether the board's file, as it is by now, means these outputs; if so it counts."""
+        try:
+            board = boards.registry.load(str(self._board.source), self._board.assignments)
+        except BoardError:
+            return False
+        if switched_off(board, self._doubles) != outputs:
+            return False
+        self.close()
+        self._board = board
+        return True
+
+    def _reach(self) -> None:
+        if self._doubles is None:
+            for name, line in (self._board.settings.buses | self._board.ports).items():
+                check_node(name, line.device)
 
     def close(self) -> None:
         """Release the buses."""

@@ -10,6 +10,7 @@ from boards.registry import Board
 from boards.robot import Robot
 from drivers.permit import always
 from firmware_runtime.cli.lines import bench_for, close_lines, open_lines, served_doubles
+from firmware_runtime.cli.outputs import switched_off
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -52,6 +53,7 @@ class Session:
         arming: Arming | None = None,
     ) -> None:
         self.board = board
+        self._doubles = doubles
         self.arming = arming
         self._executive: Executive | None = None
         self.bench: Bench | None = None
@@ -173,8 +175,16 @@ class Session:
             armed_at_start=self.arming is None,
             worst=settings.executive.worst,
             recorded_spans=settings.executive.recorded_spans,
-            conditions={"board": self.board.name, "board_sha256": self.board.fingerprint},
+            conditions=self._conditions(),
         )
+
+    def _conditions(self) -> dict[str, Any]:
+        """The board, and how a guard would switch it off; doubles made for the run have none."""
+        conditions = {"board": self.board.name, "board_sha256": self.board.fingerprint}
+        if self._doubles is True:
+            return conditions
+        served = self._doubles or None
+        return {**conditions, "switched_off": switched_off(self.board, served)}
 
 
 def find_component(root: Component, path: str) -> Component | None:

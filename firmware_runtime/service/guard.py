@@ -14,12 +14,13 @@ The guard never gives control back. The run has to be armed anew, by somebody.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from select import select
 from time import monotonic_ns
+from typing import Any, Protocol
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.telemetry.errors import StatisticsFileError
@@ -29,6 +30,8 @@ from firmware_runtime.telemetry.statistics_file import STATISTICS
 from firmware_runtime.telemetry.takeovers import Takeover
 
 LOOK_EVERY = 20 * MILLISECOND
+ASK_AGAIN_EVERY = SECOND
+"""Ns until what kept a run from being guarded is looked at again."""
 
 
 class Phase(Enum):
@@ -39,36 +42,48 @@ class Phase(Enum):
     HOLDING = "holding the outputs off"
 
 
+class Outputs(Protocol):
+    """What a guard can switch off."""
+
+    def make_safe(self) -> list[str]:
+        """Write full-off to every chip; return what failed, one sentence each."""
+
+    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+        """Why a run under these conditions could not be switched off from here, if so.
+
+        It is watched all the same, as well as that goes, but it is not told that it is. Raises
+        HalError where the outputs are out of reach: whoever started this guard starts another,
+        with better leave.
+        """
+
+
 class Guard:
     """Watches the run whose statistics are at `path`; a new file there is a new run.
 
-    `make_safe` writes full-off to every chip and returns what failed, one sentence each. `stall` is
-    how many ns without a finished step count as dead. `tell` hears of every takeover and its end;
-    `record` keeps it, once the outputs are off or could not be switched off. `reach` raises
-    HalError where `make_safe` could open nothing: a guard that cannot act must not be seen by a run
-    that lives, which may demand one. Whoever started this one starts another, with better leave.
+    `stall` is how many ns without a finished step count as dead. `tell` hears of every takeover and
+    its end; `record` keeps it, once the outputs are off or could not be switched off.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 -- handed over once, by the verb
+    def __init__(
         self,
         path: Path,
-        make_safe: Callable[[], list[str]],
+        outputs: Outputs,
         stall: int,
         tell: Callable[[str], None],
         record: Callable[[Takeover], None] = lambda _: None,
-        reach: Callable[[], None] = lambda: None,
     ) -> None:
         self.phase = Phase.WAITING
         self._path = path
-        self._make_safe = make_safe
+        self._outputs = outputs
         self._stall = stall
         self._tell = tell
         self._record = record
-        self._reach = reach
         self._run: _Run | None = None
         self._seen: tuple[int, int] | None = None
         self._takeover: Takeover
         self._failed: list[str] | None = None
+        self._objection: str | None = None
+        self._ask_at = 0
 
     @property
     def failed(self) -> list[str]:
@@ -78,11 +93,12 @@ class Guard:
     def look(self) -> None:
         """Look once, and act; to be called every LOOK_EVERY and when the run's process ends.
 
-        Raises HalError when a run begins whose outputs are out of reach.
+        Raises HalError when a run lives whose outputs are out of reach.
         """
         self._find_run()
         if self._run is not None:
-            self._run.show_presence()
+            if not self._run.has_ended and self._could_switch_off(self._run):
+                self._run.show_presence()
             if self.phase is Phase.WATCHING and (why := self._run.is_lost(self._stall)):
                 self._take_over(why)
             if self.phase is Phase.HOLDING:
@@ -106,13 +122,21 @@ class Guard:
             return
         with suppress(StatisticsFileError):  # not whole yet, or not ours: the next look tells
             run = _Run(self._path)
-            if not run.has_ended:
-                self._reach()
             self._seen = identity
             if self._run is not None:
                 self._run.close()
             self._run = run
+            self._objection, self._ask_at = "not asked yet", 0
             self.phase = Phase.WATCHING
+
+    def _could_switch_off(self, run: "_Run") -> bool:
+        """Whether nothing is known that speaks against it; what did is looked at again."""
+        if self._objection is not None and monotonic_ns() >= self._ask_at:
+            before, self._objection = self._objection, self._outputs.objection(run.conditions)
+            if self._objection not in {None, before}:
+                self._tell(f"this run is not guarded: {self._objection}")
+            self._ask_at = monotonic_ns() + ASK_AGAIN_EVERY
+        return self._objection is None
 
     def _take_over(self, why: str) -> None:
         assert self._run is not None  # noqa: S101 -- there is a run while it is watched
@@ -122,7 +146,7 @@ class Guard:
         self.phase = Phase.HOLDING
 
     def _hold(self, run: "_Run") -> None:
-        failed = self._make_safe()
+        failed = self._outputs.make_safe()
         if failed != self._failed:
             self._note(failed)
         if failed:
@@ -132,7 +156,7 @@ class Guard:
             run.close()
             self._run = None
         elif run.has_acknowledged:
-            self._make_safe()  # a write that was under way is over by now
+            self._outputs.make_safe()  # a write that was under way is over by now
             self.phase = Phase.WATCHING
             self._tell("the run came back, disarmed")
 
@@ -152,6 +176,7 @@ class _Run:
     def __init__(self, path: Path) -> None:
         header, self._cells = STATISTICS.attach(path)
         self.writer = header["writer"]
+        self.conditions: Mapping[str, Any] = header["conditions"]
         self.generation = 0
         self._process: int | None = None
         with suppress(OSError):

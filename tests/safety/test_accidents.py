@@ -61,3 +61,19 @@ def test_a_guard_that_is_stopped_before_outputs_are_off_says_so(tmp_path: Path) 
         run.guard.send_signal(signal.SIGTERM)
         assert run.guard.wait(30) == 4
         assert "not made safe: i2c1 0x40" in run.errors()
+
+
+def test_a_guard_with_other_settings_does_not_let_the_run_be_armed(tmp_path: Path) -> None:
+    """Which switches off other chips: as good as none."""
+    with guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        run.guard.kill()
+        wait_until(lambda: run.is_off, "the run has disarmed itself")
+        words = ("guard", "tachobot", "--doubles", run.socket, "--set", "esc.address=0x42")
+        with run.another(*words) as other:
+            assert other.stdout is not None
+            assert "watching" in other.stdout.readline()
+            assert "this run is not guarded" in other.stdout.readline()
+            refused = run.ask("arm", "tachobot")
+        assert refused.returncode == 5
+        assert "the guard is absent" in refused.stderr

@@ -3,9 +3,10 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from time import monotonic_ns
+from typing import Any
 
 import pytest
 
@@ -29,11 +30,20 @@ class Watch:
         self.offs = 0
         self.told: list[str] = []
         record = TakeoverFile(path).write
-        self.guard = Guard(path, self._make_safe, STALL, self.told.append, record)
+        self.against: str | None = None
+        self.out_of_reach: BusAbsent | None = None
+        self.conditions: Mapping[str, Any] = {}
+        self.guard = Guard(path, self, STALL, self.told.append, record)
 
-    def _make_safe(self) -> list[str]:
+    def make_safe(self) -> list[str]:
         self.offs += 1
         return self.failing
+
+    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+        self.conditions = conditions
+        if self.out_of_reach is not None:
+            raise self.out_of_reach
+        return self.against
 
 
 @pytest.fixture
@@ -75,15 +85,26 @@ def test_a_living_run_is_watched_and_sees_that_it_is(watch: Watch, file: Statist
     assert monotonic_ns() - file.cells[GUARD] < SECOND
 
 
-def test_a_guard_that_may_open_no_bus_is_not_seen_by_the_run(
-    path: Path, file: StatisticsFile
+def test_a_run_that_it_could_not_switch_off_is_watched_and_not_told_so(
+    watch: Watch, file: StatisticsFile
 ) -> None:
-    def reach() -> None:
-        raise BusAbsent("i2c1: /dev/i2c-1 cannot be opened")
+    watch.against = "its outputs are others"
+    for _ in range(2):
+        watch.guard.look()
+    assert (watch.guard.phase, file.cells[GUARD]) == (Phase.WATCHING, 0)
+    assert watch.conditions == HEADER["conditions"]
+    assert watch.told == [f"this run is not guarded: {watch.against}"]
+    hang(file)
+    watch.guard.look()
+    assert watch.offs == 1
 
-    guard = Guard(path, list, STALL, lambda _: None, reach=reach)
+
+def test_a_guard_that_may_open_no_bus_ends_and_is_not_seen_by_the_run(
+    watch: Watch, file: StatisticsFile
+) -> None:
+    watch.out_of_reach = BusAbsent("i2c1: /dev/i2c-1 cannot be opened")
     with pytest.raises(BusAbsent):
-        guard.look()
+        watch.guard.look()
     assert file.cells[GUARD] == 0
 
 

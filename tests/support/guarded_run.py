@@ -129,6 +129,15 @@ class GuardedRun:
             timeout=60,
         )
 
+    @contextmanager
+    def another(self, *words: object) -> Iterator["subprocess.Popen[str]"]:
+        """Another command, with the run's environment, within the block."""
+        process = self._start(*words)
+        try:
+            yield process
+        finally:
+            process.kill()
+
     def safe_state(self, reason: str) -> str:
         """What ExecStopPost runs; it must succeed."""
         words = (self.robot, "--doubles", self.socket, "--reason", reason)
