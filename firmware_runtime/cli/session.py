@@ -29,6 +29,7 @@ from firmware_runtime.links.ports_socket import PortsSocket, ports_path
 from firmware_runtime.service.arming import Arming
 from firmware_runtime.service.control import Answer, ControlSocket, control_path
 from firmware_runtime.service.objections import objections_to
+from firmware_runtime.telemetry.kept_by_run import keep_clear_of_other_runs
 
 if TYPE_CHECKING:
     from sim_doubles.benches.bench import Bench, Doubles
@@ -39,8 +40,9 @@ class Session:
 
     `doubles` are made for the run (True), served at a path, or None on the real robot; `bench` is
     there only if they were made. A supervised run may drive its outputs only while it is armed, see
-    `arming`; any other always. Raises BoardError for settings that do not fit the model, and
-    HalError when a bus or chip is missing; nothing was actuated then.
+    `arming`; any other always. Raises BoardError for settings that do not fit the model,
+    StatisticsFileError if another robot's run keeps its statistics at that path, and HalError when
+    a bus or chip is missing; nothing was actuated then.
     """
 
     def __init__(
@@ -63,6 +65,8 @@ class Session:
         elif doubles:
             self.doubles = self.bench = bench_for(board, self.world_now)
         self._lines = open_lines(board, self.doubles, always if arming is None else arming.permit)
+        if statistics_path is not None:
+            keep_clear_of_other_runs(statistics_path)
         self._control = None if arming is None else self._listen(arming, statistics_path)
         self.robot: Robot = board.build(self._lines)
         self._ports: PortsSocket | None = None

@@ -77,3 +77,16 @@ def test_a_guard_with_other_settings_does_not_let_the_run_be_armed(tmp_path: Pat
             refused = run.ask("arm", "tachobot")
         assert refused.returncode == 5
         assert "the guard is absent" in refused.stderr
+
+
+@pytest.mark.parametrize("options", [(), ("--supervised",)], ids=["free", "supervised"])
+def test_a_run_on_doubles_of_its_own_takes_neither_guard_nor_control_from_a_robot(
+    tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    with guarded_run(tmp_path) as run:
+        second = run.ask("run", "tachobot", "--doubles", "--for", "0.1", *options)
+        assert (second.returncode, second.stdout) == (2, "")
+        assert f"process {run.run.pid} drives a robot" in second.stderr
+        assert not run.is_off
+        assert run.ask("disarm", "tachobot").stdout == "disarmed\n"
+        assert run.is_off
