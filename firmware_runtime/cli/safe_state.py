@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from select import select
 from time import monotonic_ns
 
 import boards.registry
@@ -11,6 +10,7 @@ from firmware_runtime.cli.guard import add_doubles
 from firmware_runtime.cli.outputs import Outputs
 from firmware_runtime.cli.readers_gone import readers_may_go
 from firmware_runtime.cli.status import Status
+from firmware_runtime.cli.until_signal import until_signal
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 
 PATIENCE = 2 * SECOND
@@ -30,14 +30,17 @@ def add_to(verbs: SubParsers) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write until all chips have acknowledged, at most for two seconds."""
+    """Write until all chips have acknowledged, at most for two seconds.
+
+    A signal ends the trying again, but never between two chips.
+    """
     board = boards.registry.load(arguments.board, arguments.assignments)
     outputs = Outputs(board, arguments.doubles)
     give_up_at = monotonic_ns() + PATIENCE
-    failed = outputs.make_safe()
-    while failed and monotonic_ns() < give_up_at:
-        select((), (), (), BETWEEN / SECOND)
+    with until_signal() as signal:
         failed = outputs.make_safe()
+        while failed and monotonic_ns() < give_up_at and not signal.wait(BETWEEN / SECOND):
+            failed = outputs.make_safe()
     outputs.close()
     with readers_may_go():
         for failure in failed:

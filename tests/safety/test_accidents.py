@@ -90,3 +90,24 @@ def test_a_run_on_doubles_of_its_own_takes_neither_guard_nor_control_from_a_robo
         assert not run.is_off
         assert run.ask("disarm", "tachobot").stdout == "disarmed\n"
         assert run.is_off
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda each: each.name)
+def test_a_signal_ends_safe_state_between_attempts_and_it_says_what_is_still_on(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    program = (
+        "import os, signal, sys; from firmware_runtime.cli import safe_state;"
+        "from firmware_runtime.cli.main import main; from boards.robot import Robot;"
+        "whole = Robot.make_safe;"
+        f"Robot.make_safe = lambda self: os.kill(os.getpid(), {number:d}) or whole(self);"
+        "safe_state.PATIENCE = 10**12; sys.exit(main(sys.argv[1:]))"
+    )
+    with guarded_run(tmp_path, guard=False) as run:
+        fault = ("doubles", "fault", "nack", "--socket", run.socket, "--address", "0x40")
+        assert run.ask(*fault, "--for", 60).returncode == 0
+        run.signal(signal.SIGKILL)
+        words = ("safe-state", "tachobot", "--doubles", run.socket)
+        with run.another(*words, program=program) as safe_state:
+            assert safe_state.wait(30) == 4
+        assert "not made safe: i2c1 0x40" in run.errors()

@@ -130,9 +130,9 @@ class GuardedRun:
         )
 
     @contextmanager
-    def another(self, *words: object) -> Iterator["subprocess.Popen[str]"]:
+    def another(self, *words: object, program: str = "") -> Iterator["subprocess.Popen[str]"]:
         """Another command, with the run's environment, within the block."""
-        process = self._start(*words)
+        process = self._start(*words, program=program)
         try:
             yield process
         finally:
