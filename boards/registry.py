@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,6 +63,8 @@ class Board:
     """Overrides of single numbers, `KEY=VALUE`."""
     settings: Any
     """The board's own settings class; satisfies `BoardSettings`."""
+    table: Mapping[str, Any]
+    """What the settings were made of: the file's keys, overridden."""
     loads: Mapping[str, BusLoad]
     """What the board asks of each bus."""
     doubles_run_s: float
@@ -94,6 +97,24 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
     if faults:
         raise BoardError(str(source), faults)
     strict.override(table, assignments, faults)
+    return _board(source, assignments, table, faults)
+
+
+def load_table(source: Path) -> Board:
+    """Read a board's `table` again, kept as JSON. Raises BoardError, also if there is none."""
+    try:
+        table = json.loads(_read(source))
+    except ValueError as error:
+        raise BoardError(str(source), [f"{error}; expected JSON"]) from error
+    if not isinstance(table, dict):
+        raise BoardError(str(source), [f"{type(table).__name__}; expected a JSON object"])
+    return _board(source, (), table, [])
+
+
+def _board(
+    source: Path, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
+) -> Board:
+    """The board of a table; raises BoardError with every fault, those found before included."""
     kind = table.get("board")
     if kind not in names():
         raise BoardError(str(source), [*faults, f"board: {kind!r}: expected one of {_listing()}"])
@@ -111,6 +132,7 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
         source=source,
         assignments=assignments,
         settings=settings,
+        table=table,
         loads=loads,
         doubles_run_s=definition.DOUBLES_RUN_S,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],

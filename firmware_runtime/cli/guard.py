@@ -50,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Watch until a signal comes; a run that still goes on then is left alone."""
     board = boards.registry.load(arguments.board, arguments.assignments)
     path = arguments.statistics or default_path(board.name)
-    outputs = Outputs(board, arguments.doubles)
+    outputs = Outputs(board, arguments.doubles, path)
     notices = Notices.from_environment()
 
     def say(what: str) -> None:

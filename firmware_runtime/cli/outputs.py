@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import boards.registry
 from boards.lines import Lines
 from boards.registry import Board
 from boards.robot import Robot
 from firmware_runtime.cli.lines import close_lines, reach_lines, served_doubles
-from firmware_runtime.errors import BoardError
+from firmware_runtime.cli.settings_in_force import kept_settings
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.linux_node import check_node
 from firmware_runtime.hal.noting import NotingBus, NotingPort
@@ -36,13 +35,14 @@ def switched_off(board: Board, doubles: Path | None) -> list[str]:
 class Outputs:
     """Opens the board's buses when they are needed, and anew after every failure.
 
-    A bus that cannot be opened keeps no other from being written to.
-    `doubles` is where they are served, None on the real robot. Nothing is locked: whoever drives
-    the outputs at the time cannot keep us out.
+    A bus that cannot be opened keeps no other from being written to. `doubles` is where they are
+    served, None on the real robot; a run keeps its statistics at `statistics`, and beside them its
+    settings. Nothing is locked: whoever drives the outputs at the time cannot keep us out.
     """
 
-    def __init__(self, board: Board, doubles: Path | None) -> None:
+    def __init__(self, board: Board, doubles: Path | None, statistics: Path) -> None:
         self._board = board
+        self._statistics = statistics
         self._doubles = doubles
         self._opened: tuple[Lines, Robot] | None = None
 
@@ -57,10 +57,9 @@ class Outputs:
         return failed
 
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
-        """Why a run under these conditions could not be switched off from here; None if it could.
+        """Why a run under these conditions would not be switched off from here; None if it would.
 
         A run on doubles of its own says nothing of its outputs: nobody else could reach them.
-        Raises HalError where a bus or port could not be opened if it were needed now.
         """
         theirs = conditions.get("switched_off")
         if theirs is None:
@@ -71,22 +70,10 @@ class Outputs:
                 f"its outputs go off by {', '.join(theirs)}, here by {', '.join(own)}; expected "
                 "the same settings"
             )
-        self._reach()
         return None
 
-    def _take_up_settings_for(self, outputs: list[str]) -> bool:
-        """Whether the board's file, as it is by now, means these outputs; if so it counts."""
-        try:
-            board = boards.registry.load(str(self._board.source), self._board.assignments)
-        except BoardError:
-            return False
-        if switched_off(board, self._doubles) != outputs:
-            return False
-        self.close()
-        self._board = board
-        return True
-
-    def _reach(self) -> None:
+    def reach(self) -> None:
+        """Raise HalError where a bus or port could not be opened if it were needed now."""
         if self._doubles is None:
             for name, line in (self._board.settings.buses | self._board.ports).items():
                 check_node(name, line.device)
@@ -96,6 +83,15 @@ class Outputs:
         if self._opened is not None:
             close_lines(self._opened[0])
             self._opened = None
+
+    def _take_up_settings_for(self, outputs: list[str]) -> bool:
+        """Whether the settings that the run keeps mean these outputs; if so, they count."""
+        board = kept_settings(self._statistics)
+        if board is None or switched_off(board, self._doubles) != outputs:
+            return False
+        self.close()
+        self._board = board
+        return True
 
     def _robot(self) -> Robot:
         if self._opened is None:

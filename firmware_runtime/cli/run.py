@@ -110,7 +110,10 @@ def execute(arguments: argparse.Namespace) -> int:
                 stop_on_signals(executive.request_stop, reload),
             ):
                 report.begin()
+                session.keep_settings()
                 outcome = executive.run(report.until)
+                if not outcome.faults:
+                    session.forget_settings()
             if isinstance(outcome.error, StatisticsFileError):
                 raise outcome.error  # the run never began: bad input, like a board's
             with readers_may_go():

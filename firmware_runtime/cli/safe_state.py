@@ -2,16 +2,21 @@
 
 import argparse
 import sys
+from pathlib import Path
 from time import monotonic_ns
 
 import boards.registry
+from boards.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.guard import add_doubles
-from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.cli.outputs import Outputs, switched_off
 from firmware_runtime.cli.readers_gone import readers_may_go
+from firmware_runtime.cli.settings_in_force import forget_settings, kept_settings
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import until_signal
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import BoardError
+from firmware_runtime.telemetry.paths import default_path
 
 PATIENCE = 2 * SECOND
 """Ns in which it is tried again: a stuck bus may come free; systemd waits for longer."""
@@ -25,6 +30,9 @@ def add_to(verbs: SubParsers) -> None:
     add_board(verb)
     add_doubles(verb)
     verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="where the run kept its statistics"
+    )
+    verb.add_argument(
         "--reason", default="asked for", help="why, for the journal; systemd's $SERVICE_RESULT"
     )
 
@@ -34,17 +42,51 @@ def execute(arguments: argparse.Namespace) -> int:
 
     A signal ends the trying again, but never between two chips.
     """
-    board = boards.registry.load(arguments.board, arguments.assignments)
-    outputs = Outputs(board, arguments.doubles)
+    meant, statistics = _what_is_meant(arguments)
+    outputs = [Outputs(board, arguments.doubles, statistics) for board in meant]
+
+    def make_safe() -> list[str]:
+        return [failure for each in outputs for failure in each.make_safe()]
+
     give_up_at = monotonic_ns() + PATIENCE
     with until_signal() as signal:
-        failed = outputs.make_safe()
+        failed = make_safe()
         while failed and monotonic_ns() < give_up_at and not signal.wait(BETWEEN / SECOND):
-            failed = outputs.make_safe()
-    outputs.close()
+            failed = make_safe()
+    for each in outputs:
+        each.close()
+    if not failed:
+        forget_settings(statistics)
     with readers_may_go():
         for failure in failed:
             print(f"firmware-runtime: not made safe: {failure}", file=sys.stderr)
         if not failed:
-            print(f"{board.name}: all outputs off ({arguments.reason})")
+            print(f"{meant[0].name}: all outputs off ({arguments.reason})")
     return Status.NOT_SAFE if failed else Status.OK
+
+
+def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path]:
+    """The board as its file has it, and as a run has left it, where that means other outputs.
+
+    Raises BoardError for a file that is not sound, unless a run has left something.
+    """
+    try:
+        stated = boards.registry.load(arguments.board, arguments.assignments)
+    except BoardError as error:
+        statistics = arguments.statistics or default_path(Path(arguments.board).stem)
+        left = kept_settings(statistics)
+        if left is None:
+            raise
+        with readers_may_go():
+            print(f"firmware-runtime: {error}", file=sys.stderr)
+            print("firmware-runtime: its last run's settings are taken instead", file=sys.stderr)
+        return [left], statistics
+    statistics = arguments.statistics or default_path(stated.name)
+    left = kept_settings(statistics)
+    if left is None or _off(left, arguments) == _off(stated, arguments):
+        return [stated], statistics
+    return [stated, left], statistics
+
+
+def _off(board: Board, arguments: argparse.Namespace) -> list[str]:
+    return switched_off(board, arguments.doubles)

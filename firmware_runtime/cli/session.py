@@ -11,6 +11,7 @@ from boards.robot import Robot
 from drivers.permit import always
 from firmware_runtime.cli.lines import bench_for, close_lines, open_lines, served_doubles
 from firmware_runtime.cli.outputs import switched_off
+from firmware_runtime.cli.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -57,6 +58,7 @@ class Session:
         self.board = board
         self._doubles = doubles
         self.arming = arming
+        self._statistics_path = statistics_path
         self._executive: Executive | None = None
         self.bench: Bench | None = None
         self.doubles: Doubles | None = None
@@ -123,6 +125,16 @@ class Session:
             with suppress(HalError):  # whoever served them has gone
                 return self.doubles.outputs
         return None
+
+    def keep_settings(self) -> None:
+        """Leave word of the outputs that will be driven; not of those within this process."""
+        if self._statistics_path is not None and self._doubles is not True:
+            keep_settings(self.board, self._statistics_path)
+
+    def forget_settings(self) -> None:
+        """All outputs are off."""
+        if self._statistics_path is not None and self._doubles is not True:
+            forget_settings(self._statistics_path)
 
     def close(self) -> None:
         """Release the buses; nobody can ask anything of the run any more."""

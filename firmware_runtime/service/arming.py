@@ -79,6 +79,7 @@ class Arming:
 
     def request(self, now: int) -> list[str]:
         """Arm, unless somebody objects; return the objections."""
+        self._notice()
         against = [why for objection in self._objections if (why := objection(now)) is not None]
         if not against and not self.armed:
             against = self._enabled()
@@ -107,10 +108,10 @@ class Arming:
 
     def attend(self, now: int, _left: int) -> None:
         """Notice what happened to the leave; arm as soon as nobody objects, if that is wanted."""
+        self._notice()
         if self.armed:
-            if not self.permit():
-                self.disarm(self._why_withdrawn())
-        elif self._executive.cells[GENERATION] != self._acknowledged:
+            return
+        if self._executive.cells[GENERATION] != self._acknowledged:
             self._switch_off()
             self._acknowledge()
         elif now >= self._off_again_at:
@@ -120,6 +121,11 @@ class Arming:
             self.request(now)
 
     # ---------------------------------------------------------------------------------------------
+
+    def _notice(self) -> None:
+        """Disarm where leave was withdrawn by somebody else."""
+        if self.armed and not self.permit():
+            self.disarm(self._why_withdrawn())
 
     def _enabled(self) -> list[str]:
         """Let outputs through; return why that failed, if it did."""

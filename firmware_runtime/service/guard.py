@@ -49,11 +49,15 @@ class Outputs(Protocol):
         """Write full-off to every chip; return what failed, one sentence each."""
 
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
-        """Why a run under these conditions could not be switched off from here, if so.
+        """Why a run under these conditions would not be switched off from here, if so.
 
-        It is watched all the same, as well as that goes, but it is not told that it is. Raises
-        HalError where the outputs are out of reach: whoever started this guard starts another,
-        with better leave.
+        It is watched all the same, as well as that goes, but it is not told that it is.
+        """
+
+    def reach(self) -> None:
+        """Raise HalError where the outputs of a run that lives are out of reach.
+
+        Whoever started this guard starts another, with better leave.
         """
 
 
@@ -97,7 +101,7 @@ class Guard:
         """
         self._find_run()
         if self._run is not None:
-            if not self._run.has_ended and self._could_switch_off(self._run):
+            if self._could_switch_off(self._run) and not self._run.has_ended:
                 self._run.show_presence()
             if self.phase is Phase.WATCHING and (why := self._run.is_lost(self._stall)):
                 self._take_over(why)
@@ -133,7 +137,9 @@ class Guard:
         """Whether nothing is known that speaks against it; what did is looked at again."""
         if self._objection is not None and monotonic_ns() >= self._ask_at:
             before, self._objection = self._objection, self._outputs.objection(run.conditions)
-            if self._objection not in {None, before}:
+            if self._objection is None and not run.has_ended:
+                self._outputs.reach()
+            elif self._objection not in {None, before}:
                 self._tell(f"this run is not guarded: {self._objection}")
             self._ask_at = monotonic_ns() + ASK_AGAIN_EVERY
         return self._objection is None

@@ -46,7 +46,15 @@ def test_version(command: Callable[..., Any]) -> None:
 
 @pytest.mark.slow
 def test_the_package_is_the_command_too() -> None:
-    module = [sys.executable, "-m", "firmware_runtime", "arm", "tachobot", "--statistics", "none"]
+    module = [
+        sys.executable,
+        "-m",
+        "firmware_runtime.cli",
+        "arm",
+        "tachobot",
+        "--statistics",
+        "none",
+    ]
     ended = subprocess.run(module, capture_output=True, text=True, check=False)
     assert ended.returncode == 3
     assert "none.control: No such file or directory; expected a run" in ended.stderr

@@ -8,8 +8,10 @@ import pytest
 import boards.registry
 from firmware_runtime.cli import lines
 from firmware_runtime.cli.outputs import Outputs, switched_off
+from firmware_runtime.cli.settings_in_force import forget_settings, keep_settings, kept_settings
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.telemetry.errors import StatisticsFileError
 
 TWO_BUSES = ("buses.other.device=/dev/i2c-7", "buses.other.speed_hz=400000", "esc.bus=other")
 
@@ -28,7 +30,7 @@ class NotedBus(I2cBus):
 
 @pytest.mark.parametrize(("gone", "reached"), [("i2c1", 0x41), ("other", 0x40)])
 def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
-    monkeypatch: pytest.MonkeyPatch, gone: str, reached: int
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, gone: str, reached: int
 ) -> None:
     addresses: list[int] = []
 
@@ -39,7 +41,7 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
         return NotedBus(name, addresses)
 
     monkeypatch.setattr(lines, "open_i2c", open_i2c)
-    outputs = Outputs(boards.registry.load("tachobot", TWO_BUSES), None)
+    outputs = Outputs(boards.registry.load("tachobot", TWO_BUSES), None, tmp_path / "x.stats")
     (failed,) = outputs.make_safe()
     assert failed.startswith(f"{gone} 0x4")
     assert failed.endswith("does not exist")
@@ -48,7 +50,7 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
 
 def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path: Path) -> None:
     doubles = tmp_path / "doubles.socket"
-    outputs = Outputs(boards.registry.load("tachobot"), doubles)
+    outputs = Outputs(boards.registry.load("tachobot"), doubles, tmp_path / "x.stats")
     moved = boards.registry.load("tachobot", ["esc.address=0x42"])
     against = outputs.objection({"switched_off": switched_off(moved, doubles)})
     assert against is not None
@@ -57,27 +59,51 @@ def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path
     assert outputs.objection({"switched_off": switched_off(tuned, doubles)}) is None
 
 
-def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach() -> None:
+def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> None:
     board = boards.registry.load("tachobot", ["buses.i2c1.device=/dev/i2c-none"])
-    outputs = Outputs(board, None)
+    outputs = Outputs(board, None, tmp_path / "x.stats")
+    assert outputs.objection({"switched_off": switched_off(board, None)}) is None
     with pytest.raises(BusAbsent, match="i2c1: /dev/i2c-none cannot be opened"):
-        outputs.objection({"switched_off": switched_off(board, None)})
+        outputs.reach()
 
 
-def test_settings_that_were_changed_since_the_guard_began_are_taken_up(tmp_path: Path) -> None:
-    shipped = boards.registry.load("tachobot").source.read_text(encoding="utf-8")
-    file = tmp_path / "board.toml"
-    file.write_text(shipped, encoding="utf-8")
-    doubles = tmp_path / "doubles.socket"
-    outputs = Outputs(boards.registry.load(str(file)), doubles)
-    file.write_text(shipped.replace("address = 0x41", "address = 0x42"), encoding="utf-8")
-    run = {"switched_off": switched_off(boards.registry.load(str(file)), doubles)}
+def test_settings_that_the_run_keeps_count_from_then_on(tmp_path: Path) -> None:
+    statistics, doubles = tmp_path / "x.stats", tmp_path / "doubles.socket"
+    outputs = Outputs(boards.registry.load("tachobot"), doubles, statistics)
+    moved = boards.registry.load("tachobot", ["esc.address=0x42"])
+    run = {"switched_off": switched_off(moved, doubles)}
+    assert outputs.objection(run) is not None
+    keep_settings(moved, statistics)
     assert outputs.objection(run) is None
-    file.write_text("broken", encoding="utf-8")
-    assert outputs.objection(run) is None, "what was taken up stays"
+    forget_settings(statistics)
+    assert outputs.objection(run) is None
+
+
+def test_kept_settings_are_those_of_the_run_overrides_included(tmp_path: Path) -> None:
+    statistics = tmp_path / "state" / "detective.stats"
+    board = boards.registry.load("detective", ["treads.speed=0.05"])
+    keep_settings(board, statistics)
+    kept = kept_settings(statistics)
+    assert kept is not None
+    assert kept.settings == board.settings
+    forget_settings(statistics)
+    assert kept_settings(statistics) is None
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"board": "tachobot"}', "\udc80"])
+def test_what_is_no_settings_is_none(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "tachobot.settings"
+    path.write_text(content, encoding="utf-8", errors="surrogateescape")
+    assert kept_settings(tmp_path / "tachobot.stats") is None
+
+
+def test_settings_that_cannot_be_kept_are_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(StatisticsFileError, match=r"x\.settings: .*; expected a place to write"):
+        keep_settings(boards.registry.load("tachobot"), tmp_path / "file" / "x.stats")
 
 
 def test_doubles_that_nobody_serves_are_one_sentence(tmp_path: Path) -> None:
-    outputs = Outputs(boards.registry.load("tachobot"), tmp_path / "doubles.socket")
+    outputs = Outputs(boards.registry.load("tachobot"), tmp_path / "d.socket", tmp_path / "x")
     (failed,) = outputs.make_safe()
-    assert "doubles.socket" in failed
+    assert "d.socket" in failed

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import boards.registry
 from tests.support.guarded_run import guarded_run, wait_until
 
 pytestmark = pytest.mark.slow
@@ -63,14 +64,26 @@ def test_a_guard_that_is_stopped_before_outputs_are_off_says_so(tmp_path: Path) 
         assert "not made safe: i2c1 0x40" in run.errors()
 
 
-def test_a_guard_with_other_settings_does_not_let_the_run_be_armed(tmp_path: Path) -> None:
-    """Which switches off other chips: as good as none."""
+def test_a_guard_with_other_settings_takes_up_those_of_the_run(tmp_path: Path) -> None:
+    """Settings that it was started with may mean other chips."""
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
         run.guard.kill()
         wait_until(lambda: run.is_off, "the run has disarmed itself")
         words = ("guard", "tachobot", "--doubles", run.socket, "--set", "esc.address=0x42")
-        with run.another(*words) as other:
+        with run.another(*words):
+            wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is guarded")
+            wait_until(lambda: not run.is_off, "the motors are driven again")
+            run.signal(signal.SIGKILL)
+            wait_until(lambda: run.is_off, "the guard has switched off")
+
+
+def test_a_guard_of_other_doubles_does_not_let_the_run_be_armed(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        run.guard.kill()
+        wait_until(lambda: run.is_off, "the run has disarmed itself")
+        with run.another("guard", "tachobot", "--doubles", tmp_path / "others") as other:
             assert other.stdout is not None
             assert "watching" in other.stdout.readline()
             assert "this run is not guarded" in other.stdout.readline()
@@ -79,35 +92,37 @@ def test_a_guard_with_other_settings_does_not_let_the_run_be_armed(tmp_path: Pat
         assert "the guard is absent" in refused.stderr
 
 
-@pytest.mark.parametrize("options", [(), ("--supervised",)], ids=["free", "supervised"])
-def test_a_run_on_doubles_of_its_own_takes_neither_guard_nor_control_from_a_robot(
-    tmp_path: Path, options: tuple[str, ...]
+@pytest.mark.parametrize(
+    ("before", "after", "said", "status"),
+    [
+        ("address = 0x40", "address = 0x42", "not made safe: i2c1 0x42", 4),
+        ("[imu]", "[imu", "its last run's settings are taken instead", 0),
+    ],
+)
+def test_a_file_that_changed_under_the_run_does_not_keep_its_outputs_on(
+    tmp_path: Path, before: str, after: str, said: str, status: int
 ) -> None:
-    with guarded_run(tmp_path) as run:
-        second = run.ask("run", "tachobot", "--doubles", "--for", "0.1", *options)
-        assert (second.returncode, second.stdout) == (2, "")
-        assert f"process {run.run.pid} drives a robot" in second.stderr
-        assert not run.is_off
-        assert run.ask("disarm", "tachobot").stdout == "disarmed\n"
-        assert run.is_off
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda each: each.name)
-def test_a_signal_ends_safe_state_between_attempts_and_it_says_what_is_still_on(
-    tmp_path: Path, number: signal.Signals
-) -> None:
-    program = (
-        "import os, signal, sys; from firmware_runtime.cli import safe_state;"
-        "from firmware_runtime.cli.main import main; from boards.robot import Robot;"
-        "whole = Robot.make_safe;"
-        f"Robot.make_safe = lambda self: os.kill(os.getpid(), {number:d}) or whole(self);"
-        "safe_state.PATIENCE = 10**12; sys.exit(main(sys.argv[1:]))"
-    )
-    with guarded_run(tmp_path, guard=False) as run:
-        fault = ("doubles", "fault", "nack", "--socket", run.socket, "--address", "0x40")
-        assert run.ask(*fault, "--for", 60).returncode == 0
+    """Run and guard killed: nobody but safe-state is left, and its settings are others."""
+    file = tmp_path / "tachobot.toml"
+    shipped = boards.registry.load("tachobot").source.read_text(encoding="utf-8")
+    file.write_text(shipped, encoding="utf-8")
+    with guarded_run(tmp_path, board=str(file)) as run:
+        assert run.guard is not None
+        file.write_text(shipped.replace(before, after, 1), encoding="utf-8")
+        run.guard.kill()
         run.signal(signal.SIGKILL)
-        words = ("safe-state", "tachobot", "--doubles", run.socket)
-        with run.another(*words, program=program) as safe_state:
-            assert safe_state.wait(30) == 4
-        assert "not made safe: i2c1 0x40" in run.errors()
+        run.run.wait(30)
+        assert not run.is_off
+        done = run.ask("safe-state", file, "--doubles", run.socket)
+        assert run.is_off
+        assert said in done.stderr
+        assert done.returncode == status
+        assert (tmp_path / "tachobot.settings").exists() == (status != 0)
+
+
+def test_settings_are_kept_while_outputs_may_be_on(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        assert (tmp_path / "tachobot.settings").exists()
+        run.signal(signal.SIGTERM)
+        run.run.wait(30)
+        assert not (tmp_path / "tachobot.settings").exists()

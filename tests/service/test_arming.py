@@ -100,6 +100,19 @@ def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are
     assert rig.arming.permit()
 
 
+def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[GENERATION] += 1
+    rig.against = "an overrun in the last 5 s"
+    assert rig.arming.request(1) == ["an overrun in the last 5 s"]
+    assert not rig.arming.armed
+    assert rig.safe == 1
+    rig.against = None
+    assert rig.arming.request(2) == []
+    assert rig.arming.permit()
+
+
 def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
     rig = Rig()
     rig.executive.cells[GENERATION] = 3

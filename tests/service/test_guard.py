@@ -41,9 +41,11 @@ class Watch:
 
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
         self.conditions = conditions
+        return self.against
+
+    def reach(self) -> None:
         if self.out_of_reach is not None:
             raise self.out_of_reach
-        return self.against
 
 
 @pytest.fixture

@@ -1,0 +1,46 @@
+"""The settings that a run drives by, kept beside its statistics until its outputs are off.
+
+A board's file may be changed, or broken, while a robot runs by what stood there before. Whoever
+switches off for that run must mean its chips and not those of the file: `BOARD.settings` has them,
+as JSON, overrides of the command line included.
+"""
+
+import json
+from pathlib import Path
+
+import boards.registry
+from boards.registry import Board
+from firmware_runtime.errors import BoardError
+from firmware_runtime.telemetry.errors import StatisticsFileError
+
+SUFFIX = ".settings"
+
+
+def settings_path(statistics: Path) -> Path:
+    """Where the run with these statistics keeps its settings."""
+    return statistics.with_suffix(SUFFIX)
+
+
+def keep_settings(board: Board, statistics: Path) -> None:
+    """Keep a board's settings; the file is whole at any instant. Raises StatisticsFileError."""
+    path = settings_path(statistics)
+    unfinished = path.with_name(f".{path.name}.unfinished")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished.write_text(json.dumps(board.table), encoding="utf-8")
+        unfinished.replace(path)
+    except OSError as error:
+        raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
+
+
+def kept_settings(statistics: Path) -> Board | None:
+    """What a run left in force; None if all its outputs are off, or nobody can tell."""
+    try:
+        return boards.registry.load_table(settings_path(statistics))
+    except BoardError:
+        return None
+
+
+def forget_settings(statistics: Path) -> None:
+    """To be called when all outputs are off."""
+    settings_path(statistics).unlink(missing_ok=True)
