@@ -6,7 +6,7 @@ from drivers.chips.mpu9250_burst import InertialSample
 from drivers.fault import Fault
 from drivers.gyro_bias import GyroBias
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.errors import HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up anew: it may have lost its supply."""
@@ -38,6 +38,7 @@ class Imu(Atomic):
         self.consecutive_faults = 0
         self._bias_measurement = bias
         self._is_calibrated = False
+        self._moved = ""
         self._bring_up = BringUp(chip.bring_up)
         self._wait_left = 0
         self._report: InertialSample | Fault | None = None
@@ -46,7 +47,9 @@ class Imu(Atomic):
         """Why there are no samples, in a few words; None if there are."""
         if self.consecutive_faults > 0:
             return f"has failed {self.consecutive_faults} times in a row"
-        return None if self.stage == "sampling" else "is not up and calibrated yet"
+        if self.stage == "calibrating":
+            return f"is not calibrated yet{self._moved}"
+        return None if self.stage == "sampling" else "is not up yet"
 
     def initialize(self) -> None:
         """Begin the bring-up at once."""
@@ -119,6 +122,9 @@ class Imu(Atomic):
             return
         try:
             self.bias = measurement.mean()
+        except NotReady as error:
+            self._moved = f" ({error})"
+            raise
         finally:
             measurement.restart()
         self._is_calibrated = True

@@ -71,6 +71,8 @@ def _carried_out(parsed: argparse.Namespace) -> int:
         return _refuse(error, Status.NOT_DEPLOYED)
     except FirmwareRuntimeError as error:
         return _refuse(error, Status.MODEL_ERROR)
+    except KeyboardInterrupt:
+        return Status.INTERRUPTED  # before or after the loop, which sees to its own signals
     return status
 
 

@@ -14,20 +14,27 @@ from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.readers_gone import readers_may_go, tell
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
+from firmware_runtime.cli.settings_in_force import settings_path
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.links.ports_socket import ports_path
 from firmware_runtime.service.arming import Arming
 from firmware_runtime.service.chronicle import Chronicle
+from firmware_runtime.service.control import control_path
 from firmware_runtime.service.journal import Journal
 from firmware_runtime.service.notices import Notices
 from firmware_runtime.service.reloading import Reloading
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
+from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.telemetry.takeovers import takeovers_path
 from firmware_runtime.telemetry.trace_file import TraceFile
+
+_BESIDE_STATISTICS = (spans_path, takeovers_path, settings_path, control_path, ports_path)
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -138,6 +145,10 @@ def _arming(arguments: argparse.Namespace, board: boards.registry.Board) -> Armi
 def _statistics_path(arguments: argparse.Namespace, board: boards.registry.Board) -> Path | None:
     if arguments.statistics is not None or arguments.clock == "virtual":
         path: Path | None = arguments.statistics
+        if path is not None and path in (companion(path) for companion in _BESIDE_STATISTICS):
+            raise StatisticsFileError(
+                f"{path}: expected another ending, {path.suffix} is for what stands beside statistics"
+            )
         return path
     return default_path(board.name)
 

@@ -93,6 +93,9 @@ def test_a_gyro_that_turns_at_the_start_is_not_calibrated() -> None:
     assert robot.bench.thrust.all_off
     assert {fault.kind for fault in robot.faults()} == {"NotReady"}
     assert "the robot turns" in robot.faults()[0].reason
+    why = robot.model.imu.unready()
+    assert why is not None
+    assert why.startswith("is not calibrated yet (gyro bias: mean rate about z is ")
 
 
 def test_a_silent_imu_switches_the_propellers_off_in_time() -> None:

@@ -1,3 +1,6 @@
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -155,3 +158,34 @@ def test_a_file_that_is_no_statistics_file_is_refused(
     ended = command("stats", "--statistics", path)
     assert ended.status == 2
     assert str(path) in ended.error
+
+
+@pytest.mark.parametrize("ending", ["spans", "guard", "settings", "control", "ports"])
+def test_statistics_where_something_beside_them_would_stand_are_refused(
+    command: Callable[..., Any], tmp_path: Path, ending: str
+) -> None:
+    ended = command(*VIRTUAL, "--statistics", tmp_path / f"x.{ending}")
+    assert ended.status == 2
+    assert f"x.{ending}: expected another ending" in ended.error
+
+
+def test_results_that_cannot_be_kept_are_refused_before_anything_is_measured(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    ended = command("bench", "devstone", "--save", tmp_path / "file" / "results")
+    assert ended.status == 2
+    assert "file/results: Not a directory; expected a directory" in ended.error
+
+
+@pytest.mark.slow
+def test_ctrl_c_while_a_run_begins_is_no_traceback(tmp_path: Path) -> None:
+    program = (
+        "import sys; from firmware_runtime.cli import main, run\n"
+        "def interrupted(*_, **__): raise KeyboardInterrupt\n"
+        "run.Session = interrupted; sys.exit(main.main(sys.argv[1:]))"
+    )
+    words = [sys.executable, "-c", program, "run", "tachobot", "--doubles"]
+    environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path)}
+    ended = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "")
