@@ -147,7 +147,7 @@ def _statistics_path(arguments: argparse.Namespace, board: boards.registry.Board
         path: Path | None = arguments.statistics
         if path is not None and path in (companion(path) for companion in _BESIDE_STATISTICS):
             raise StatisticsFileError(
-                f"{path}: expected another ending; {path.suffix} is that of a file beside statistics"
+                f"{path}: expected another ending; {path.suffix} is for a file beside statistics"
             )
         return path
     return default_path(board.name)
