@@ -155,8 +155,5 @@ class Arming:
 
     def _guard_objects(self, _now: int) -> str | None:
         if self._demands_guard and self._guard_is_gone():
-            return (
-                "the guard is absent; expected `firmware-runtime guard` to run for this board, "
-                "with the same settings"
-            )
+            return "the guard is absent; expected `firmware-runtime guard` to run for this board"
         return None
