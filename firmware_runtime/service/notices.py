@@ -1,5 +1,8 @@
 """Notices to systemd: ready, alive, in a word how it goes; silent where nobody listens.
 
+They never wait: a manager that is too busy to read must not hold up the loop. That a service is
+ready or alive is said until there is room for it; anything else is lost then.
+
 Source: sd_notify(3), sd_watchdog_enabled(3).
 """
 
@@ -17,9 +20,10 @@ class Notices:
     """What a service tells its manager. `watchdog` is the time within which it must be `alive`."""
 
     def __init__(self, watchdog: int = NEVER) -> None:
-        self._notifier = SystemdNotifier() if "NOTIFY_SOCKET" in os.environ else None
+        self._notifier = _notifier()
         self._every = watchdog if watchdog == NEVER else watchdog // 4
         self._last_alive = 0
+        self._is_ready_owed = False
 
     @classmethod
     def from_environment(cls) -> Self:
@@ -39,7 +43,7 @@ class Notices:
 
     def ready(self) -> None:
         """The service works from now on."""
-        self._notify("READY=1")
+        self._is_ready_owed = not self._notify("READY=1")
 
     def reloading(self) -> None:
         """Settings are read again; `ready` says that it is over."""
@@ -54,15 +58,34 @@ class Notices:
         self._notify(f"STATUS={what}")
 
     def alive(self) -> None:
-        """Feed the watchdog, four times as often as it must be."""
+        """Feed the watchdog, four times as often as it must be; called again and again."""
+        if self._is_ready_owed:
+            self.ready()
         now = monotonic_ns()
-        if self._every != NEVER and now - self._last_alive >= self._every:
+        is_due = self._every != NEVER and now - self._last_alive >= self._every
+        if is_due and self._notify("WATCHDOG=1"):
             self._last_alive = now
-            self._notify("WATCHDOG=1")
 
-    def _notify(self, state: str) -> None:
-        if self._notifier is not None:
-            self._notifier.notify(state)
+    def _notify(self, state: str) -> bool:
+        if self._notifier is None:
+            return True
+        try:
+            self._notifier.notify(state.encode().decode("latin-1"))  # which it is encoded by
+        except OSError:
+            return False
+        return True
+
+
+def _notifier() -> SystemdNotifier | None:
+    """Where NOTIFY_SOCKET leads, if anywhere."""
+    if not os.environ.get("NOTIFY_SOCKET"):
+        return None
+    notifier = SystemdNotifier()
+    if notifier.socket is None:
+        return None
+    notifier.socket.setblocking(False)
+    notifier.debug = True  # whether a notice was heard is worth knowing
+    return notifier
 
 
 def watchdog_of(environment: Mapping[str, str]) -> int:

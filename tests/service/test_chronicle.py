@@ -102,6 +102,33 @@ def test_a_run_without_steps_is_not_ready(systemd: Listener) -> None:
     assert "READY=1" not in systemd.heard()
 
 
+def test_a_manager_that_does_not_read_holds_up_nobody_and_hears_ready_later(
+    systemd: Listener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WATCHDOG_USEC", "1")
+    notices = Notices.from_environment()
+    for number in range(2000):  # more than any queue holds
+        notices.status(f"{number} \N{MICRO SIGN}s")
+    notices.ready()
+    heard = systemd.heard()
+    assert heard[0] == "STATUS=0 \N{MICRO SIGN}s"
+    assert len(heard) < 2000
+    notices.alive()
+    assert systemd.heard() == ["READY=1", "WATCHDOG=1"]
+    notices.alive()
+    assert systemd.heard() == ["WATCHDOG=1"]
+    notices.close()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("place", ["", "/nowhere/notify"])
+def test_a_manager_that_is_not_there_is_told_nothing(
+    monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    monkeypatch.setenv("NOTIFY_SOCKET", place)
+    assert not Notices().is_there
+
+
 def test_nobody_is_told_where_nobody_listens(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
     notices, journal = Notices(), Journal(None)
