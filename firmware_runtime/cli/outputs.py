@@ -40,7 +40,7 @@ class Outputs:
     settings. Nothing is locked: whoever drives the outputs at the time cannot keep us out.
     """
 
-    def __init__(self, board: Board, doubles: Path | None, statistics: Path) -> None:
+    def __init__(self, board: Board, doubles: Path | None, statistics: Path | None) -> None:
         self._board = board
         self._statistics = statistics
         self._doubles = doubles

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic_ns
 
@@ -16,6 +17,7 @@ from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import until_signal
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import BoardError
+from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 
 PATIENCE = 2 * SECOND
@@ -42,7 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     A signal ends the trying again, but never between two chips.
     """
-    meant, statistics = _what_is_meant(arguments)
+    meant, statistics, faults = _what_is_meant(arguments)
     outputs = [Outputs(board, arguments.doubles, statistics) for board in meant]
 
     def make_safe() -> list[str]:
@@ -58,6 +60,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if not failed:
         forget_settings(statistics)
     with readers_may_go():
+        for fault in faults:
+            print(f"firmware-runtime: {fault}", file=sys.stderr)
         for failure in failed:
             print(f"firmware-runtime: not made safe: {failure}", file=sys.stderr)
         if not failed:
@@ -65,27 +69,35 @@ def execute(arguments: argparse.Namespace) -> int:
     return Status.NOT_SAFE if failed else Status.OK
 
 
-def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path]:
+def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path | None, list[str]]:
     """The board as its file has it, and as a run has left it, where that means other outputs.
 
-    Raises BoardError for a file that is not sound, unless a run has left something.
+    With it where that run keeps its statistics, and what is wrong with the file. Raises BoardError
+    for a file that is not sound, unless a run has left something.
     """
     try:
         stated = boards.registry.load(arguments.board, arguments.assignments)
     except BoardError as error:
-        statistics = arguments.statistics or default_path(Path(arguments.board).stem)
+        statistics = _statistics(arguments, Path(arguments.board).stem)
         left = kept_settings(statistics)
         if left is None:
             raise
-        with readers_may_go():
-            print(f"firmware-runtime: {error}", file=sys.stderr)
-            print("firmware-runtime: its last run's settings are taken instead", file=sys.stderr)
-        return [left], statistics
-    statistics = arguments.statistics or default_path(stated.name)
+        return [left], statistics, [str(error), "its last run's settings were taken instead"]
+    statistics = _statistics(arguments, stated.name)
     left = kept_settings(statistics)
     if left is None or _off(left, arguments) == _off(stated, arguments):
-        return [stated], statistics
-    return [stated, left], statistics
+        return [stated], statistics, []
+    return [stated, left], statistics, []
+
+
+def _statistics(arguments: argparse.Namespace, board: str) -> Path | None:
+    """Where a run would keep them; that there is no such place keeps nobody from switching off."""
+    if arguments.statistics is not None:
+        stated: Path = arguments.statistics
+        return stated
+    with suppress(StatisticsFileError, OSError):
+        return default_path(board)
+    return None
 
 
 def _off(board: Board, arguments: argparse.Namespace) -> list[str]:

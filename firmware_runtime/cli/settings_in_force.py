@@ -6,6 +6,7 @@ as JSON, overrides of the command line included.
 """
 
 import json
+from contextlib import suppress
 from pathlib import Path
 
 import boards.registry
@@ -33,14 +34,18 @@ def keep_settings(board: Board, statistics: Path) -> None:
         raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
 
 
-def kept_settings(statistics: Path) -> Board | None:
+def kept_settings(statistics: Path | None) -> Board | None:
     """What a run left in force; None if all its outputs are off, or nobody can tell."""
+    if statistics is None:
+        return None
     try:
         return boards.registry.load_table(settings_path(statistics))
     except BoardError:
         return None
 
 
-def forget_settings(statistics: Path) -> None:
-    """To be called when all outputs are off."""
-    settings_path(statistics).unlink(missing_ok=True)
+def forget_settings(statistics: Path | None) -> None:
+    """To be called when all outputs are off; what may not be removed stays, to be switched off."""
+    if statistics is not None:
+        with suppress(OSError):
+            settings_path(statistics).unlink()

@@ -7,6 +7,10 @@ from pathlib import Path
 import pytest
 
 import boards.registry
+from firmware_runtime.cli import safe_state
+from firmware_runtime.cli.main import main
+from firmware_runtime.cli.settings_in_force import forget_settings, kept_settings
+from firmware_runtime.telemetry.errors import StatisticsFileError
 from tests.support.guarded_run import guarded_run, wait_until
 
 pytestmark = pytest.mark.slow
@@ -96,7 +100,7 @@ def test_a_guard_of_other_doubles_does_not_let_the_run_be_armed(tmp_path: Path) 
     ("before", "after", "said", "status"),
     [
         ("address = 0x40", "address = 0x42", "not made safe: i2c1 0x42", 4),
-        ("[imu]", "[imu", "its last run's settings are taken instead", 0),
+        ("[imu]", "[imu", "its last run's settings were taken instead", 0),
     ],
 )
 def test_a_file_that_changed_under_the_run_does_not_keep_its_outputs_on(
@@ -126,3 +130,25 @@ def test_settings_are_kept_while_outputs_may_be_on(tmp_path: Path) -> None:
         run.signal(signal.SIGTERM)
         run.run.wait(30)
         assert not (tmp_path / "tachobot.settings").exists()
+
+
+def test_no_place_for_statistics_keeps_nobody_from_switching_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def taken(_board: str) -> Path:
+        raise StatisticsFileError("belongs to another user")
+
+    monkeypatch.setattr(safe_state, "default_path", taken)
+    with guarded_run(tmp_path, guard=False) as run:
+        run.signal(signal.SIGKILL)
+        run.run.wait(30)
+        assert not run.is_off
+        assert main(["safe-state", "tachobot", "--doubles", str(run.socket)]) == 0
+        wait_until(lambda: run.is_off, "all outputs are off")
+    assert "all outputs off" in capsys.readouterr().out
+
+
+def test_settings_that_may_not_be_removed_are_no_failure(tmp_path: Path) -> None:
+    (tmp_path / "x.settings").mkdir()
+    forget_settings(tmp_path / "x.stats")
+    assert kept_settings(tmp_path / "x.stats") is None
