@@ -13,6 +13,7 @@ import boards.registry
 from boards.registry import Board
 from firmware_runtime.errors import BoardError
 from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.whole_file import replace_file
 
 SUFFIX = ".settings"
 
@@ -25,11 +26,9 @@ def settings_path(statistics: Path) -> Path:
 def keep_settings(board: Board, statistics: Path) -> None:
     """Keep a board's settings; the file is whole at any instant. Raises StatisticsFileError."""
     path = settings_path(statistics)
-    unfinished = path.with_name(f".{path.name}.unfinished")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished.write_text(json.dumps(board.table), encoding="utf-8")
-        unfinished.replace(path)
+        replace_file(path, json.dumps(board.table).encode())
     except OSError as error:
         raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
 

@@ -1,9 +1,9 @@
 """The text file that node_exporter's textfile collector reads: whole, or the one before."""
 
-import os
 from pathlib import Path
 
 from firmware_runtime.errors import BoardError
+from firmware_runtime.telemetry.whole_file import replace_file
 
 MODE = 0o644
 """Anybody may read it: the exporter runs as a user of its own."""
@@ -11,11 +11,7 @@ MODE = 0o644
 
 def write_textfile(path: Path, text: str) -> None:
     """Replace the file at once. Raises BoardError when it cannot be written."""
-    unfinished = path.parent / f".{path.name}.{os.getpid()}"
     try:
-        unfinished.write_text(text)
-        unfinished.chmod(MODE)
-        unfinished.replace(path)
+        replace_file(path, text.encode(), MODE)
     except OSError as error:
-        unfinished.unlink(missing_ok=True)
         raise BoardError(str(path), [f"cannot be written ({error.strerror})"]) from error

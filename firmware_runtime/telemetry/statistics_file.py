@@ -5,7 +5,6 @@ first cell, the sequence, odd and even again: a reader that sees the same even n
 after its copy has copied no half of a section.
 """
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from time import monotonic_ns
@@ -17,6 +16,7 @@ from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, SEQUENCE, Layo
 from firmware_runtime.telemetry.mapped_file import Kind
 from firmware_runtime.telemetry.process_identity import this_process
 from firmware_runtime.telemetry.statistics import SCHEMA, Statistics
+from firmware_runtime.telemetry.whole_file import replace_file
 
 STATISTICS = Kind("statistics file", b"FWRTSTAT", SCHEMA)
 SAVED = "saved"
@@ -32,14 +32,10 @@ def save(statistics: Statistics, path: Path) -> None:
         raise StatisticsFileError(f"{path}: the file of a run itself; expected another for a copy")
     found = {"writer_alive": statistics.writer_alive, "complete": statistics.complete}
     header = {**statistics.header, SAVED: found}
-    unfinished = path.parent / f".{path.name}.{os.getpid()}"
+    content = STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)
     try:
-        unfinished.write_bytes(
-            STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)
-        )
-        unfinished.replace(path)
+        replace_file(path, content)
     except OSError as error:
-        unfinished.unlink(missing_ok=True)
         fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
         raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
 

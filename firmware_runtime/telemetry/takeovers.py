@@ -15,6 +15,8 @@ from typing import Any
 
 import msgspec
 
+from firmware_runtime.telemetry.whole_file import replace_file
+
 KEPT = 100
 SUFFIX = ".guard"
 
@@ -48,9 +50,8 @@ class TakeoverFile:
         if self._kept and self._kept[-1].at_ns == takeover.at_ns:
             self._kept.pop()
         self._kept.append(takeover)
-        unfinished = self._path.with_name(f".{self._path.name}.unfinished")
-        unfinished.write_bytes(b"".join(msgspec.json.encode(each) + b"\n" for each in self._kept))
-        unfinished.replace(self._path)
+        lines = (msgspec.json.encode(each) + b"\n" for each in self._kept)
+        replace_file(self._path, b"".join(lines))
 
 
 def takeovers_path(statistics: Path) -> Path:
