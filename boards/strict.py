@@ -7,6 +7,7 @@ tree here, instead of converting it in one go, is what lets the user see all fau
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
+from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
@@ -73,6 +74,7 @@ def convert(
 
 
 def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
+    type_ = _present(type_)
     if _is_struct(type_) and isinstance(value, dict):
         return convert(value, type_, faults, path)
     if get_origin(type_) is dict and isinstance(value, dict):
@@ -96,6 +98,13 @@ def _is_finite(value: Any) -> bool:
     if isinstance(value, list):
         return all(map(_is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)
+
+
+def _present(type_: Any) -> Any:
+    """What a table that may be left out is where it is there; any other type as it is."""
+    kinds = [each for each in get_args(type_) if each is not NoneType]
+    optional = get_origin(type_) is UnionType and len(kinds) == 1 and _is_struct(kinds[0])
+    return kinds[0] if optional else type_
 
 
 def _is_struct(type_: Any) -> bool:

@@ -4,7 +4,7 @@ from boards.faults import Device, address_clashes, setting_fault, unknown_buses
 from boards.lines import Lines
 from boards.robot import Robot
 from boards.tachobot.result import yaw_result
-from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.settings import EscSettings, TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import duty_burst, prescale_for
@@ -28,7 +28,7 @@ DOUBLES_RUN_S = 10.0
 def faults(settings: TachobotSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
     devices = _devices(settings)
-    thrust, esc = settings.thrust_pairs, settings.esc
+    thrust = settings.thrust_pairs
     return [
         *unknown_buses(devices, settings.buses),
         *address_clashes(devices),
@@ -36,8 +36,7 @@ def faults(settings: TachobotSettings) -> list[str]:
         *setting_fault(
             "thrust_pairs.frequency_hz", lambda: prescale_for(thrust.frequency_hz, thrust.osc_hz)
         ),
-        *setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz)),
-        *_pulse_faults(settings),
+        *_esc_faults(settings),
         *_rate_faults(settings),
         *_friction_faults(settings),
     ]
@@ -60,17 +59,16 @@ def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
 def build(settings: TachobotSettings, lines: Lines) -> Robot:
     """The robot on these buses; nothing is sent yet."""
     model = Tachobot(settings, lines)
+    pwm = model.pwm_chips
     return Robot(
         model=model,
         # Every PCA9685 leaves the ALLCALL address before anything else is said on the bus.
         probe=(
-            model.thrust_chip.silence,
-            model.esc_chip.silence,
-            model.thrust_chip.identify,
-            model.esc_chip.identify,
+            *(chip.silence for chip in pwm),
+            *(chip.identify for chip in pwm),
             model.imu_chip.identify,
         ),
-        stop=(model.thrust_chip.stop_all, model.esc_chip.stop_all),
+        stop=tuple(chip.stop_all for chip in pwm),
         result=lambda: yaw_result(settings, model.controller.attitude.motion),
         ended=None,
         ends_on_failure=True,
@@ -81,15 +79,34 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
 
 def _devices(settings: TachobotSettings) -> tuple[Device, ...]:
     imu, thrust, esc = settings.imu, settings.thrust_pairs, settings.esc
-    return (
+    devices = (
         Device("imu", "MPU-9250", imu.bus, imu.address),
         Device("thrust_pairs", "PCA9685", thrust.bus, thrust.address),
-        Device("esc", "PCA9685", esc.bus, esc.address),
     )
+    return devices if esc is None else (*devices, Device("esc", "PCA9685", esc.bus, esc.address))
 
 
-def _pulse_faults(settings: TachobotSettings) -> list[str]:
-    esc = settings.esc
+def _esc_faults(settings: TachobotSettings) -> list[str]:
+    """The speed controller is there exactly where something is coupled to it: in mode `free`."""
+    mode, esc = settings.controller.mode, settings.esc
+    if esc is None:
+        needed = (
+            "esc: missing; controller.mode 'free' lifts with it, expected a table [esc] with its "
+            "bus and address, such as --set esc.bus=i2c1 --set esc.address=0x41"
+        )
+        return [needed] if mode == "free" else []
+    unused = (
+        f"esc: has no effect, nothing is coupled to it in controller.mode {mode!r}; expected no "
+        "such table, or mode 'free'"
+    )
+    return [
+        *([unused] if mode != "free" else []),
+        *setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz)),
+        *_pulse_faults(esc),
+    ]
+
+
+def _pulse_faults(esc: EscSettings) -> list[str]:
     cycle_us = 1e6 / esc.frequency_hz
     sentence = (
         f"esc.high_pulse_us: {esc.high_pulse_us} us, expected more than low_pulse_us "

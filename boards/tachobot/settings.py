@@ -64,18 +64,18 @@ class ThrustPairsSettings(Settings, frozen=True):
 
 
 class EscSettings(Settings, frozen=True):
-    """The PCA9685 of the central propeller's speed controller, and its pulses."""
+    """The PCA9685 of the central propeller's speed controller, and its pulses: mode `free` only."""
 
     bus: str
     address: Address
-    osc_hz: Positive
-    frequency_hz: Positive
-    channel: Channel
-    low_pulse_us: Positive
-    high_pulse_us: Positive
-    arming_s: Seconds
-    throttle: Fraction
-    """Throttle that lifts the robot; used in mode `free` only."""
+    osc_hz: Positive = 25_000_000.0
+    frequency_hz: Positive = 50.0
+    channel: Channel = 0
+    low_pulse_us: Positive = 1000.0
+    high_pulse_us: Positive = 2000.0
+    arming_s: Seconds = 3.0
+    throttle: Fraction = 0.6
+    """Throttle that lifts the robot."""
 
 
 class PidSettings(Settings, frozen=True):
@@ -139,9 +139,10 @@ class TachobotSettings(Settings, frozen=True):
     buses: dict[str, BusSettings]
     imu: ImuSettings
     thrust_pairs: ThrustPairsSettings
-    esc: EscSettings
     controller: ControllerSettings
     world: WorldSettings
+    esc: EscSettings | None = None
+    """Demanded in mode `free`, refused in mode `platform`, where nothing is coupled to it."""
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()
     guard: GuardSettings = GuardSettings()

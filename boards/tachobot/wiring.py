@@ -3,11 +3,12 @@
 from boards.lines import Lines
 from boards.tachobot.controller import Controller
 from boards.tachobot.lift import Lift
-from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.settings import EscSettings, TachobotSettings
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.pca9685 import Pca9685
-from drivers.esc import Esc, EscSettings
+from drivers.esc import Esc
+from drivers.esc import EscSettings as EscModelSettings
 from drivers.gyro_bias import GyroBias
 from drivers.imu import Imu
 from drivers.thrust_pairs import ThrustPairs, ThrustSettings
@@ -19,22 +20,24 @@ from firmware_runtime.models.motion import Motion
 class Tachobot(Coupled):
     """imu -> controller -> thrust_pairs; in mode `free` the esc lifts, then enables the controller.
 
+    Only what is coupled is there: without [esc], which mode `free` demands, no second PCA9685.
+
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
 
     def __init__(self, settings: TachobotSettings, lines: Lines) -> None:
         super().__init__("tachobot")
         buses, permit = lines.buses, lines.permit
-        thrust, esc, imu = settings.thrust_pairs, settings.esc, settings.imu
+        thrust, imu = settings.thrust_pairs, settings.imu
         self.thrust_chip = Pca9685(buses[thrust.bus], thrust.address, osc_hz=thrust.osc_hz)
-        self.esc_chip = Pca9685(buses[esc.bus], esc.address, osc_hz=esc.osc_hz)
+        self.pwm_chips = [self.thrust_chip]
+        """Every chip that drives something."""
         self.imu_chip = Mpu9250(buses[imu.bus], imu.address, chip_settings(settings))
 
         self.yaw_reference = self.in_port("yaw_reference", float)
         self.thrust_pairs = self.add(
             ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings), permit)
         )
-        self.esc = self.add(Esc("esc", self.esc_chip, esc_settings(settings), permit))
         self.imu = self.add(
             Imu("imu", self.imu_chip, control_period(settings), gyro_bias(settings))
         )
@@ -45,24 +48,27 @@ class Tachobot(Coupled):
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.controller.forces, self.thrust_pairs.forces)
         self.couple(self.yaw_reference, self.controller.yaw_reference)
-        if settings.controller.mode == "free":
-            self._add_lift(esc.throttle)
+        if settings.esc is not None:
+            self._add_lift(settings.esc, lines)
 
     def retune(self, settings: TachobotSettings) -> None:
         """Take up the gains and limits of new settings."""
         self.controller.retune(settings.controller)
         self.thrust_pairs.settings = thrust_settings(settings)
 
-    def _add_lift(self, throttle: float) -> None:
+    def _add_lift(self, settings: EscSettings, lines: Lines) -> None:
         """Arm the central propeller at the start; control begins once it is armed and lifts."""
+        chip = Pca9685(lines.buses[settings.bus], settings.address, osc_hz=settings.osc_hz)
+        self.pwm_chips.append(chip)
         self.x_position = self.in_port("x_position", Motion)
         self.y_position = self.in_port("y_position", Motion)
-        lift = self.add(Lift("lift", throttle))
+        esc = self.add(Esc("esc", chip, esc_settings(settings), lines.permit))
+        lift = self.add(Lift("lift", settings.throttle))
 
-        self.couple(lift.arm, self.esc.arm)
-        self.couple(self.esc.armed_out, lift.armed)
-        self.couple(lift.throttle_out, self.esc.throttle)
-        self.couple(self.esc.armed_out, self.controller.enable)
+        self.couple(lift.arm, esc.arm)
+        self.couple(esc.armed_out, lift.armed)
+        self.couple(lift.throttle_out, esc.throttle)
+        self.couple(esc.armed_out, self.controller.enable)
         self.couple(self.x_position, self.controller.x_position)
         self.couple(self.y_position, self.controller.y_position)
 
@@ -104,10 +110,9 @@ def thrust_settings(settings: TachobotSettings) -> ThrustSettings:
     )
 
 
-def esc_settings(settings: TachobotSettings) -> EscSettings:
+def esc_settings(esc: EscSettings) -> EscModelSettings:
     """What the speed controller's model needs to know."""
-    esc = settings.esc
-    return EscSettings(
+    return EscModelSettings(
         channel=esc.channel,
         frequency_hz=esc.frequency_hz,
         low_pulse_us=esc.low_pulse_us,

@@ -1,4 +1,4 @@
-"""TachoBot's bench: two PCA9685 and an MPU-9250 on one bus, and the plant that ties them."""
+"""TachoBot's bench: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
 from collections.abc import Mapping
 
@@ -29,21 +29,23 @@ class TachobotBench:
     """The doubles, each at the address and with the oscillator that board.toml gives it."""
 
     def __init__(self, settings: TachobotSettings, now: Now) -> None:
-        thrust, esc, imu = settings.thrust_pairs, settings.esc, settings.imu
+        thrust, imu = settings.thrust_pairs, settings.imu
         self._settings = settings
         self._now = now
         self._axes = ChipAxes(imu.mounting)
+        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
-        self.esc = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
+        self.pwm_chips = {"thrust_pairs": self.thrust}
+        wired[thrust.bus].append(self.thrust)
+        if (esc := settings.esc) is not None:
+            self.pwm_chips["esc"] = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
+            wired[esc.bus].append(self.pwm_chips["esc"])
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
         self.thrust.before_change = self.catch_up
-        self.enable = enable_line(settings.output_enable, [self.thrust, self.esc])
+        self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
         self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
         self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
         self._probe = TachobotProbe(self.world, now)
-        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
-        wired[thrust.bus].append(self.thrust)
-        wired[esc.bus].append(self.esc)
         wired[imu.bus] += self.imu.targets
         self.buses = {
             name: I2cBusDouble(name, now, targets, bus_hz=round(settings.buses[name].speed_hz))
@@ -79,16 +81,14 @@ class TachobotBench:
     def outputs(self) -> dict[str, int]:
         """How many outputs of each PCA9685 are on."""
         return {
-            "thrust_pairs": sum(duty > 0 for duty in self.thrust.duties),
-            "esc": sum(duty > 0 for duty in self.esc.duties),
+            name: sum(duty > 0 for duty in chip.duties) for name, chip in self.pwm_chips.items()
         }
 
     def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
-        """The duty of each output of both PCA9685."""
-        chips = {"thrust_pairs": self.thrust, "esc": self.esc}
+        """The duty of each output of every PCA9685."""
         return {
             f"{name}.{channel}": duty
-            for name, chip in chips.items()
+            for name, chip in self.pwm_chips.items()
             for channel, duty in enumerate(chip.duties)
         }
 

@@ -1,19 +1,22 @@
 """TachoBot, whole, on its doubles in virtual time."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
 
 from boards.tachobot.allocation import Allocation
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.i2c import Message
 from sim_doubles.faults import FaultScript, NackAddress, StuckSda
+from tests.support.free_mode import FREE
 from tests.support.magnetometer import disable_magnetometer
 from tests.support.virtual_tachobot import virtual_tachobot
 
 pytestmark = pytest.mark.slow
 
-IMU, THRUST = 0x68, 0x40
+IMU, MAGNETOMETER, THRUST = 0x68, 0x0C, 0x40
 
 
 def test_it_turns_to_one_radian_and_rests_there() -> None:
@@ -191,12 +194,13 @@ def test_a_turned_imu_gives_the_same_flight(mounting: str) -> None:
 
 
 def test_free_mode_lifts_first_and_then_holds_x_y_and_yaw() -> None:
-    robot = virtual_tachobot("controller.mode=free", "controller.x.reference_m=0.5")
+    robot = virtual_tachobot(*FREE, "controller.x.reference_m=0.5")
+    esc = robot.bench.pwm_chips["esc"]
     robot.run(2.9)
-    assert robot.bench.esc.duty(0) == pytest.approx(1000e-6 * 50, abs=1 / 4096)
+    assert esc.duty(0) == pytest.approx(1000e-6 * 50, abs=1 / 4096)
     assert robot.bench.thrust.all_off
     robot.run(20)
-    assert robot.bench.esc.duty(0) == pytest.approx(1600e-6 * 50, abs=1 / 4096)
+    assert esc.duty(0) == pytest.approx(1600e-6 * 50, abs=1 / 4096)
     state = robot.bench.world.state(20 * SECOND)
     assert state.x_m == pytest.approx(0.5, abs=0.05)
     assert state.y_m == pytest.approx(0.0, abs=0.05)
@@ -215,9 +219,9 @@ def test_forces_that_are_not_numbers_switch_off() -> None:
 
 
 def test_make_safe_leaves_all_sixteen_channels_of_both_chips_off() -> None:
-    robot = virtual_tachobot()
-    robot.run(2)
-    assert robot.bench.outputs["thrust_pairs"] == 8
+    robot = virtual_tachobot(*FREE)
+    robot.run(4)
+    assert robot.bench.outputs == {"thrust_pairs": 8, "esc": 1}
     assert robot.robot.make_safe() == []
     assert robot.bench.outputs == {"thrust_pairs": 0, "esc": 0}
     assert robot.bench.thrust.all_off
@@ -229,3 +233,21 @@ def test_what_cannot_be_made_safe_is_told() -> None:
     robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=THRUST, times=None)])
     (failure,) = robot.robot.make_safe()
     assert "0x40" in failure
+
+
+def test_on_the_platform_one_pca9685_and_one_mpu9250_are_all_it_takes() -> None:
+    robot = virtual_tachobot()
+    spoken_to: set[int] = set()
+    bus = robot.bench.buses["i2c1"]
+    transfer = bus.transfer
+
+    def noted(address: int, messages: Sequence[Message]) -> bytes:
+        spoken_to.add(address)
+        return transfer(address, messages)
+
+    bus.transfer = noted  # type: ignore[method-assign]
+    robot.robot.find_chips()
+    robot.run(5)
+    assert robot.robot.make_safe() == []
+    assert spoken_to == {THRUST, IMU, MAGNETOMETER}
+    assert "esc" not in robot.model.components

@@ -9,6 +9,7 @@ import pytest
 
 import boards.registry
 import sim_doubles.benches.tachobot
+from tests.support.free_mode import FREE
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 
@@ -18,21 +19,22 @@ VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
     [
         ("controller.yaw.kpp=1", "controller.yaw.kpp", "unknown key"),
         ("controller.yaw.reference_rad=nan", "controller.yaw.reference_rad", "not a finite number"),
-        ("esc.address=0x40", "esc.address", "thrust_pairs's already"),
+        ("imu.address=0x40", "thrust_pairs.address", "imu's already"),
         ("imu.address=0x70", "imu.address", "every PCA9685 answers"),
         ("thrust_pairs.frequency_hz=1600", "thrust_pairs.frequency_hz", "expected 24 to 1526 Hz"),
-        ("esc.frequency_hz=20", "esc.frequency_hz", "expected 24 to 1526 Hz"),
+        ("esc.throttle=0.5", "esc.bus", "missing"),
+        ("controller.mode=free", "esc", "missing; controller.mode 'free' lifts with it"),
         ("imu.bus=i2c7", "imu.bus", "expected one of i2c1"),
         ("imu.sample_hz=100", "imu.sample_hz", "more than the control rate"),
         ("imu.gyro_range_dps=300", "imu.gyro_range_dps", "expected one of 250"),
         ("thrust_pairs.timeout_s=1e300", "thrust_pairs.timeout_s", "<= 1000000000.0"),
         ("controller.yaw.delay_s=1e300", "controller.yaw.delay_s", "<= 1000000000.0"),
         ("esc.arming_s=1e300", "esc.arming_s", "<= 1000000000.0"),
+        ("output_enable.lien=17", "output_enable.lien", "unknown key"),
         ("buses.i2c1.device=", "buses.i2c1.device", "expected str"),
         ('buses.i2c1.device="a\\u0000b"', "buses.i2c1.device", "expected str"),
         ("buses.i2c1.speed_hz=0.001", "buses.i2c1.speed_hz", ">= 1.0"),
         ("thrust_pairs.timeout_s=0.01", "thrust_pairs.timeout_s", "two control periods"),
-        ("esc.high_pulse_us=900", "esc.high_pulse_us", "more than low_pulse_us"),
         ("world.coulomb_friction_nm=1", "world.static_friction_nm", "expected at least"),
         ("board=submarine", "board", "expected one of detective, tachobot"),
         ("=1", "--set", "expected KEY=VALUE"),
@@ -46,6 +48,25 @@ def test_a_bad_setting_is_refused_with_its_key_and_reason(
     assert ended.status == 2
     assert ended.out == ""
     assert key in ended.error
+    assert reason in ended.error
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "reason"),
+    [
+        ("esc.address=0x40", "esc.address", "thrust_pairs's already"),
+        ("esc.frequency_hz=20", "esc.frequency_hz", "expected 24 to 1526 Hz"),
+        ("esc.high_pulse_us=900", "esc.high_pulse_us", "more than low_pulse_us"),
+        ("controller.mode=platform", "esc", "nothing is coupled to it"),
+    ],
+)
+def test_a_speed_controller_is_judged_where_there_is_one(
+    command: Callable[..., Any], override: str, key: str, reason: str
+) -> None:
+    assignments = [word for each in (*FREE, override) for word in ("--set", each)]
+    ended = command("check", "tachobot", *assignments)
+    assert ended.status == 2
+    assert f"{key}: " in ended.error
     assert reason in ended.error
 
 
@@ -132,7 +153,7 @@ def test_nothing_is_actuated_when_a_board_is_refused(
     monkeypatch.setattr(
         sim_doubles.benches.tachobot.TachobotBench, "__init__", lambda *_: built.append(1)
     )
-    assert command(*VIRTUAL, "--set", "imu.address=0x41").status == 2
+    assert command(*VIRTUAL, "--set", "imu.address=0x40").status == 2
     assert built == []
 
 

@@ -85,7 +85,7 @@ def test_a_robot_runs_on_served_doubles_as_on_its_own(tmp_path: Path) -> None:
     document = json.loads(out)
     assert (runtime.returncode, error) == (0, "")
     assert document["result"]["yaw_rad"] == pytest.approx(1.0, abs=0.1)
-    assert document["outputs_on"] == {"thrust_pairs": 0, "esc": 0}
+    assert document["outputs_on"] == {"thrust_pairs": 0}
 
 
 def test_sigterm_switches_the_served_outputs_off(tmp_path: Path) -> None:

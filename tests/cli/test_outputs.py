@@ -12,8 +12,14 @@ from firmware_runtime.cli.settings_in_force import forget_settings, keep_setting
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.telemetry.errors import StatisticsFileError
+from tests.support.free_mode import FREE
 
-TWO_BUSES = ("buses.other.device=/dev/i2c-7", "buses.other.speed_hz=400000", "esc.bus=other")
+TWO_BUSES = (
+    *FREE,
+    "buses.other.device=/dev/i2c-7",
+    "buses.other.speed_hz=400000",
+    "esc.bus=other",
+)
 
 
 class NotedBus(I2cBus):
@@ -51,10 +57,10 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
 def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path: Path) -> None:
     doubles = tmp_path / "doubles.socket"
     outputs = Outputs(boards.registry.load("tachobot"), doubles, tmp_path / "x.stats")
-    moved = boards.registry.load("tachobot", ["esc.address=0x42"])
+    moved = boards.registry.load("tachobot", ["thrust_pairs.address=0x42"])
     against = outputs.objection({"switched_off": switched_off(moved, doubles)})
     assert against is not None
-    assert f"go off by {doubles} 0x40: fd10, {doubles} 0x42: fd10, here by" in against
+    assert f"go off by {doubles} 0x42: fd10, here by" in against
     tuned = boards.registry.load("tachobot", ["controller.yaw.kp=0.5"])
     assert outputs.objection({"switched_off": switched_off(tuned, doubles)}) is None
 
@@ -70,7 +76,7 @@ def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> Non
 def test_settings_that_the_run_keeps_count_from_then_on(tmp_path: Path) -> None:
     statistics, doubles = tmp_path / "x.stats", tmp_path / "doubles.socket"
     outputs = Outputs(boards.registry.load("tachobot"), doubles, statistics)
-    moved = boards.registry.load("tachobot", ["esc.address=0x42"])
+    moved = boards.registry.load("tachobot", ["thrust_pairs.address=0x42"])
     run = {"switched_off": switched_off(moved, doubles)}
     assert outputs.objection(run) is not None
     keep_settings(moved, statistics)

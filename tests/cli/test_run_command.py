@@ -29,7 +29,7 @@ def test_a_run_ends_settled_at_one_radian(command: Callable[..., Any]) -> None:
     assert document["result"]["settled"] is True
     assert document["result"]["yaw_rad"] == pytest.approx(1.0, abs=0.02)
     assert document["result"]["yaw_error_rad"] == 1.0 - document["result"]["yaw_rad"]
-    assert document["outputs_on"] == {"thrust_pairs": 0, "esc": 0}
+    assert document["outputs_on"] == {"thrust_pairs": 0}
 
 
 def test_the_statistics_have_the_keys_others_rely_on(command: Callable[..., Any]) -> None:
@@ -132,7 +132,7 @@ def test_an_exception_in_a_model_ends_with_outputs_off_and_statistics_kept(
     assert ended.status == 1
     assert "tachobot.controller.yaw at 1." in ended.error
     assert "yaw went wrong" in ended.error
-    assert document["outputs_on"] == {"thrust_pairs": 0, "esc": 0}
+    assert document["outputs_on"] == {"thrust_pairs": 0}
     assert document["ended"]["state"] == "failed"
     kept = json.loads(command("stats", "--statistics", path, "--json").out)
     assert kept == {**document["statistics"], "takeovers": []}

@@ -61,7 +61,7 @@ def test_a_signal_ends_the_run_with_all_outputs_off(number: signal.Signals, stat
     document = json.loads(out)
     assert (process.returncode, error) == (status, "")
     assert document["ended"] == {"state": "stopped", "reason": number.name}
-    assert document["outputs_on"] == {"thrust_pairs": 0, "esc": 0}
+    assert document["outputs_on"] == {"thrust_pairs": 0}
     kept = stats()
     assert kept == {**document["statistics"], "takeovers": []}
 

@@ -7,7 +7,7 @@ from firmware_runtime.doctor.demands import demands_of
 def test_demands_of_tachobot() -> None:
     demands = demands_of(boards.registry.load("tachobot", ["executive.cpus=[3]"]))
     assert demands.bus_hz == {"/dev/i2c-1": 400_000}
-    assert sorted(demands.addresses["/dev/i2c-1"]) == [0x40, 0x41, 0x68]
+    assert sorted(demands.addresses["/dev/i2c-1"]) == [0x40, 0x68]
     assert demands.stretching == {"/dev/i2c-1": []}
     assert (demands.fifo_priority, demands.lock_memory, demands.cpus) == (60, True, (3,))
     assert demands.keep_cpu_awake

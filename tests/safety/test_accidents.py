@@ -74,7 +74,7 @@ def test_a_guard_with_other_settings_takes_up_those_of_the_run(tmp_path: Path) -
         assert run.guard is not None
         run.guard.kill()
         wait_until(lambda: run.is_off, "the run has disarmed itself")
-        words = ("guard", "tachobot", "--doubles", run.socket, "--set", "esc.address=0x42")
+        words = ("guard", "tachobot", "--doubles", run.socket, "--set", "thrust_pairs.address=0x42")
         with run.another(*words):
             wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is guarded")
             wait_until(lambda: not run.is_off, "the motors are driven again")

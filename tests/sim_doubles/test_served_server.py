@@ -74,7 +74,7 @@ def test_clients_are_answered_each_on_its_own(rig: Rig) -> None:
         assert rig.ask(first, encode(Question(1, WHO_AM_I))) == Done(b"\x71")
         standing = rig.ask(second, encode(Question(1, Look())))
         assert isinstance(standing, Standing)
-        assert (standing.board, standing.outputs) == ("tachobot", {"thrust_pairs": 0, "esc": 0})
+        assert (standing.board, standing.outputs) == ("tachobot", {"thrust_pairs": 0})
     assert [each["client"] for each in rig.events("connected")] == [1, 2]
 
 

@@ -15,7 +15,6 @@ PLACES: Final = ("/etc", "/usr", "/var/lib", "/run/firmware-runtime")
 SLOW_TACHOBOT: Final = {
     "controller.period_s": 0.25,
     "thrust_pairs.timeout_s": 2.0,
-    "esc.arming_s": 0.5,
     "overruns.imu.tolerance_us": 200_000.0,
     "guard.stall_s": 1.0,
 }
