@@ -99,6 +99,8 @@ class ExecutiveSettings(Settings, frozen=True):
     timer_slack_ns: Annotated[int, Meta(ge=1)] = 1
     keep_cpu_awake: bool = False
     """Hold /dev/cpu_dma_latency at 0, so that no processor sleeps deeply."""
+    switch_off_s: Annotated[float, Meta(ge=0, le=5)] = 1.0
+    """How long a run that ends goes on switching outputs off where that fails, s; 0: once."""
     spin_us: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     """Busy-wait this long before each deadline, 0 for none."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16

@@ -7,6 +7,7 @@ from typing import Any
 from boards.ending import Ending
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.errors import text_of
 from firmware_runtime.hal.errors import HalError
 
 
@@ -42,7 +43,7 @@ class Robot:
             try:
                 stop()
             except HalError as error:
-                failures.append(str(error))
+                failures.append(text_of(error))
             except Exception as error:  # noqa: BLE001 -- a defect must not keep the next chip on
-                failures.append(f"{type(error).__name__}: {error}")
+                failures.append(f"{type(error).__name__}: {text_of(error)}")
         return failures

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.errors import FirmwareRuntimeError, text_of
 
 
 class Fault(NamedTuple):
@@ -18,4 +18,4 @@ class Fault(NamedTuple):
     @classmethod
     def of(cls, error: FirmwareRuntimeError, consecutive: int) -> "Fault":
         """The fault that an error stands for."""
-        return cls(type(error).__name__, str(error), consecutive)
+        return cls(type(error).__name__, text_of(error), consecutive)

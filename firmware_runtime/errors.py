@@ -11,6 +11,17 @@ Three families hang below it, named by who must act:
 from collections.abc import Sequence
 
 
+def text_of(error: BaseException) -> str:
+    """Return `str(error)`, or a sentence where its `__str__` raises; never raises an Exception.
+
+    Errors are put into words before outputs are off: no text may keep them on.
+    """
+    try:
+        return str(error)
+    except Exception as worse:  # noqa: BLE001 -- whatever it is, outputs come first
+        return f"{type(error).__name__}, whose __str__ raised {type(worse).__name__}"
+
+
 class FirmwareRuntimeError(Exception):
     """Anything this project raises on purpose; its text is one sentence: where, what, expected."""
 

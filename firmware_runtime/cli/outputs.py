@@ -9,6 +9,7 @@ from boards.registry import Board
 from boards.robot import Robot
 from firmware_runtime.cli.lines import close_lines, reach_lines, served_doubles
 from firmware_runtime.cli.settings_in_force import kept_settings
+from firmware_runtime.errors import text_of
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.linux_node import check_node
 from firmware_runtime.hal.noting import NotingBus, NotingPort
@@ -51,7 +52,7 @@ class Outputs:
         try:
             failed = self._robot().make_safe()
         except HalError as error:
-            failed = [str(error)]
+            failed = [text_of(error)]
         if failed:
             self.close()
         return failed

@@ -114,7 +114,7 @@ def execute(arguments: argparse.Namespace) -> int:
             with (
                 _tracing(session, arguments.trace),
                 _serving(session) as reload,
-                stop_on_signals(executive.request_stop, reload),
+                stop_on_signals(executive.request_stop, reload, executive.give_up),
             ):
                 report.begin()
                 session.keep_settings()

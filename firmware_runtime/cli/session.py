@@ -16,8 +16,8 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.errors import BoardError
+from firmware_runtime.devs.time import MICROSECOND, seconds
+from firmware_runtime.errors import BoardError, text_of
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
@@ -154,7 +154,7 @@ class Session:
         try:
             self._enable(enabled=False)
         except HalError as error:
-            failed.append(str(error))
+            failed.append(text_of(error))
         return [*failed, *self.robot.make_safe()]
 
     def _listen(self, arming: Arming, statistics_path: Path | None) -> ControlSocket | None:
@@ -187,6 +187,7 @@ class Session:
             buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
             process=_process(settings.executive),
             statistics_path=statistics_path,
+            switch_off_for=seconds(settings.executive.switch_off_s),
             sources=[each for each in (self._control, self._ports) if each is not None],
             armed_at_start=self.arming is None,
             worst=settings.executive.worst,

@@ -24,6 +24,7 @@ from firmware_runtime.devs.errors import ModelError, ModelFailure, SelectError
 from firmware_runtime.devs.ports import InPort, Relay
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.devs.wiring import Feed
+from firmware_runtime.errors import text_of
 
 
 class ClassicSimulator(Engine):
@@ -117,7 +118,7 @@ class ClassicSimulator(Engine):
         except ModelError:
             raise
         except Exception as error:
-            fault = f"its select raised {type(error).__name__}: {error}"
+            fault = f"its select raised {type(error).__name__}: {text_of(error)}"
             raise ModelFailure(coupled.path, self.now, fault) from error
         if chosen not in components:
             names = ", ".join(component.name for component in components)

@@ -19,6 +19,7 @@ from firmware_runtime.devs.functions import Instrument, bind
 from firmware_runtime.devs.ports import InPort, OutPort, carries
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
+from firmware_runtime.errors import text_of
 
 T = TypeVar("T")
 
@@ -159,7 +160,7 @@ class Engine(ABC):
             try:
                 atomic.exit()
             except Exception as error:  # noqa: BLE001 -- the others must still exit
-                fault = f"its exit raised {type(error).__name__}: {error}"
+                fault = f"its exit raised {type(error).__name__}: {text_of(error)}"
                 failures.append(ModelFailure(atomic.path, self.now, fault))
                 failures[-1].__cause__ = error
         return failures
@@ -211,5 +212,5 @@ class Engine(ABC):
 
     def _failure(self, number: int, error: Exception) -> ModelFailure:
         atomic = self.atomics[number]
-        fault = f"raised {type(error).__name__} in phase {atomic.phase!r}: {error}"
+        fault = f"raised {type(error).__name__} in phase {atomic.phase!r}: {text_of(error)}"
         return ModelFailure(atomic.path, self.now, fault)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.bus_meter import Bus
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
@@ -23,6 +24,8 @@ class Configuration:
     sources: Sequence[Source] = ()
     process: ProcessSettings = field(default_factory=ProcessSettings)
     statistics_path: Path | None = None
+    switch_off_for: int = SECOND
+    """Ns for which outputs are switched off again at the end, where that fails; 0: once."""
     armed_at_start: bool = True
     """Whether outputs may be driven from the start; otherwise an attendant arms the run."""
     worst: int = 16

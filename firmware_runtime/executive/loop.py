@@ -13,8 +13,8 @@ not drift, and a run in real time that is never late is the run in virtual time.
 when it arrived: what was due before that goes first, however late the loop is, and an input that
 comes while the loop is late is not merged with the overdue events.
 
-The end is always the same: outputs are made safe, once, whatever happened; models exit; statistics
-say how it ended; what the system granted is given back.
+The end is always the same: outputs are made safe, whatever happened, and again while that fails
+(`switching_off`); models exit; statistics say how it ended; what the system granted is given back.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,6 +26,7 @@ from time import process_time_ns
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, format_time
+from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.arrivals import Arrivals
 from firmware_runtime.executive.attendant import Attendant
@@ -38,7 +39,9 @@ from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import Report, in_force
+from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState, Statistics
@@ -69,7 +72,9 @@ class Executive:
         self.simulator = Simulator(root, instruments=self._instruments.for_simulator)
         self._instruments.attach(self.simulator)
         self.world_now = WorldClock(self._instruments.accounting.tolerance)
-        self._make_safe = make_safe
+        self._switching_off = SwitchingOff(
+            make_safe, clock, configuration.switch_off_for, self._go_on_ending
+        )
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
@@ -106,6 +111,10 @@ class Executive:
             self._stop_reason = reason
         self.inbox.wake()
 
+    def give_up(self) -> None:
+        """Switch outputs off once at the end, and not again if that fails; safe as above."""
+        self._switching_off.give_up()
+
     def run(self, until: int = NEVER) -> Outcome:
         """Run up to and including instant `until`; when it returns, outputs have been made safe.
 
@@ -125,7 +134,8 @@ class Executive:
             except KeyboardInterrupt:
                 outcome = Outcome(RunState.STOPPED, "SIGINT")
             except BaseException as error:  # noqa: BLE001 -- whatever it is, outputs come first
-                outcome = Outcome(RunState.FAILED, str(error) or type(error).__name__, error)
+                reason = text_of(error) or type(error).__name__
+                outcome = Outcome(RunState.FAILED, reason, error)
             outcome = self._end(outcome)
         if outcome.error is not None and not isinstance(outcome.error, Exception):
             raise outcome.error
@@ -208,19 +218,26 @@ class Executive:
 
     def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""
+        if self.clock.now() == NEVER:  # virtual time that waits for nothing
+            self.clock.start(self.simulator.now)
         now = self.clock.now()
-        faults = self._safe_outputs()
-        faults += [f"exit: {error}" for error in self.simulator.exit()]
-        # virtual time that waits for nothing has reached never
-        now = self.simulator.now if now == NEVER else now
+        faults = self._switching_off.run()
+        failures = self.simulator.exit()
+        if failures:  # an exit that failed half way may have switched something on
+            faults = self._switching_off.run()
+        faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
         self._ledger.finish(outcome.state, now, outcome.reason)
         return replace(outcome, faults=tuple(faults))
 
-    def _safe_outputs(self) -> list[str]:
-        try:
-            return list(self._make_safe())
-        except BaseException as error:  # noqa: BLE001 -- reported, and the run still has to end
-            return [f"make_safe raised {type(error).__name__}: {error}"]
+    def _go_on_ending(self, now: int) -> None:
+        """Let the world go on, and show that the loop is alive, while it still switches off."""
+        self.world_now.begin(now, now)
+        self._ledger.idle(now)
+
+
+def _is_of_the_world(failure: Exception) -> bool:
+    """Whether a model's exit failed on its bus: then what counts is whether outputs are off."""
+    return isinstance(failure.__cause__, HalError)
 
 
 def _nothing() -> int:

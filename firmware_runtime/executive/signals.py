@@ -1,7 +1,8 @@
 """Signals that ask a run to stop: SIGTERM (systemd), SIGINT (Ctrl-C), SIGHUP (terminal gone).
 
 Any of them would by default end the process between two instructions and leave the outputs as they
-are. Here they only ask: the loop ends after the step under way, and outputs are made safe.
+are. Here they only ask: the loop ends after the step under way, and outputs are made safe, again
+and again while that fails. A second SIGINT gives that up.
 """
 
 import signal
@@ -14,19 +15,27 @@ STOPS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 @contextmanager
 def stop_on_signals(
-    request_stop: Callable[[str], None], reload: Callable[[], None] | None = None
+    request_stop: Callable[[str], None],
+    reload: Callable[[], None] | None = None,
+    give_up: Callable[[], None] = lambda: None,
 ) -> Iterator[None]:
     """Within the block, call `request_stop` with a signal's name; afterwards all is as it was.
 
-    With `reload`, SIGHUP calls that instead: a service has no terminal that could go. Main thread
-    only, as Python allows no other to handle signals.
+    With `reload`, SIGHUP calls that instead: a service has no terminal that could go. `give_up` is
+    called from the second SIGINT on. Main thread only, as Python allows no other to handle signals.
     """
+    interrupts = 0
 
     def handle(number: int, _frame: FrameType | None) -> None:
+        nonlocal interrupts
         if number == signal.SIGHUP and reload is not None:
             reload()
-        else:
-            request_stop(signal.Signals(number).name)
+            return
+        request_stop(signal.Signals(number).name)
+        if number == signal.SIGINT:
+            interrupts += 1
+            if interrupts > 1:
+                give_up()
 
     before = {number: signal.signal(number, handle) for number in STOPS}
     try:

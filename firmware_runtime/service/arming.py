@@ -13,14 +13,14 @@ from time import monotonic_ns
 from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import text_of
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.layout import GENERATION, GUARD
 
 GUARD_PATIENCE = SECOND // 2
 """How old the guard's last sign of life may be, ns."""
-OFF_AGAIN_EVERY = 20 * MILLISECOND
-"""Ns until outputs that could not be switched off are switched off again."""
 TRY_EVERY = 100 * MILLISECOND
 """Ns from one attempt to arm, where the board asks for it, to the next."""
 
@@ -132,7 +132,7 @@ class Arming:
         try:
             self._enable()
         except HalError as error:
-            return [str(error)]
+            return [text_of(error)]
         return []
 
     def _switch_off(self) -> list[str]:

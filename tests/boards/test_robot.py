@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from boards.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.hal.errors import HalError
 
 
 def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on() -> None:
@@ -15,6 +16,21 @@ def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on() -> None:
     assert robot(broken, lambda: stopped.append("second")).make_safe() == [
         "ValueError: no such register"
     ]
+    assert stopped == ["second"]
+
+
+def test_an_error_without_words_does_not_keep_the_next_chip_on() -> None:
+    class Unprintable(HalError):
+        def __str__(self) -> str:
+            raise ValueError("no words")
+
+    stopped: list[str] = []
+
+    def broken() -> None:
+        raise Unprintable
+
+    (failed,) = robot(broken, lambda: stopped.append("second")).make_safe()
+    assert "Unprintable" in failed
     assert stopped == ["second"]
 
 

@@ -119,13 +119,13 @@ def test_what_goes_wrong_in_making_safe_is_reported_and_models_still_exit(
 
     thrust = Actuator("thrust")
     outcome = Executive(thrust, VirtualClock(), make_safe).run(PERIOD)
-    assert outcome.faults == (f"make_safe raised {type(failure).__name__}: {failure}",)
+    assert outcome.faults[0] == f"make_safe raised {type(failure).__name__}: {failure}"
     assert thrust.exits == 1
 
 
 def test_what_could_not_be_made_safe_is_in_the_outcome() -> None:
     executive = Executive(Robot(), VirtualClock(), lambda: ["i2c1 0x40: no acknowledge"])
-    assert executive.run(PERIOD).faults == ("i2c1 0x40: no acknowledge",)
+    assert executive.run(PERIOD).faults[0] == "i2c1 0x40: no acknowledge"
 
 
 def test_what_a_model_raises_in_exit_is_in_the_outcome() -> None:
