@@ -9,8 +9,9 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.service.arming import OFF_AGAIN_EVERY, Arming
+from firmware_runtime.service.arming import Arming
 from firmware_runtime.service.control import ControlError, ControlSocket, ask
 from firmware_runtime.service.objections import objections_to
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
