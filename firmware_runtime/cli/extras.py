@@ -4,10 +4,11 @@ from importlib import import_module
 from types import ModuleType
 
 from firmware_runtime.errors import BoardError
+from firmware_runtime.extras import install_command
 
 
 def module_of_extra(name: str, extra: str) -> ModuleType:
-    """Import a module of this project. Raises BoardError naming the extra when that is missing."""
+    """Import a module of this project. Raises BoardError, with the command, without the extra."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
@@ -15,5 +16,5 @@ def module_of_extra(name: str, extra: str) -> ModuleType:
             raise
         raise BoardError(
             error.name or name,
-            [f"not installed; expected the extra: pip install 'firmware-runtime[{extra}]'"],
+            [f"not installed; expected the extra {extra}: {install_command(extra)}"],
         ) from error

@@ -11,6 +11,7 @@ import errno
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from firmware_runtime.extras import install_command
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, PortClosed
 
@@ -31,7 +32,8 @@ def open_enable_line(
         gpiod = import_module("gpiod")
     except ImportError as error:
         raise BusAbsent(
-            f"{name}: {chip} needs libgpiod's Python binding; install firmware-runtime[gpio]"
+            f"{name}: {chip} needs libgpiod's Python binding, expected the extra gpio: "
+            f"{install_command('gpio')}"
         ) from error
     settings = gpiod.LineSettings(
         direction=gpiod.line.Direction.OUTPUT,

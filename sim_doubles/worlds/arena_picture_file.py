@@ -4,6 +4,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
+from firmware_runtime.extras import install_command
+
 __all__ = ["write_picture"]
 
 _PNG_ZOOM: Final = 2
@@ -27,7 +29,7 @@ def _png(svg: str) -> bytes:
         resvg = import_module("resvg_py")
     except ImportError as error:
         raise ValueError(
-            "picture: PNG needs resvg, expected the extra: pip install 'firmware-runtime[plot]'; "
+            f"picture: PNG needs resvg, expected the extra plot: {install_command('plot')}; "
             "SVG needs nothing"
         ) from error
     return bytes(resvg.svg_to_bytes(svg_string=svg, zoom=_PNG_ZOOM))

@@ -159,7 +159,7 @@ def test_png_without_the_extra_is_refused_with_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "resvg_py", None)
-    with pytest.raises(ValueError, match=r"pip install 'firmware-runtime\[plot\]'"):
+    with pytest.raises(ValueError, match=r"-m pip install 'resvg-py>="):
         write_picture(tmp_path / "run.png", "<svg/>")
 
 
