@@ -11,6 +11,7 @@ Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e9)]
 SecondsOrNone: TypeAlias = Annotated[float, Meta(ge=0, le=1e9)]
 Microseconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e15)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Percent: TypeAlias = Annotated[float, Meta(ge=0, le=100)]
 Address: TypeAlias = Annotated[int, Meta(ge=0x08, le=0x77)]
 Channel: TypeAlias = Annotated[int, Meta(ge=0, le=15)]
 DeviceNode: TypeAlias = Annotated[str, Meta(pattern=r"^[^\x00]+$")]
@@ -77,6 +78,9 @@ class ArmingSettings(Settings, frozen=True):
     """Arm as soon as nothing speaks against it; otherwise `firmware-runtime arm` does."""
     demand_guard: bool = True
     """Be armed only while `firmware-runtime guard` watches over the run."""
+    max_late_percent: Percent = 1.0
+    """Of the last 5 s' activations, how many may have been late or skipped; none of them later than
+    a period. 100: neither is judged."""
 
 
 class GuardSettings(Settings, frozen=True):

@@ -85,7 +85,8 @@ class Session:
         if self._ports is not None:
             self._ports.attach(self._executive)
         if arming is not None:
-            objections = objections_to(self._executive)
+            max_late_percent = board.settings.arming.max_late_percent
+            objections = objections_to(self._executive, max_late_percent)
             arming.attach(
                 self._executive, self._make_safe, objections, partial(self._enable, enabled=True)
             )

@@ -22,7 +22,7 @@ from firmware_runtime.telemetry.layout import (
 )
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.timeline import Timeline
+from firmware_runtime.telemetry.timeline import Lately, Timeline
 from firmware_runtime.telemetry.worst_list import WorstList
 
 
@@ -95,6 +95,10 @@ class Ledger:
         self.file.cells[ARMED] = armed
         self.file.cells[ACKNOWLEDGED] = generation
         self.file.close_section(self.file.cells[ELAPSED])
+
+    def lately(self, since: int) -> Lately:
+        """What became of activations since then, or up to a second before; reads a few cells."""
+        return self._timeline.lately(since)
 
     def idle(self, now: int) -> None:
         """Show that the loop is alive while nothing is due."""

@@ -46,6 +46,7 @@ from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState, Statistics
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.telemetry.timeline import Lately
 
 DEFAULT = Configuration()
 
@@ -87,6 +88,16 @@ class Executive:
     def statistics(self) -> Statistics:
         """What has been counted so far."""
         return self._ledger.file.statistics()
+
+    def lately(self, since: int) -> Lately:
+        """What became of activations since then, or up to a second before; costs little."""
+        return self._ledger.lately(since)
+
+    @property
+    def granted(self) -> Report:
+        """What was asked of the system for this run, and what it granted; empty before it began."""
+        granted: Report = self._ledger.file.header["conditions"]["settings"]
+        return granted
 
     @property
     def accounts(self) -> Sequence[ModelAccount]:

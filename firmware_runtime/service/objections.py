@@ -2,17 +2,16 @@
 
 from typing import Protocol, runtime_checkable
 
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.service.arming import Objection
-from firmware_runtime.telemetry.layout import MODEL
-from firmware_runtime.telemetry.statistics import Statistics
 
-QUIET = 5 * SECOND
-"""How long the last overrun must be ago, ns."""
+JUDGED = 5 * SECOND
+"""How far back lateness is judged, ns."""
 LEAST_RATE = 0.95
-"""Share of the activations due in the last second that must have run."""
-_OVERRUNS, _LAST_LATE = MODEL.index("overruns"), MODEL.index("last_late_ns")
+"""Share of the activations due in the last second that must have been worked off."""
+UNJUDGED = 100.0
+"""Of activations that may be late, per cent: timing does not matter at all."""
 
 
 @runtime_checkable
@@ -25,18 +24,18 @@ class Device(Protocol):
         """Why it does not work, in a few words; None if it does."""
 
 
-def objections_to(executive: Executive) -> tuple[Objection, ...]:
+def objections_to(executive: Executive, max_late_percent: float) -> tuple[Objection, ...]:
     """All there are to arming this run."""
     return (
-        lambda _now: _fifo(executive.statistics),
+        lambda _now: _fifo(executive),
         lambda _now: _devices(executive),
-        lambda now: _rate(executive.statistics, now),
-        lambda now: _overrun(executive.statistics, now),
+        lambda now: _rate(executive, now),
+        lambda now: _lateness(executive, now, max_late_percent),
     )
 
 
-def _fifo(statistics: Statistics) -> str | None:
-    request = statistics.header["conditions"]["settings"].get("fifo_priority")
+def _fifo(executive: Executive) -> str | None:
+    request = executive.granted.get("fifo_priority")
     if request is None or request["asked"] == 0 or request["granted"]:
         return None
     return f"SCHED_FIFO {request['asked']} was asked for and not granted ({request['reason']})"
@@ -51,28 +50,38 @@ def _devices(executive: Executive) -> str | None:
     return "; ".join(faults) or None
 
 
-def _rate(statistics: Statistics, now: int) -> str | None:
-    """What became of the activations due in the last whole second."""
-    periods = [stated["period_ns"] for stated in statistics.header["models"].values()]
+def _rate(executive: Executive, now: int) -> str | None:
+    """Whether the loop works off what is due, be it that it skips some."""
+    periods = _periods(executive)
     if not periods:
         return None
-    whole = [
-        span for span in statistics.timeline if now - 3 * SECOND < span.begin_ns <= now - SECOND
-    ]
-    if not whole:
+    if now < SECOND:
         return "the rate has not been measured for a second yet"
-    due = sum(SECOND / period for period in periods)
-    rate = whole[-1].activations / due
-    if rate >= LEAST_RATE:
+    lately = executive.lately(now - SECOND)
+    due = sum(max((now - lately.begin_ns) // period - 1, 0) for period in periods)
+    done = lately.activations + lately.skipped
+    if done >= LEAST_RATE * due:
         return None
-    return f"{rate:.0%} of the activations due ran in the last second; expected {LEAST_RATE:.0%}"
+    return f"{done / due:.0%} of the activations due lately came; expected {LEAST_RATE:.0%}"
 
 
-def _overrun(statistics: Statistics, now: int) -> str | None:
-    for index, path in enumerate(statistics.layout.models):
-        first = statistics.layout.model(index)
-        last_late = statistics.cells[first + _LAST_LATE]
-        if statistics.cells[first + _OVERRUNS] > 0 and now - last_late < QUIET:
-            ago = (now - last_late) / SECOND
-            return f"{path} had an overrun {ago:.1f} s ago; expected none for 5 s"
-    return None
+def _lateness(executive: Executive, now: int, max_late_percent: float) -> str | None:
+    """Whether too many activations were late or skipped, or one was later than a period."""
+    lately = executive.lately(now - JUDGED)
+    late_percent = (
+        100 * (lately.late + lately.skipped) / max(lately.activations + lately.skipped, 1)
+    )
+    period = min(_periods(executive), default=NEVER)
+    is_fit = late_percent <= max_late_percent and lately.lateness_max_ns <= period
+    if is_fit or max_late_percent == UNJUDGED:
+        return None
+    return (
+        f"{late_percent:.2f} % of the activations of the last {JUDGED // SECOND} s were late or "
+        f"skipped, the latest came {lately.lateness_max_ns / MILLISECOND:.1f} ms late; expected at "
+        f"most {max_late_percent:g} %, and none later than a period ({period / MILLISECOND:g} ms)"
+    )
+
+
+def _periods(executive: Executive) -> list[int]:
+    """Of the models that have one, ns."""
+    return [account.period for account in executive.accounts if account.period != NEVER]

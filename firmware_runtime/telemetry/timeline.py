@@ -36,6 +36,17 @@ class Span:
     step_max_ns: int
 
 
+@dataclass(frozen=True, slots=True)
+class Lately:
+    """What became of the activations of the last seconds, up to now; instants and times in ns."""
+
+    begin_ns: int
+    activations: int
+    late: int
+    skipped: int
+    lateness_max_ns: int
+
+
 class Timeline:
     """The writing end. `counters` reads the run's counters, in the order of `COUNTED`.
 
@@ -63,6 +74,20 @@ class Timeline:
         self.lateness_max = self.step_max = 0
         self.closes_at = self._levels[0].begin + SECOND
 
+    def lately(self, since: int) -> Lately:
+        """The spans of a second that end after `since`, and the one under way, together."""
+        under_way = self._levels[0]
+        first = max(since, 0) // SECOND * SECOND
+        spans = [*filter(None, map(under_way.kept, range(first, under_way.begin, SECOND)))]
+        activations, late, skipped, *_ = under_way.grown(self._counters())
+        return Lately(
+            spans[0].begin_ns if spans else under_way.begin,
+            activations + sum(each.activations for each in spans),
+            late + sum(each.late for each in spans),
+            skipped + sum(each.skipped for each in spans),
+            max([self.lateness_max, *(each.lateness_max_ns for each in spans)]),
+        )
+
 
 class _Level:
     """One ring of spans."""
@@ -76,15 +101,29 @@ class _Level:
 
     def close(self, now: int, counters: Sequence[int], maxima: Sequence[int]) -> None:
         """Write the span under way; if `now` lies behind it, begin the one that it lies in."""
-        grown = [after - before for after, before in zip(counters, self._before, strict=True)]
+        grown = self.grown(counters)
         self._maxima = [max(pair) for pair in zip(self._maxima, maxima, strict=True)]
-        slot = self.begin // self._width % SLOTS * len(SLOT)
+        slot = self._slot(self.begin)
         for cell, value in enumerate((self.begin, 1, *grown, *self._maxima), slot):
             self._cells[cell] = value
         if now >= self.begin + self._width:
             self.begin = now // self._width * self._width
             self._before = list(counters)
             self._maxima = [0, 0]
+
+    def kept(self, begin: int) -> Span | None:
+        """The span that began then; None if it was passed over, or its slot is another's by now."""
+        slot = self._slot(begin)
+        written_begin, used, *values = self._cells[slot : slot + len(SLOT)]
+        return Span(begin, self._width, *values) if used and written_begin == begin else None
+
+    def grown(self, counters: Sequence[int]) -> list[int]:
+        """What the counters have grown by in the span under way."""
+        return [after - before for after, before in zip(counters, self._before, strict=True)]
+
+    def _slot(self, begin: int) -> int:
+        """First cell of a span's slot."""
+        return begin // self._width % SLOTS * len(SLOT)
 
 
 _LEVEL_CELLS = SLOTS * len(SLOT)

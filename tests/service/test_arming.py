@@ -13,7 +13,6 @@ from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.service.arming import Arming
 from firmware_runtime.service.control import ControlError, ControlSocket, ask
-from firmware_runtime.service.objections import objections_to
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
 from tests.support.periodic_models import Robot
 
@@ -152,18 +151,6 @@ def test_a_guard_that_is_demanded_must_show_itself() -> None:
     assert not rig.arming.permit()
     rig.arming.attend(0, 0)
     assert rig.told[-1] == "disarmed: the guard is gone"
-
-
-def test_a_loop_that_has_not_run_for_a_second_is_an_objection() -> None:
-    executive = Executive(Robot(), VirtualClock(), list)
-    found = [why for objection in objections_to(executive) if (why := objection(0)) is not None]
-    assert found == ["the rate has not been measured for a second yet"]
-
-
-def test_a_loop_that_keeps_its_time_is_none() -> None:
-    executive = Executive(Robot(), VirtualClock(), list)
-    executive.run(2 * SECOND)
-    assert [objection(2 * SECOND) for objection in objections_to(executive)] == [None] * 4
 
 
 @pytest.fixture
