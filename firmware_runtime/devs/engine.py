@@ -1,7 +1,7 @@
 """What the parallel and the classic simulator share: the flat model, its agenda, its entrances."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
@@ -16,6 +16,7 @@ from firmware_runtime.devs.errors import (
     TimeAdvanceError,
 )
 from firmware_runtime.devs.functions import Instrument, bind
+from firmware_runtime.devs.listening import Hear, Listening
 from firmware_runtime.devs.ports import InPort, OutPort, carries
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
@@ -144,14 +145,18 @@ class Engine(ABC):
         atomic.sigma = at - self._last[number]
         self._agenda.book(number, at)
 
-    def listen(self, port: OutPort[T], hear: Callable[[int, T], None]) -> None:
+    def listen(self, port: OutPort[T], hear: Hear[T]) -> Listening:
         """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
 
-        A value is heard after it was sent on; listeners hear in the order in which they came.
+        A value is heard after it was sent on; listeners hear in the order in which they came. What
+        is returned ends it.
         """
-        for source in sources_of(port):
+        sources = list(sources_of(port))
+        for source in sources:
             self._number(source.owner)
-            source.wrap(lambda send: self._overheard(send, hear))
+        listening = Listening()
+        listening.begin(sources, hear, self._present)
+        return listening
 
     def exit(self) -> list[Exception]:
         """Call every model's `exit`, last declared first; return what they raised."""
@@ -184,14 +189,8 @@ class Engine(ABC):
             raise ModelError(f"{model.path}: not an atomic model in {self.root.path}")
         return self._numbers[model]
 
-    def _overheard(
-        self, send: Callable[[T], None], hear: Callable[[int, T], None]
-    ) -> Callable[[T], None]:
-        def send_and_tell(value: T) -> None:
-            send(value)
-            hear(self.now, value)
-
-        return send_and_tell
+    def _present(self) -> int:
+        return self.now
 
     def _refuse_time_advance(self, number: int) -> NoReturn:
         atomic = self.atomics[number]

@@ -107,11 +107,21 @@ class OutPort(Generic[T]):
 
     def wrap(self, around: Callable[[Callable[[T], None]], Callable[[T], None]]) -> None:
         """Put a function around `send`: `around` makes it, given the `send` there was."""
+        inner = self._as_it_was()
+        self.bag = Relay(around(inner.send))
+
+    def taken_over_by(self, bag: StandIn[T]) -> "OutPort[T]":
+        """Send into `bag` from now on; returns a port that sends where this one did."""
+        inner = self._as_it_was()
+        self.bag = bag
+        return inner
+
+    def _as_it_was(self) -> "OutPort[T]":
         inner = OutPort(self.owner, self.name, self.type)
         inner.bag = self.bag
         if isinstance(self.bag, InPort):
             inner.register, inner.entry = self.register, self.entry
-        self.bag = Relay(around(inner.send))
+        return inner
 
     @property
     def path(self) -> str:

@@ -1,12 +1,6 @@
 """Output ports of a running model, overheard only while somebody wants to hear them.
 
-A tap is opened by the simulator's `listen`, which puts something around the port's `send` and has
-no end of its own. What was there before is the port's `bag`, so a tap is closed by putting that
-back. Taps may lie on top of each other, as the port of a coupled model and that of the atomic
-inside it do; so all are closed, the last one first, before others are opened. A port that nobody
-watches is therefore exactly what it was before.
-
-Only between two steps, and only if nobody else listens to the simulator once the run has begun.
+A port that is not watched, or no longer, is exactly what it was before.
 """
 
 from collections import deque
@@ -14,8 +8,8 @@ from collections.abc import Mapping
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.ports import InPort, OutPort, StandIn
-from firmware_runtime.devs.wiring import sources_of
+from firmware_runtime.devs.listening import Listening
+from firmware_runtime.devs.ports import OutPort
 
 Heard: TypeAlias = tuple[str, int, object]
 """The port's path, the instant in ns, the value."""
@@ -32,21 +26,18 @@ class Taps:
         self.lost = 0
         self._simulator = simulator
         self._ports: Mapping[str, OutPort[Any]] = {}
-        self._bags: list[tuple[OutPort[Any], InPort[Any] | StandIn[Any]]] = []
+        self._listening: list[Listening] = []
 
     def open(self, ports: Mapping[str, OutPort[Any]]) -> None:
         """Hear these ports from now on, by path, and no others."""
         if ports == self._ports:
             return
         self._ports = ports
-        for source, bag in reversed(self._bags):
-            source.bag = bag
-        self._bags.clear()
-        for path, port in ports.items():
-            self._bags += [(source, source.bag) for source in sources_of(port)]
-            self._listen(path, port)
+        for listening in self._listening:
+            listening.end()
+        self._listening = [self._listen(path, port) for path, port in ports.items()]
 
-    def _listen(self, path: str, port: OutPort[Any]) -> None:
+    def _listen(self, path: str, port: OutPort[Any]) -> Listening:
         heard = self.heard
 
         def hear(at: int, value: object) -> None:
@@ -54,4 +45,4 @@ class Taps:
                 self.lost += 1
             heard.append((path, at, value))
 
-        self._simulator.listen(port, hear)
+        return self._simulator.listen(port, hear)

@@ -147,6 +147,62 @@ def test_listeners_hear_in_the_order_in_which_they_came() -> None:
     assert heard == [("a", 10, 0), ("b", 10, 0), ("a", 20, 1), ("b", 20, 1)]
 
 
+def test_a_listener_that_ends_hears_no_more_and_leaves_nothing_behind() -> None:
+    shell = Shell()
+    bag = shell.clock.ticks.bag
+    heard: list[str] = []
+    first = shell.simulator.listen(shell.clock.ticks, lambda _at, _value: heard.append("first"))
+    with shell.simulator.listen(shell.clock.ticks, lambda _at, _value: heard.append("second")):
+        shell.simulator.run(10)
+        first.end()
+        first.end()
+        shell.simulator.run(20)
+    shell.simulator.run(30)
+    assert heard == ["first", "second", "second"]
+    assert shell.clock.ticks.bag is bag
+    assert shell.log.bags == []
+
+
+def test_a_listener_may_end_itself_while_it_hears() -> None:
+    shell = Shell()
+    heard: list[int] = []
+
+    def once(_at: int, value: int) -> None:
+        heard.append(value)
+        listening.end()
+
+    listening = shell.simulator.listen(shell.clock.ticks, once)
+    shell.simulator.listen(shell.clock.ticks, lambda _at, value: heard.append(-value))
+    shell.simulator.run(30)
+    assert heard == [0, 0, -1, -2]
+
+
+def test_one_listener_at_a_coupled_model_ends_at_every_source() -> None:
+    inner = Coupled("inner")
+    clocks = [inner.add(Clock("slow", 10)), inner.add(Clock("fast", 5))]
+    inner_out = inner.out_port("out", int)
+    simulator = Simulator(top(inner))
+    for clock in clocks:
+        inner.couple(clock.ticks, inner_out)
+    heard: list[int] = []
+    listening = simulator.listen(inner_out, lambda _at, value: heard.append(value))
+    simulator.run(10)
+    listening.end()
+    simulator.run(20)
+    assert heard == [0, 0, 1]
+
+
+def test_a_listener_of_an_earlier_simulator_may_end_later() -> None:
+    shell = Shell()
+    listening = shell.simulator.listen(shell.clock.ticks, lambda _at, _value: None)
+    second = Simulator(shell.model)
+    heard: list[int] = []
+    second.listen(shell.clock.ticks, lambda _at, value: heard.append(value))
+    listening.end()
+    second.run(10)
+    assert len(heard) == 1
+
+
 def test_a_coupled_models_output_is_heard_where_its_wires_come_from() -> None:
     inner = Coupled("inner")
     clocks = [inner.add(Clock("slow", 10)), inner.add(Clock("fast", 5))]

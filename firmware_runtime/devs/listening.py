@@ -1,0 +1,79 @@
+"""Listening: functions called for all that leaves by an output port, until they are ended.
+
+A port that is listened to has an `Overhearing` in the place of its bag, shared by all its
+listeners; when the last one ends, the port has its bag back and is exactly what it was before.
+"""
+
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self, TypeAlias, TypeVar
+
+from firmware_runtime.devs.ports import OutPort, StandIn
+
+T = TypeVar("T")
+
+Hear: TypeAlias = Callable[[int, T], None]
+"""Takes the instant in ns, and the value."""
+
+
+class Overhearing(StandIn[T]):
+    """Hands each value on, then to the listeners of one port, in the order in which they came."""
+
+    __slots__ = ("_inner", "_listeners", "_now", "_port")
+
+    def __init__(self, port: OutPort[T], now: Callable[[], int]) -> None:
+        self._port = port
+        self._now = now
+        self._inner = port.taken_over_by(self)
+        self._listeners: tuple[tuple[Listening, Hear[T]], ...] = ()
+
+    def append(self, value: T, /) -> None:
+        """Send a value on, and let it be heard."""
+        self._inner.send(value)
+        now = self._now()
+        for _, hear in self._listeners:
+            hear(now, value)
+
+    def add(self, listening: "Listening", hear: Hear[T]) -> None:
+        """Let one more listener hear."""
+        self._listeners = (*self._listeners, (listening, hear))
+
+    def remove(self, listening: "Listening") -> None:
+        """Let a listener hear no more; with the last one the port has its bag back."""
+        self._listeners = tuple(each for each in self._listeners if each[0] is not listening)
+        if not self._listeners and self._port.bag is self:
+            self._port.bag = self._inner.bag
+
+
+class Listening:
+    """One listener at one port; `end` it, or use it as a context manager.
+
+    It may end at any time, also while it hears. After that nothing is left of it.
+    """
+
+    def __init__(self) -> None:
+        self._places: list[Overhearing[object]] = []
+
+    def begin(self, ports: Sequence[OutPort[T]], hear: Hear[T], now: Callable[[], int]) -> None:
+        """Hear what leaves by these ports, each an atomic model's."""
+        for port in ports:
+            place = port.bag if isinstance(port.bag, Overhearing) else Overhearing(port, now)
+            place.add(self, hear)
+            self._places.append(place)
+
+    def end(self) -> None:
+        """Hear no more; again does nothing."""
+        for place in self._places:
+            place.remove(self)
+        self._places.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.end()
