@@ -9,6 +9,10 @@ own, with one value in one bag. A receiver that was imminent itself has the exte
 its full time elapsed, and is imminent from then on if its new time advance is zero. There is no
 confluent transition.
 
+A model that is imminent when the instant begins is in its first round; whoever becomes imminent
+through the transitions of a model in one round is in the next. The limit of a zero-time loop is one
+of rounds, as in Parallel DEVS, so that many models may well be imminent at one instant.
+
 Values injected from outside arrive first, before any imminent model is activated.
 """
 
@@ -33,6 +37,8 @@ class ClassicSimulator(Engine):
     def _connect(self, feeds: Iterable[Feed]) -> None:
         self._sent: deque[tuple[InPort[Any], object]] = deque()
         self._lineages = [self._lineage(atomic) for atomic in self.atomics]
+        self._round = 0
+        self._rounds = [0] * len(self.atomics)
         for atomic in self.atomics:
             for bag in atomic.in_ports.values():
                 bag.clear()
@@ -43,16 +49,18 @@ class ClassicSimulator(Engine):
         self._sent.extend((end, value) for end in ends)
 
     def _work_off(self, at: int, imminent: list[int]) -> None:
+        for number in imminent:
+            self._rounds[number] = 0
+        self._round = 0
         self._deliver(at, imminent)
-        for _ in range(self._zero_time_limit):
-            if not imminent:
-                return
+        while imminent:
             number = self._select(imminent)
+            self._round = self._rounds[number] = self._rounds[number] + 1
+            if self._round > self._zero_time_limit:
+                self._refuse_endless_loop([number, *(n for n in imminent if n != number)])
             self._activate(number)
             self._reschedule(number, at, imminent)
             self._deliver(at, imminent)
-        if imminent:
-            self._refuse_endless_loop(imminent)
 
     # One step -----------------------------------------------------------------------------------
 
@@ -86,13 +94,14 @@ class ClassicSimulator(Engine):
         self._last[number] = at
         sigma = self._models[number].sigma
         if type(sigma) is not int or sigma < 0:
-            self._refuse_time_advance(number)
+            sigma = self._whole_time_advance(number)
         place = bisect_left(imminent, number)
         was_imminent = place < len(imminent) and imminent[place] == number
         if sigma > 0 and was_imminent:
             del imminent[place]
         elif sigma == 0 and not was_imminent:
             imminent.insert(place, number)
+            self._rounds[number] = self._round
         self._agenda.book(number, at + sigma if sigma > 0 else NEVER)
 
     # Select -------------------------------------------------------------------------------------

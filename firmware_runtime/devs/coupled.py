@@ -14,10 +14,10 @@ T = TypeVar("T")
 class Coupled(Component):
     """Components and the couplings between their ports, in order of declaration.
 
-    A coupling is one of three, told by who owns its ends: from an input port of this model to one
+    A coupling is one of four, told by who owns its ends: from an input port of this model to one
     of a component (EIC), between components (IC), from a component to an output port of this model
-    (EOC). Anything else is refused here, at construction. `couplings` is an ordered set of pairs
-    (source, destination).
+    (EOC), or straight from an input port of this model to an output port of it. Anything else is
+    refused here, at construction. `couplings` is an ordered set of pairs (source, destination).
     """
 
     def __init__(self, name: str) -> None:
@@ -44,7 +44,7 @@ class Coupled(Component):
         if not (
             self._can_begin(begin)
             and self._can_end(end)
-            and begin.owner is not end.owner
+            and (begin.owner is not end.owner or begin.owner is self)
             and (begin.type is end.type or carries(end.type, begin.type))
             and wire not in self.couplings
         ):
@@ -86,7 +86,7 @@ class Coupled(Component):
             return f"{wire}: the source is neither an input of {self.path} nor a component's output"
         if not self._can_end(destination):
             return f"{wire}: the end is neither an output of {self.path} nor a component's input"
-        if source.owner is destination.owner:
+        if source.owner is destination.owner is not self:
             return f"{wire}: a model's port cannot be coupled to the model itself"
         if (source, destination) in self.couplings:
             return f"{wire}: coupled twice"

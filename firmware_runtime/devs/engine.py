@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
+from operator import index
 from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
@@ -17,7 +18,7 @@ from firmware_runtime.devs.errors import (
 )
 from firmware_runtime.devs.functions import Instrument, bind
 from firmware_runtime.devs.listening import Hear, Listening
-from firmware_runtime.devs.ports import InPort, OutPort, carries
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
 from firmware_runtime.errors import text_of
@@ -58,6 +59,7 @@ class Engine(ABC):
         self._entrances: dict[InPort[Any], OutPort[Any]] = {
             entry: OutPort(root, entry.name, entry.type) for entry in root.in_ports.values()
         }
+        self._injected: list[tuple[OutPort[Any], object]] = []
         self._connect(self._feeds(wiring))
         if checked:
             instruments = (*instruments, Checks(self))
@@ -79,9 +81,8 @@ class Engine(ABC):
         try:
             for number, atomic in enumerate(self.atomics):
                 atomic.initialize()
-                sigma = atomic.sigma = atomic.time_advance()
-                if type(sigma) is not int or sigma < 0:
-                    self._refuse_time_advance(number)
+                atomic.sigma = atomic.time_advance()
+                sigma = self._whole_time_advance(number)
                 if sigma != NEVER:
                     book(number, sigma)
         except ModelError:
@@ -102,7 +103,7 @@ class Engine(ABC):
             raise ModelError(f"{port.path}: not an input port of {self.root.path}")
         if not carries(port.type, type(value)):
             raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
-        self._entrances[port].send(value)
+        self._injected.append((self._entrances[port], value))
 
     def advance(self, at: int) -> None:
         """Work off instant `at`: inputs, and what is due. Not before `now`, not past `next_at`.
@@ -116,13 +117,24 @@ class Engine(ABC):
                 f"{format_time(self.now)} (now) to {format_time(next_at)} (next event)"
             )
         self.now = at
+        if self._injected:
+            self._send_injected()
         if at < next_at or not self._run_alone(at):
             self._work_off(at, self._agenda.take(at))
 
     def run(self, until: int) -> None:
-        """Take every instant from `now` up to and including `until`, without waiting in between."""
+        """Take every instant from `now` up to and including `until`, without waiting in between.
+
+        `until` is an instant, not a duration; one before `now` is refused.
+        """
+        if until < self.now:
+            raise ModelError(
+                f"{self.root.path}: cannot run to {format_time(until)}, expected an instant from "
+                f"{format_time(self.now)} (now) on; the end of a run is an instant, not a duration"
+            )
         next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
         at, until = self.now, min(until, NEVER - 1)
+        self._send_injected()
         while at <= until:
             self.now = at
             work_off(at, take(at))
@@ -151,11 +163,9 @@ class Engine(ABC):
         A value is heard after it was sent on; listeners hear in the order in which they came. What
         is returned ends it.
         """
-        sources = list(sources_of(port))
-        for source in sources:
-            self._number(source.owner)
         listening = Listening()
-        listening.begin(sources, hear, self._present)
+        senders = [self._sender(source) for source in sources_of(port, self._entrances)]
+        listening.begin(senders, hear, self._present)
         return listening
 
     def exit(self) -> list[Exception]:
@@ -184,6 +194,19 @@ class Engine(ABC):
         """Take instants by a shorter way, as long as there is one; tell whether there was one."""
         return False
 
+    def _send_injected(self) -> None:
+        """Send what was injected, now that it is the instant at which it arrives."""
+        for entrance, value in self._injected:
+            entrance.send(value)
+        self._injected.clear()
+
+    def _sender(self, port: AnyPort) -> OutPort[Any]:
+        """What sends the values of a port: of an atomic itself, for an input port its entrance."""
+        if isinstance(port, InPort):
+            return self._entrances[port]
+        self._number(port.owner)
+        return port
+
     def _number(self, model: Component) -> int:
         if model not in self._numbers:
             raise ModelError(f"{model.path}: not an atomic model in {self.root.path}")
@@ -192,8 +215,19 @@ class Engine(ABC):
     def _present(self) -> int:
         return self.now
 
-    def _refuse_time_advance(self, number: int) -> NoReturn:
+    def _whole_time_advance(self, number: int) -> int:
+        """The model's time advance if it is a whole number of any type, from then on an `int`."""
         atomic = self.atomics[number]
+        try:
+            sigma = index(atomic.sigma)
+        except TypeError:
+            self._refuse_time_advance(atomic)
+        if sigma < 0 or isinstance(atomic.sigma, bool):
+            self._refuse_time_advance(atomic)
+        atomic.sigma = sigma
+        return sigma
+
+    def _refuse_time_advance(self, atomic: Atomic) -> NoReturn:
         fault = (
             f"time advance of phase {atomic.phase!r} is {atomic.sigma!r}; "
             "expected a whole number of nanoseconds, zero or more, or NEVER"

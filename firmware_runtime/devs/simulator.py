@@ -62,13 +62,13 @@ class Simulator(Engine):
                     model.internal()
                     transitions += 1
                     sigma = model.sigma
-                    if type(sigma) is int and sigma > 0:
+                    if type(sigma) is not int or sigma < 0:
+                        sigma = self._whole_time_advance(number)
+                    if sigma > 0:
                         last[number] = at
                         rebook(number, at + sigma)
-                    elif type(sigma) is int and sigma == 0:
-                        self._work_off(at, agenda.take(at), rounds=1)
                     else:
-                        self._refuse_time_advance(number)
+                        self._work_off(at, agenda.take(at), rounds=1)
         except ModelError:
             raise
         except Exception as error:
@@ -142,7 +142,8 @@ class Simulator(Engine):
                 last[number] = at
                 if sigma is not NEVER:
                     if type(sigma) is not int or sigma < 0:
-                        self._refuse_time_advance(number)
+                        self._book_oddly_typed(number, at, following)
+                        continue
                     due = at + sigma
                     if due == agenda.open_at:  # as `book` would, without the call
                         due_at[number] = due
@@ -173,10 +174,21 @@ class Simulator(Engine):
                     following.append(number)
                     continue
                 if type(sigma) is not int or sigma < 0:
-                    self._refuse_time_advance(number)
+                    self._book_oddly_typed(number, at, following)
+                    continue
                 last[number] = at
                 book(number, at + sigma)
         except ModelError:
             raise
         except Exception as error:
             raise self._failure(number, error) from error
+
+    def _book_oddly_typed(self, number: int, at: int, following: list[int]) -> None:
+        """What both loops do with a time advance that is no `int`, such as one of numpy's."""
+        sigma = self._whole_time_advance(number)
+        self._last[number] = at
+        if sigma > 0:
+            self._agenda.book(number, at + sigma)
+        else:
+            self._agenda.due_at[number] = NEVER
+            following.append(number)

@@ -2,13 +2,14 @@
 
 Done once, before the run, in time linear in the number of couplings. What is left of the tree are
 names. From each atomic's output port, and from each input port of the root, the couplings are
-followed down (EIC), across (IC) and up (EOC) to the atomic input ports they end in, in order of
-declaration, depth first. An output port of a coupled model is a place a wire leads through, never
-an end; `sources_of` tells who is heard there.
+followed down (EIC), across (IC), up (EOC) and straight through to the atomic input ports they end
+in, in order of declaration, depth first. A port of a coupled model is a place a wire leads through,
+never an end; `sources_of` tells who is heard there. Wires that lead straight through coupled models
+could lead round for ever; that is refused.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import Any, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
@@ -29,8 +30,11 @@ class Wiring:
     def __init__(self, root: Component) -> None:
         self.atomics: list[Atomic] = []
         self._drawn: defaultdict[AnyPort, list[Any]] = defaultdict(list)
-        self._through: dict[AnyPort, Ends] = {}
+        self._through: dict[AnyPort, Ends | None] = {}
         self._take_in(root)
+        for port, destinations in self._drawn.items():
+            if any(destination.owner is port.owner for destination in destinations):
+                self._ends_through(port)
 
     def ends(self, port: AnyPort) -> Ends:
         """Where a value goes that is put into `port`, an output port or a coupled model's input."""
@@ -45,8 +49,15 @@ class Wiring:
     def _ends_through(self, port: AnyPort) -> Ends:
         """The ends behind a coupled model's port, found once however many wires lead through it."""
         if port not in self._through:
+            self._through[port] = None  # under way
             self._through[port] = self.ends(port)
-        return self._through[port]
+        ends = self._through[port]
+        if ends is None:
+            raise CouplingError(
+                f"{port.path}: its wires lead back to it and through no atomic model; "
+                "expected one in the loop"
+            )
+        return ends
 
     def _take_in(self, component: Component) -> None:
         if isinstance(component, Atomic):
@@ -60,11 +71,16 @@ class Wiring:
             raise CouplingError(f"{component.path}: a component is an Atomic or a Coupled model")
 
 
-def sources_of(port: OutPort[Any]) -> Iterator[OutPort[Any]]:
-    """The output ports of atomics heard at `port`, one for each route that leads there."""
-    if isinstance(port.owner, Coupled):
-        for source, destination in port.owner.couplings:
-            if destination is port and isinstance(source, OutPort):
-                yield from sources_of(source)
-    else:
+def sources_of(port: AnyPort, entries: Container[AnyPort] = ()) -> Iterator[AnyPort]:
+    """The ports heard at `port`, one for each route there: of atomics, or input ports of the root.
+
+    The latter are the `entries`.
+    """
+    if port in entries or isinstance(port.owner, Atomic):
         yield port
+        return
+    drawn_in = port.owner if isinstance(port, OutPort) else port.owner.parent
+    if isinstance(drawn_in, Coupled):
+        for source, destination in drawn_in.couplings:
+            if destination is port:
+                yield from sources_of(source, entries)

@@ -23,7 +23,7 @@ def coupling_diagram(model: Component) -> str:
 
 
 def _draw(canvas: Canvas, box: Box, corner: Point, depth: int) -> None:
-    if not box.parts:
+    if not (box.parts or box.routes):
         _draw_atomic(canvas, box, corner)
         return
     canvas.rectangle(corner, box.width, box.height, "inner" if depth % 2 else "coupled")

@@ -2,7 +2,9 @@
 
 import pytest
 
+from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.errors import ModelError, ModelFailure, PortTypeError
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, SECOND
@@ -68,12 +70,18 @@ def test_run_first_delivers_what_was_injected_at_the_present_instant() -> None:
     assert shell.clock.count == 3
 
 
-def test_the_end_of_a_run_is_inclusive_and_one_before_now_does_nothing() -> None:
-    shell = Shell()
-    shell.simulator.run(20)
-    assert shell.clock.count == 2
-    shell.simulator.run(19)
-    assert (shell.clock.count, shell.simulator.now) == (2, 20)
+@pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
+def test_the_end_of_a_run_is_inclusive_and_one_before_now_is_refused(kind: type[Engine]) -> None:
+    clock = Clock("clock", 10)
+    simulator = kind(top(clock))
+    simulator.run(20)
+    assert clock.count == 2
+    with pytest.raises(ModelError, match=r"^top: cannot run to 0\.000000003 s, .*0\.000000020 s"):
+        simulator.run(3)
+    simulator.run(20)
+    assert (clock.count, simulator.now) == (2, 20)
+    simulator.run(30)
+    assert clock.count == 3
 
 
 @pytest.mark.parametrize("at", [4, 11, NEVER])
@@ -217,6 +225,24 @@ def test_a_coupled_models_output_is_heard_where_its_wires_come_from() -> None:
     simulator.listen(outer_out, lambda at, value: heard.append((at, value)))
     simulator.run(10)
     assert heard == [(5, 0), (10, 0), (10, 1)]
+
+
+def test_an_output_fed_straight_from_an_input_is_heard_wherever_the_value_comes_from() -> None:
+    inner, clock = Coupled("inner"), Clock("clock", 5)
+    inlet, outlet = inner.in_port("in", int), inner.out_port("out", int)
+    inner.couple(inlet, outlet)
+    model = top(clock, inner)
+    entry, leaving = model.in_port("in", int), model.out_port("out", int)
+    for source in (clock.ticks, entry):
+        model.couple(source, inlet)
+    model.couple(outlet, leaving)
+    simulator = Simulator(model)
+    heard: list[tuple[int, int]] = []
+    simulator.listen(leaving, lambda at, value: heard.append((at, value)))
+    simulator.inject(entry, 7)
+    simulator.advance(3)
+    simulator.run(5)
+    assert heard == [(3, 7), (5, 0)]
 
 
 def test_listening_changes_nothing_for_the_receivers() -> None:

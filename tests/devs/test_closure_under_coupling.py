@@ -45,7 +45,7 @@ def run(kind: type[Engine], model: Component, inputs: Inputs) -> Trace:
         for port in cell.out_ports:
             listen(name, port)
     for at, side, value in sorted(inputs):
-        simulator.run(at - 1)
+        simulator.run(max(simulator.now, at - 1))
         simulator.inject(model.in_ports[f"in_{side}"], value)
         simulator.advance(at)
     simulator.run(30)

@@ -120,7 +120,6 @@ class Pair:
     [
         (lambda p: (p.a.base_out, p.b.derived_in), "a port of Base cannot feed a port of Derived"),
         (lambda p: (p.a.base_out, p.a.base_in), "cannot be coupled to the model itself"),
-        (lambda p: (p.inlet, p.outlet), "cannot be coupled to the model itself"),
         (lambda p: (p.stranger.base_out, p.b.base_in), "source is neither an input of top nor"),
         (lambda p: (p.a.base_in, p.b.base_in), "source is neither an input of top nor"),
         (lambda p: (p.outlet, p.b.base_in), "source is neither an input of top nor"),
@@ -190,6 +189,34 @@ def test_a_wire_is_followed_down_across_and_up() -> None:
     wiring = Wiring(model)
     assert wiring.atomics == [clock, log, other]
     assert wiring.ends(clock.ticks) == [log.values, other.values]
+
+
+def through(name: str) -> Coupled:
+    """A coupled model with one input port and one output port, and a wire between them."""
+    model = Coupled(name)
+    model.couple(model.in_port("in", int), model.out_port("out", int))
+    return model
+
+
+def test_a_wire_may_lead_straight_through_a_coupled_model() -> None:
+    clock, log = Clock("clock", 1), Log("log")
+    first, second = through("first"), through("second")
+    model = top(clock, first, second, log)
+    model.couple(clock.ticks, first.in_ports["in"])
+    model.couple(first.out_ports["out"], second.in_ports["in"])
+    model.couple(second.out_ports["out"], log.values)
+    assert Wiring(model).ends(clock.ticks) == [log.values]
+    Simulator(model).run(2)
+    assert log.bags == [[0], [1]]
+
+
+def test_wires_that_lead_round_through_no_atomic_model_are_refused() -> None:
+    first, second = through("first"), through("second")
+    model = top(Clock("clock", 1), first, second)
+    model.couple(first.out_ports["out"], second.in_ports["in"])
+    model.couple(second.out_ports["out"], first.in_ports["in"])
+    with pytest.raises(CouplingError, match=r"^top\.first\.in: its wires lead back to it"):
+        Simulator(model)
 
 
 def test_a_part_of_a_model_can_be_flattened_by_itself() -> None:

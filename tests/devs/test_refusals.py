@@ -96,6 +96,27 @@ def test_a_long_but_finite_chain_of_zero_time_steps_is_legitimate(kind: type[Eng
     assert (len(model.calls), simulator.next_at) == (100, 8)
 
 
+def test_many_models_imminent_at_one_instant_are_no_endless_loop() -> None:
+    """A thousand models go one at a time in classic DEVS, and still in one round."""
+    clocks = [Clock(f"clock_{number}", 5) for number in range(1000)]
+    echoes = [Echo(f"echo_{number}") for number in range(1000)]
+    root = top(*clocks, *echoes)
+    for clock, echo in zip(clocks, echoes, strict=True):
+        root.couple(clock.ticks, echo.inlet)
+    simulator = ClassicSimulator(root, zero_time_limit=2)
+    simulator.run(5)
+    assert simulator.internal_transitions == 2000
+
+
+@BOTH
+def test_a_model_that_waits_its_turn_does_not_hide_an_endless_loop(kind: type[Engine]) -> None:
+    """Select would take the looping model first for ever."""
+    looping, waiting = Scripted("looping", sigma=0), Scripted("waiting", sigma=0)
+    looping.on_internal = looping.activate
+    with pytest.raises(IllegitimateModel, match=r"^top\.looping at"):
+        kind(top(looping, waiting), zero_time_limit=10).run(1)
+
+
 def fail(*_arguments: object) -> None:
     raise KeyError("reading")
 

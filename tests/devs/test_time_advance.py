@@ -1,9 +1,17 @@
 """The time advance, computed or set, and how things stand before a run."""
 
+import enum
+
+import numpy as np
+import pytest
+
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.classic import ClassicSimulator
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.errors import IllegitimateModel
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER
-from tests.support.devs_models import Clock, Echo, Log, top, traced
+from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced
 
 
 class Table(Atomic):
@@ -92,3 +100,48 @@ def test_an_atomic_model_alone_is_state_in_and_state_out() -> None:
     assert (echo.phase, echo.sigma) == ("holding", 2)
     echo.internal()
     assert (echo.held, echo.phase, echo.sigma) == ([], "passive", NEVER)
+
+
+class Whole(enum.IntEnum):
+    """Whole numbers that are no plain `int`."""
+
+    FOUR = 4
+
+
+BOTH = pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
+
+
+@BOTH
+@pytest.mark.parametrize("sigma", [np.int64(4), np.uint8(4), Whole.FOUR])
+@pytest.mark.parametrize("company", [0, 2])
+def test_a_whole_number_of_any_type_is_a_time_advance(
+    kind: type[Engine], sigma: int, company: int
+) -> None:
+    """After initialization, an internal transition and an external one; alone and in company."""
+    model, log = Scripted("model", sigma=sigma), Log("log")
+    model.on_output = lambda: model.outlet.send(1)
+    model.on_internal = lambda: model.hold_in("again", sigma)
+    model.on_external = lambda _elapsed: model.hold_in("again", sigma)
+    root = top(model, log, *(Clock(f"clock_{number}", 4) for number in range(company)))
+    inlet = root.in_port("in", int)
+    root.couple(model.outlet, log.values)
+    root.couple(inlet, model.inlet)
+    simulator = kind(root)
+    simulator.run(8)
+    simulator.inject(inlet, 1)
+    simulator.advance(9)
+    simulator.run(13)
+    assert log.elapsed == [4, 4, 5]
+    assert type(model.sigma) is int
+
+
+@BOTH
+@pytest.mark.parametrize("company", [0, 2])
+def test_a_zero_of_another_type_takes_no_time_and_its_loops_end(
+    kind: type[Engine], company: int
+) -> None:
+    looping = Scripted("looping", sigma=4)
+    looping.on_internal = lambda: looping.hold_in("again", np.int64(0))  # type: ignore[arg-type]
+    clocks = (Clock(f"clock_{number}", 4) for number in range(company))
+    with pytest.raises(IllegitimateModel, match=r"^top\.looping at 0\.000000004 s"):
+        kind(top(looping, *clocks), zero_time_limit=10).run(5)

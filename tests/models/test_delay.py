@@ -14,7 +14,7 @@ def delayed(arrivals: list[tuple[int, int]], duration_ms: int) -> list[tuple[int
     left: list[tuple[int, int]] = []
     simulator.listen(delay.delayed, lambda at, value: left.append((at // MILLISECOND, value)))
     for at_ms, value in arrivals:
-        simulator.run(at_ms * MILLISECOND - 1)
+        simulator.run(max(simulator.now, at_ms * MILLISECOND - 1))
         simulator.inject(entrance, value)
         simulator.advance(at_ms * MILLISECOND)
     simulator.run(10_000 * MILLISECOND)

@@ -70,7 +70,7 @@ def run(states: tuple[State, ...], *inputs: tuple[int, str, object]) -> list[tup
     simulator.listen(machine.out, hear)
     simulator.listen(machine.also, hear)
     for at_ms, group in groupby(inputs, lambda each: each[0]):
-        simulator.run(at_ms * MILLISECOND - 1)
+        simulator.run(max(simulator.now, at_ms * MILLISECOND - 1))
         for _, port, value in group:
             simulator.inject(machine.in_ports[port], value)
         simulator.advance(at_ms * MILLISECOND)

@@ -125,19 +125,27 @@ def build_flat(root: Node) -> Coupled:
     return flat
 
 
+class LoopOfWires(Exception):
+    """Wires lead round through no cell."""
+
+
 def routes(root: Node) -> list[tuple[End, End]]:
     """From each cell's output and each input of the root to each cell's input it leads to."""
     wires = [wire for group in root.groups() for wire in group.wires]
     cells = [cell.name for cell in root.cells()]
 
-    def follow(start: End) -> Iterator[End]:
+    def follow(*way: End) -> Iterator[End]:
+        if way[-1] in way[:-1]:
+            raise LoopOfWires
         for source, destination in wires:
-            if source == start:
+            if source == way[-1]:
                 if destination[0] in cells:
                     yield destination
                 else:
-                    yield from follow(destination)
+                    yield from follow(*way, destination)
 
+    for source, _ in wires:
+        list(follow(source))
     starts = [(name, f"out_{side}") for name in cells for side in SIDES]
     starts += [(root.name, f"in_{side}") for side in SIDES]
     return [(start, end) for start in starts for end in follow(start)]
@@ -188,9 +196,13 @@ def _draw_wires(draw: st.DrawFn, root: Node, group: Node) -> None:
     ends += [(group.name, f"out_{side}") for side in SIDES]
     wires = st.lists(st.tuples(st.sampled_from(sources), st.sampled_from(ends)), max_size=12)
     for wire in draw(wires):
-        if wire[0][0] == wire[1][0] or wire in group.wires:
+        if (wire[0][0] == wire[1][0] != group.name) or wire in group.wires:
             continue
         group.wires.append(wire)
-        found = routes(root)
+        try:
+            found = routes(root)
+        except LoopOfWires:
+            group.wires.pop()
+            continue
         if len(set(found)) < len(found) or any(start[0] == end[0] for start, end in found):
             group.wires.pop()
