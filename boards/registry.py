@@ -104,10 +104,14 @@ def load_table(source: Path) -> Board:
     """Read a board's `table` again, kept as JSON. Raises BoardError, also if there is none."""
     try:
         table = json.loads(_read(source))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BoardError(str(source), [f"{error}; expected JSON"]) from error
     if not isinstance(table, dict):
         raise BoardError(str(source), [f"{type(table).__name__}; expected a JSON object"])
+    faults: list[str] = []
+    table = strict.bounded(table, faults)
+    if faults:
+        raise BoardError(str(source), faults)
     return _board(source, (), table, [])
 
 
@@ -117,7 +121,8 @@ def _board(
     """The board of a table; raises BoardError with every fault, those found before included."""
     kind = table.get("board")
     if kind not in names():
-        raise BoardError(str(source), [*faults, f"board: {kind!r}: expected one of {_listing()}"])
+        fault = f"board: {strict.shown(kind)}: expected one of {_listing()}"
+        raise BoardError(str(source), [*faults, fault])
     definition = importlib.import_module(f"boards.{kind}.definition")
     settings = strict.convert(table, definition.SETTINGS, faults)
     if settings is None:

@@ -6,7 +6,7 @@ tree here, instead of converting it in one go, is what lets the user see all fau
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -16,13 +16,38 @@ S = TypeVar("S", bound=msgspec.Struct)
 Table = dict[str, Any]
 
 
+DEEPEST = 32
+"""Levels of tables and lists within each other: far more than any board has, far fewer than
+Python's own recursion bears."""
+_LONGEST_SHOWN = 200
+_TOO_DEEP = f"nested more than {DEEPEST} deep; expected the tables of a board"
+
+
 def parse_toml(text: str, faults: list[str]) -> Table:
     """The file's table; a syntax error is one fault and leaves the table empty."""
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        table = tomllib.loads(text)
+    except ValueError as error:  # TOMLDecodeError, and what Python's own numbers do not take
         faults.append(f"not valid TOML: {error}")
-        return {}
+    except RecursionError:
+        faults.append(_TOO_DEEP)
+    else:
+        return bounded(table, faults)
+    return {}
+
+
+def bounded(table: Table, faults: list[str]) -> Table:
+    """The table, unless it is nested too deeply: that is one fault and leaves it empty.
+
+    Without recursion, so that whatever comes after may recurse.
+    """
+    level: list[object] = [table]
+    for _ in range(DEEPEST):
+        level = [inner for each in level for inner in _inside(each)]
+        if not level:
+            return table
+    faults.append(_TOO_DEEP)
+    return {}
 
 
 def override(table: Table, assignments: Sequence[str], faults: list[str]) -> None:
@@ -30,27 +55,62 @@ def override(table: Table, assignments: Sequence[str], faults: list[str]) -> Non
     for assignment in assignments:
         key, separator, value = assignment.partition("=")
         if not (key.strip() and separator):
-            faults.append(
-                f"--set {assignment!r}: expected KEY=VALUE, such as controller.yaw.kp=0.8"
-            )
-            continue
-        *parents, leaf = key.strip().split(".")
-        target: Any = table
-        for parent in parents:
-            target = target.setdefault(parent, {}) if isinstance(target, dict) else None
-        if isinstance(target, dict):
-            target[leaf] = _toml_value(value.strip())
+            faults.append(f"{_set(assignment)}: expected KEY=VALUE, such as controller.yaw.kp=0.8")
+        elif not _is_text(assignment):
+            faults.append(f"{_set(assignment)}: not valid UTF-8; expected KEY=VALUE as text")
+        elif key.count(".") >= DEEPEST:
+            faults.append(f"{_set(assignment)}: {_TOO_DEEP}")
         else:
-            faults.append(
-                f"{key.strip()}: unknown key; {'.'.join(parents)} is a value, not a table"
-            )
+            _assign(table, key.strip(), value.strip(), faults)
 
 
-def _toml_value(text: str) -> object:
+def _assign(table: Table, key: str, value: str, faults: list[str]) -> None:
+    *parents, leaf = key.split(".")
+    target: Any = table
+    for parent in parents:
+        target = target.setdefault(parent, {}) if isinstance(target, dict) else None
+    if isinstance(target, dict):
+        target[leaf] = _toml_value(key, value, faults)
+    else:
+        faults.append(f"{key}: unknown key; {'.'.join(parents)} is a value, not a table")
+
+
+def _toml_value(key: str, text: str, faults: list[str]) -> object:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except RecursionError:
+        faults.append(f"{key}: {_TOO_DEEP}")
+        return None
+    except ValueError:
         return text
+    found: list[str] = []
+    bounded({key: value}, found)
+    faults.extend(f"{key}: {fault}" for fault in found)
+    return None if found else value
+
+
+def _set(assignment: str) -> str:
+    return f"--set {shown(assignment)}"
+
+
+def _is_text(argument: str) -> bool:
+    """Whether the bytes of an argument were text; others come as surrogates."""
+    return argument.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in argument)
+
+
+def _inside(value: object) -> Iterable[object]:
+    if isinstance(value, dict):
+        return value.values()
+    return value if isinstance(value, list) else ()
+
+
+def shown(value: object) -> str:
+    """A value as a sentence shows it: not all of one that has no end."""
+    try:
+        text = repr(value)
+    except ValueError:  # of an integer with more digits than Python prints
+        return "a number of thousands of digits"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
 
 
 def convert(
@@ -84,12 +144,12 @@ def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
         inner = get_args(type_)[0]
         return tuple(_value(each, inner, faults, f"{path}[{n}]") for n, each in enumerate(value))
     if not _is_finite(value):
-        faults.append(f"{path}: {value} is not a finite number")
+        faults.append(f"{path}: {shown(value)} is not a finite number")
         return None
     try:
         return msgspec.convert(value, type_)
-    except msgspec.ValidationError as error:
-        faults.append(f"{path}: {value!r}: {_sentence(str(error))}")
+    except (msgspec.ValidationError, OverflowError) as error:
+        faults.append(f"{path}: {shown(value)}: {_sentence(str(error))}")
         return None
 
 

@@ -10,7 +10,13 @@ from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import version
 
-from firmware_runtime.cli.readers_gone import readers_may_go
+from firmware_runtime.cli.readers_gone import (
+    OutputError,
+    not_printed,
+    output_checked,
+    readers_may_go,
+    tell,
+)
 from firmware_runtime.cli.status import Status
 from firmware_runtime.deployment.errors import DeploymentError
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
@@ -54,9 +60,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault(*ONE_THREAD)
     words = sys.argv[1:] if arguments is None else arguments
     parsed = parser(words).parse_args(words)
-    with readers_may_go():
-        return _carried_out(parsed)
-    return Status.OK  # of a verb that showed something, to a reader who has gone
+    status: int = Status.OK  # of a verb that showed something, to a reader who has gone
+    with output_checked():
+        try:
+            with readers_may_go():
+                status = _carried_out(parsed)
+        except OutputError as error:
+            not_printed(error)
+            status = status or Status.NOT_PRINTED
+    return status
 
 
 def _carried_out(parsed: argparse.Namespace) -> int:
@@ -85,7 +97,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "the run that was to be told something, "
         "4 some output could not be switched off, 5 refused to arm, 6 what was waited for did "
         "not happen, 7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
-        "130 and 143 stopped by SIGINT and SIGTERM.",
+        "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
         "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"
@@ -98,6 +110,5 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
 
 
 def _refuse(error: FirmwareRuntimeError, status: Status) -> int:
-    with readers_may_go():
-        print(f"firmware-runtime: {error}", file=sys.stderr)
+    tell(f"firmware-runtime: {error}", sys.stderr)
     return status

@@ -1,10 +1,69 @@
-"""Output that nobody reads any more, as that of `... | head`: no reason to fail, or to succeed."""
+"""Output that goes nowhere: that nobody reads, as in `... | head`, or that finds no room.
+
+A reader who has gone is no reason to fail, or to succeed. What was asked for and could not be
+printed for another reason, such as a full disk, is one sentence and a status of its own.
+"""
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TextIO
+from typing import Any, TextIO, cast
+
+
+class OutputError(OSError):
+    """Standard output takes no more: a full disk, a device that failed; not a reader who left."""
+
+
+class _Checked:
+    """Standard output whose failures are told from those of any other file."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 -- whatever streams have
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        with _told_apart():
+            return self._stream.write(text)
+
+    def flush(self) -> None:
+        with _told_apart():
+            self._stream.flush()
+
+
+@contextmanager
+def _told_apart() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputError(error.errno, error.strerror) from error
+
+
+@contextmanager
+def output_checked() -> Iterator[None]:
+    """Within the block, printing to standard output that takes no more raises OutputError."""
+    before = sys.stdout
+    if before is None:
+        yield
+        return
+    sys.stdout = cast("TextIO", _Checked(before))
+    try:
+        yield
+    finally:
+        sys.stdout = before
+
+
+def not_printed(error: OutputError) -> None:
+    """Say so, and let nothing that is printed afterwards fail."""
+    tell(
+        f"firmware-runtime: standard output: {error.strerror}; expected room for all of it",
+        sys.stderr,
+    )
+    _print_nowhere((sys.stdout,))
 
 
 @contextmanager
@@ -15,12 +74,17 @@ def readers_may_go() -> Iterator[None]:
     """
     try:
         yield
-        print(end="", flush=True)  # also where there is no standard output to flush
+        if sys.stdout is not None:  # closed by whoever started this process
+            sys.stdout.flush()
     except BrokenPipeError:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for stream in filter(None, (sys.stdout, sys.stderr)):
-            os.dup2(nowhere, stream.fileno())
-        os.close(nowhere)
+        _print_nowhere((sys.stdout, sys.stderr))
+
+
+def _print_nowhere(streams: Iterable[TextIO | None]) -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in filter(None, streams):
+        os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def tell(what: str, stream: TextIO) -> None:

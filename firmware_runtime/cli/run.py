@@ -11,7 +11,7 @@ import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
-from firmware_runtime.cli.readers_gone import readers_may_go, tell
+from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go, tell
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.settings_in_force import settings_path
@@ -123,11 +123,16 @@ def execute(arguments: argparse.Namespace) -> int:
                     session.forget_settings()
             if isinstance(outcome.error, StatisticsFileError):
                 raise outcome.error  # the run never began: bad input, like a board's
-            with readers_may_go():
-                report.end(outcome)
+            status: int = _status(outcome, session)
+            try:
+                with readers_may_go():
+                    report.end(outcome)
+            except OutputError as error:
+                not_printed(error)
+                status = status or Status.NOT_PRINTED
     finally:
         session.close()
-    return _status(outcome, session)
+    return status
 
 
 def _arming(arguments: argparse.Namespace, board: boards.registry.Board) -> Arming | None:

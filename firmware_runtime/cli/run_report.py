@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_runtime.cli.chart import chart
+from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.series import Series
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.statistics_text import statistics_text
@@ -40,12 +41,12 @@ class Report:
             return
         board = self._session.board
         span = "until stopped" if self.until == NEVER else f"for {self.until / 1e9:g} s"
-        print(
+        tell(
             f"{board.name} on {self._chips}, {self._clock} time, {span}; Ctrl-C stops it",
-            flush=True,
+            sys.stdout,
         )
         for warning in board.warnings:
-            print(f"warning: {warning}", flush=True)
+            tell(f"warning: {warning}", sys.stdout)
 
     def end(self, outcome: Outcome) -> None:
         """Print the result; sentences on what went wrong go to standard error."""

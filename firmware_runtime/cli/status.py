@@ -25,5 +25,7 @@ class Status(IntEnum):
     """The doctor's worst finding is a failure: a run fails or does not get what it asks for."""
     NOT_DEPLOYED = 9
     """A target could not be reached or did not take the program; the one it had is still there."""
+    NOT_PRINTED = 10
+    """All was done, but what was to be printed could not be, as where the disk is full."""
     INTERRUPTED = 130
     TERMINATED = 143

@@ -24,6 +24,8 @@ from firmware_runtime.errors import BoardError
 
 TOP = "top"
 """The section of the model that all others are part of."""
+DEEPEST = 64
+"""Coupled models within each other."""
 
 
 def read_model(path: Path, classes: Mapping[str, AtomicClass]) -> Coupled:
@@ -58,13 +60,18 @@ class _Builder:
         self._classes = classes
         self._faults = faults
         self._used: set[str] = set()
+        self._depth = 0
 
     def coupled(self, section: Section, name: str) -> Coupled:
-        """A coupled model with all its parts."""
+        """A coupled model with all its parts. Raises ValueError when it lies too deep."""
         self._used.add(name.casefold())
+        if self._depth == DEEPEST:
+            raise ValueError(f"within {DEEPEST} others; expected fewer")
         model = Coupled(name)
+        self._depth += 1
         for entry in section.components:
             self._add(model, entry)
+        self._depth -= 1
         for line, fault in (*declare_ports(model, section), *draw_links(model, section)):
             self._fault(line, fault)
         for entry in section.parameters:

@@ -2,7 +2,8 @@
 
 A Unix datagram socket beside the statistics (`BOARD.control`). A request is one word, the answer
 one JSON object, sent back to the socket the request came from. The loop reads it between two steps,
-as it reads any other source, and never waits for anybody: an answer that nobody takes is dropped.
+as it reads any other source, one request a pass, so that a flood of them costs no more than one
+each time, and never waits for anybody: an answer that nobody takes is dropped.
 Only the run's own user and root may ask: reading statistics takes less leave than moving motors.
 """
 
@@ -21,7 +22,6 @@ SUFFIX = ".control"
 PATIENCE_S = 2.0
 """How long a request waits for its answer."""
 _LONGEST = 4096
-_AT_ONCE = 8
 
 Answer: TypeAlias = dict[str, Any]
 
@@ -52,12 +52,9 @@ class ControlSocket:
         return self._socket.fileno()
 
     def receive(self) -> Sequence[tuple[InPort[Any], object]]:
-        """Answer the requests that wait; none of them is a value for the model."""
-        for _ in range(_AT_ONCE):
-            try:
-                request, sender = self._socket.recvfrom(_LONGEST)
-            except BlockingIOError:
-                break
+        """Answer the request that waits longest; it is no value for the model."""
+        with suppress(BlockingIOError):
+            request, sender = self._socket.recvfrom(_LONGEST)
             answer = json.dumps(self._answer(request)).encode()
             with suppress(OSError, TypeError):  # who asked has gone, or has no address
                 self._socket.sendto(answer, sender)
@@ -90,6 +87,8 @@ def ask(path: Path, request: str) -> Answer:
         except OSError as error:
             why = error.strerror
             raise ControlError(f"{path}: {why}; expected a run that listens there") from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise ControlError(f"{path}: answered with {error}; expected a JSON object") from error
+    if not isinstance(answer, dict):
+        raise ControlError(f"{path}: answered with {answer!r}; expected a JSON object")
     return answer

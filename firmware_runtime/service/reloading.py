@@ -59,8 +59,9 @@ class Reloading:
     def _reload(self) -> str:
         try:
             board = registry.load(str(self._board.source), self._board.assignments)
-        except BoardError as error:
-            return f"not reloaded, everything stays as it was: {error}"
+        except Exception as error:  # noqa: BLE001 -- whatever the file holds, the run goes on
+            said = error if isinstance(error, BoardError) else f"{type(error).__name__}: {error}"
+            return f"not reloaded, everything stays as it was: {said}"
         if board.name != self._board.name:
             return f"not reloaded, everything stays as it was: {board.source} is a {board.name} now"
         before = self._board.settings

@@ -64,7 +64,7 @@ def read_takeovers(statistics: Path) -> list[Takeover]:
     try:
         lines = takeovers_path(statistics).read_bytes().splitlines()
         return [msgspec.json.decode(line, type=Takeover) for line in lines]
-    except (OSError, msgspec.MsgspecError):
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return []
 
 

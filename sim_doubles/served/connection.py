@@ -7,7 +7,9 @@ from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
 from typing import BinaryIO, Final
 
-from firmware_runtime.hal.errors import BusAbsent, BusInUse, BusTimeout
+from msgspec import MsgspecError
+
+from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, BusTimeout
 from sim_doubles.served.listening import lock_of
 from sim_doubles.served.packets import LONGEST, Answered, Asked, Question, encode, read_answer
 
@@ -61,7 +63,7 @@ class Connection:
         """Ask, and wait for the answer; `where` is what an error's sentence begins with.
 
         Raises BusTimeout without an answer in time, then the server may still do what was asked;
-        BusAbsent when it has gone.
+        BusAbsent when it has gone, BusFault when what answers is no server of doubles.
         """
         with self._lock:
             self._number += 1
@@ -76,6 +78,10 @@ class Connection:
             except OSError as error:
                 raise BusAbsent(
                     f"{where}: the doubles at {self._path} have gone, expected them to be served"
+                ) from error
+            except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
+                raise BusFault(
+                    f"{where}: {self._path} answered with no answer ({error}); expected doubles"
                 ) from error
 
     def close(self) -> None:

@@ -190,6 +190,12 @@ def test_all_faults_are_listed_at_once_but_not_what_follows_from_them() -> None:
     assert [fault.split(":")[0] for fault in faults(text)] == ["line 2", "line 6"]
 
 
+def test_models_without_end_within_each_other_are_a_fault() -> None:
+    chain = "".join(f"[m{depth}]\ncomponents : m{depth + 1}\n" for depth in range(3000))
+    with pytest.raises(BoardError, match="within 64 others"):
+        parse_model(f"[top]\ncomponents : m0\n{chain}", "chain.ma", CLASSES)
+
+
 def test_an_output_that_several_feed_takes_the_wider_type() -> None:
     class Wide(Relay):
         def __init__(self, name: str) -> None:

@@ -1,5 +1,6 @@
 """When outputs may be driven, and when no longer."""
 
+import socket
 from pathlib import Path
 from time import monotonic_ns
 
@@ -12,7 +13,7 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.service.arming import Arming
-from firmware_runtime.service.control import ControlError, ControlSocket, ask
+from firmware_runtime.service.control import Answer, ControlError, ControlSocket, ask
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
 from tests.support.periodic_models import Robot
 
@@ -167,9 +168,29 @@ def test_a_run_that_does_not_answer_is_one_sentence(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("firmware_runtime.service.control.PATIENCE_S", 0.01)
-    socket = ControlSocket(path, {})
+    control = ControlSocket(path, {})
     with pytest.raises(ControlError, match="no answer within"):
         ask(path, "arm")
-    socket.receive()
-    socket.close()
+    control.receive()
+    control.close()
     assert not path.exists()
+
+
+def test_a_flood_of_requests_costs_the_loop_one_answer_a_pass(path: Path) -> None:
+    answered = 0
+
+    def arm() -> Answer:
+        nonlocal answered
+        answered += 1
+        return {"refused": ["not yet"], "armed": False}
+
+    control = ControlSocket(path, {"arm": arm})
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as flood:
+        for _ in range(5):
+            flood.sendto(b"arm", str(path))
+    for passes in range(1, 6):
+        assert control.receive() == ()
+        assert answered == passes
+    control.receive()
+    assert answered == 5
+    control.close()

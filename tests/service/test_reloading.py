@@ -73,6 +73,25 @@ def test_a_file_with_a_fault_changes_nothing(rig: Rig) -> None:
     assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
 
 
+def test_a_file_without_end_changes_nothing(rig: Rig) -> None:
+    rig.path.write_text("board = " + "[" * 3000)
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
+
+
+def test_a_file_that_no_reader_foresaw_changes_nothing(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def load(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(boards.registry, "load", load)
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told == ["not reloaded, everything stays as it was: MemoryError: "]
+
+
 def test_what_only_a_new_run_takes_up_is_named(rig: Rig) -> None:
     rig.change("period_s = 0.01", "period_s = 0.02")
     rig.reloading.request()

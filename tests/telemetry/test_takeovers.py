@@ -52,7 +52,10 @@ def test_another_process_has_its_own(statistics: Path) -> None:
     assert takeovers_of(statistics, {**WRITER, "started_ticks": 13}) == []
 
 
-@pytest.mark.parametrize("content", [None, b"", b"{", b"[1]\n", b"\xff\xfe\n"])
+DEEP = b'{"at_ns": 1, "writer": ' + b'{"a":' * 3000 + b"1" + b"}" * 3001
+
+
+@pytest.mark.parametrize("content", [None, b"", b"{", b"[1]\n", b"\xff\xfe\n", DEEP])
 def test_what_is_no_such_file_holds_none_and_is_begun_anew(
     statistics: Path, content: bytes | None
 ) -> None:

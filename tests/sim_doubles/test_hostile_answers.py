@@ -1,0 +1,39 @@
+"""What serves at a path and is no server of doubles: an error of the bus, never anything else."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from socket import AF_UNIX, SOCK_SEQPACKET, socket
+from threading import Thread
+
+import pytest
+
+from firmware_runtime.hal.errors import BusFault
+from sim_doubles.served.connection import Connection
+from sim_doubles.served.packets import Look
+
+
+@pytest.fixture(params=[b"\xff\xfe", b"\x91" * 3000, b"{}"], ids=["bytes", "deep", "other"])
+def impostor(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Path]:
+    """Answers whatever it is asked with the same bytes."""
+    path = tmp_path / "impostor"
+    with socket(AF_UNIX, SOCK_SEQPACKET) as listening:
+        listening.bind(str(path))
+        listening.listen()
+
+        def serve() -> None:
+            connection, _ = listening.accept()
+            with connection:
+                connection.recv(4096)
+                connection.send(request.param)
+
+        thread = Thread(target=serve)
+        thread.start()
+        yield path
+        thread.join()
+
+
+def test_an_answer_that_is_none_is_an_error_of_the_bus(impostor: Path) -> None:
+    connection = Connection(impostor)
+    with pytest.raises(BusFault, match="i2c1 0x40"):
+        connection.ask(Look(), "i2c1 0x40")
+    connection.close()
