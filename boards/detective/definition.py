@@ -106,11 +106,11 @@ def _devices(settings: DetectiveSettings) -> Iterator[Device]:
     """Every chip on an I2C bus whose bus and address are known."""
     radar, treads = settings.radar_motor, settings.treads
     yield Device("radar_motor", "PCA9685", radar.bus, radar.address)
-    if treads.driver == "md25" and treads.bus and treads.address is not None:
+    if treads.driver == "md25" and treads.bus is not None and treads.address is not None:
         yield Device("treads", "MD25", treads.bus, treads.address)
     for key in _SONARS:
         sonar: SonarTable = getattr(settings, key)
-        if sonar.chip == "srf08" and sonar.bus and sonar.address is not None:
+        if sonar.chip == "srf08" and sonar.bus is not None and sonar.address is not None:
             yield Device(key, "SRF08", sonar.bus, sonar.address)
     for key in _COMPASSES:
         compass: CompassTable = getattr(settings, key)
