@@ -20,6 +20,7 @@ from boards.common import (
     PathDeadlineSettings,
     PortSettings,
 )
+from boards.faults import Device
 from boards.lines import Lines
 from boards.robot import Robot
 from firmware_runtime.devs.component import Component
@@ -65,6 +66,8 @@ class Board:
     """The board's own settings class; satisfies `BoardSettings`."""
     table: Mapping[str, Any]
     """What the settings were made of: the file's keys, overridden."""
+    devices: Sequence[Device]
+    """Every chip on an I2C bus that the board needs."""
     loads: Mapping[str, BusLoad]
     """What the board asks of each bus."""
     doubles_run_s: float
@@ -138,6 +141,7 @@ def _board(
         assignments=assignments,
         settings=settings,
         table=table,
+        devices=definition.devices(settings),
         loads=loads,
         doubles_run_s=definition.DOUBLES_RUN_S,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],

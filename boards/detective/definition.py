@@ -35,12 +35,12 @@ _COMPASSES = ("radar_compass", "body_compass")
 
 def faults(settings: DetectiveSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
-    devices = list(_devices(settings))
+    chips = devices(settings)
     radar = settings.radar_motor
     found = [
         *_missing(settings),
-        *unknown_buses(devices, settings.buses),
-        *address_clashes(devices),
+        *unknown_buses(chips, settings.buses),
+        *address_clashes(chips),
         *setting_fault(
             "radar_motor.frequency_hz", lambda: prescale_for(radar.frequency_hz, radar.osc_hz)
         ),
@@ -102,8 +102,12 @@ def _identities(model: DetectiveRobot) -> Iterator[Callable[[], None]]:
             yield device.identify
 
 
-def _devices(settings: DetectiveSettings) -> Iterator[Device]:
+def devices(settings: DetectiveSettings) -> tuple[Device, ...]:
     """Every chip on an I2C bus whose bus and address are known."""
+    return tuple(_devices(settings))
+
+
+def _devices(settings: DetectiveSettings) -> Iterator[Device]:
     radar, treads = settings.radar_motor, settings.treads
     yield Device("radar_motor", "PCA9685", radar.bus, radar.address)
     if treads.driver == "md25" and treads.bus is not None and treads.address is not None:

@@ -27,11 +27,11 @@ DOUBLES_RUN_S = 10.0
 
 def faults(settings: TachobotSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
-    devices = _devices(settings)
+    chips = devices(settings)
     thrust = settings.thrust_pairs
     return [
-        *unknown_buses(devices, settings.buses),
-        *address_clashes(devices),
+        *unknown_buses(chips, settings.buses),
+        *address_clashes(chips),
         *(f"imu.{fault}" for fault in chip_settings(settings).faults()),
         *setting_fault(
             "thrust_pairs.frequency_hz", lambda: prescale_for(thrust.frequency_hz, thrust.osc_hz)
@@ -77,13 +77,14 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
     )
 
 
-def _devices(settings: TachobotSettings) -> tuple[Device, ...]:
+def devices(settings: TachobotSettings) -> tuple[Device, ...]:
+    """Every chip, each on its bus."""
     imu, thrust, esc = settings.imu, settings.thrust_pairs, settings.esc
-    devices = (
+    always = (
         Device("imu", "MPU-9250", imu.bus, imu.address),
         Device("thrust_pairs", "PCA9685", thrust.bus, thrust.address),
     )
-    return devices if esc is None else (*devices, Device("esc", "PCA9685", esc.bus, esc.address))
+    return always if esc is None else (*always, Device("esc", "PCA9685", esc.bus, esc.address))
 
 
 def _esc_faults(settings: TachobotSettings) -> list[str]:

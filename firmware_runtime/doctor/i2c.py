@@ -1,6 +1,5 @@
 """Whether the board's I2C buses are there, at the right speed, open to this user, and its own."""
 
-import re
 import struct
 from collections.abc import Sequence
 
@@ -9,25 +8,16 @@ from firmware_runtime.doctor.check import Check
 from firmware_runtime.doctor.finding import Finding, failure, not_applicable, note, ok, warning
 from firmware_runtime.doctor.held import held_by_others
 from firmware_runtime.doctor.machine import Machine
-from firmware_runtime.system.files import SystemFiles
+from firmware_runtime.system import i2c_adapters
+from firmware_runtime.system.i2c_adapters import Bound
 
 _NO_BUS = "no I2C bus"
 _LAME = ("bcm2835", "bcm2708")
 """How the names of adapters begin whose hardware mishandles a stretched clock."""
 
 
-def _number(machine: Machine, node: str) -> str | None:
-    """The N of a node /dev/i2c-N, also behind a link of another name."""
-    found = re.search(r"i2c-(\d+)$", str(machine.files.path(node).resolve()))
-    return found[1] if found else None
-
-
-def _attribute(machine: Machine, node: str, name: str) -> str:
-    return f"/sys/bus/i2c/devices/i2c-{_number(machine, node)}/{name}"
-
-
 def _name(machine: Machine, node: str) -> str | None:
-    return machine.files.text(_attribute(machine, node, "name"))
+    return i2c_adapters.name(machine.files, node)
 
 
 def _present(machine: Machine) -> Finding:
@@ -60,7 +50,9 @@ def _speed(machine: Machine) -> Finding:
 
 def _clock_hz(machine: Machine, node: str) -> int | None:
     """The clock the device tree sets, big-endian as all its numbers."""
-    content = machine.files.content(_attribute(machine, node, "of_node/clock-frequency"))
+    content = machine.files.content(
+        i2c_adapters.attribute(machine.files, node, "of_node/clock-frequency")
+    )
     if content is None or len(content) != 4:
         return None
     (hertz,) = struct.unpack(">I", content)
@@ -91,11 +83,11 @@ def _addresses(machine: Machine) -> Finding:
     buses = [node for node in machine.buses if machine.files.exists(node)]
     if not buses:
         return not_applicable(_NO_BUS)
-    bound = [each for node in buses for each in _bound(machine, node)]
+    bound = [each for node in buses for each in i2c_adapters.bound(machine.files, node)]
     wanted = [each for each in bound if machine.demands and each[1] in _wanted(machine, each[0])]
     if wanted:
         node, address, driver = wanted[0]
-        bus = f"i2c-{_number(machine, node)}"
+        bus = f"i2c-{i2c_adapters.number(machine.files, node)}"
         return failure(
             _spelled(wanted),
             f"echo 0x{address:02x} | sudo tee /sys/bus/i2c/devices/{bus}/delete_device; "
@@ -110,20 +102,7 @@ def _wanted(machine: Machine, node: str) -> Sequence[int]:
     return machine.demands.addresses.get(node, ()) if machine.demands else ()
 
 
-def _bound(machine: Machine, node: str) -> list[tuple[str, int, str]]:
-    """Node, address and driver of every address that a driver of the kernel's holds."""
-    found = []
-    for path in machine.files.matching(f"/sys/bus/i2c/devices/{_number(machine, node)}-*/driver"):
-        address = path.split("/")[-2].partition("-")[2]
-        found.append((node, int(address, 16), _driver(machine.files, path)))
-    return found
-
-
-def _driver(files: SystemFiles, path: str) -> str:
-    return files.path(path).resolve().name
-
-
-def _spelled(bound: Sequence[tuple[str, int, str]]) -> str:
+def _spelled(bound: Sequence[Bound]) -> str:
     return ", ".join(f"{node} 0x{address:02x}: {driver}" for node, address, driver in bound)
 
 
