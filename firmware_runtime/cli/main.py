@@ -46,6 +46,7 @@ VERBS = {
     "bench": "bench",
     "doubles": "doubles",
     "doctor": "doctor",
+    "probe": "probe",
     "deploy": "deploy",
     "service": "service",
 }

@@ -135,7 +135,10 @@ def _what_to_do(error: OSError) -> str:
             "module i2c-dev, or give the board another bus"
         )
     if error.errno in (errno.EACCES, errno.EPERM):
-        return "may not be opened by this user; add the user to the group of the device (i2c)"
+        return (
+            "may not be opened by this user; add the user to the group of the device (i2c): "
+            "sudo usermod -aG i2c $USER, then log in again"
+        )
     if error.errno == errno.ENOTTY:
         return "is not an I2C bus; give the board another bus"
     if error.errno == errno.EOPNOTSUPP:

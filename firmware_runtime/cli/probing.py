@@ -1,0 +1,105 @@
+"""What hangs on the I2C buses of this machine: asked politely, or left alone with the reason.
+
+Politely: the ways of `firmware_runtime.hal.scan` and `drivers.catalogue.identity`, on a bus that no
+run drives, kept from other runs while it is asked.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from drivers.catalogue.identity import recognise
+from firmware_runtime.hal.errors import BusInUse, HalError
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.scan import Answer, State, scan
+from firmware_runtime.system import i2c_adapters
+from firmware_runtime.system.files import SystemFiles
+from firmware_runtime.system.holders import holders
+
+
+class Found(NamedTuple):
+    """What is at one address."""
+
+    address: int
+    state: State
+    chips: tuple[str, ...]
+    """What it is, or could be, as boards name chips."""
+    certain: bool
+    """Whether an identity register said so."""
+    what: str
+
+
+class ProbedBus(NamedTuple):
+    """One bus: what was found on it, or why it was not asked."""
+
+    device: str
+    name: str | None
+    """The adapter's."""
+    found: Sequence[Found] = ()
+    why_not: str | None = None
+    """Why it was not asked, or not to the end."""
+    skipped: bool = False
+    """Whether it was left alone because it is not a robot's."""
+
+    @property
+    def was_asked(self) -> bool:
+        """Whether what was found is all there is."""
+        return self.why_not is None
+
+
+def probe_machine(files: SystemFiles) -> Iterator[ProbedBus]:
+    """Every bus of the machine, but those of displays and mainboard, which are named only."""
+    for device in sorted(files.matching(i2c_adapters.NODES), key=lambda node: (len(node), node)):
+        whose = i2c_adapters.not_for_robots(files, device)
+        if whose is None:
+            yield probe_device(files, device)
+        else:
+            name = i2c_adapters.name(files, device)
+            yield ProbedBus(device, name, why_not=f"left alone: it is {whose}", skipped=True)
+
+
+def probe_device(files: SystemFiles, device: str) -> ProbedBus:
+    """One bus by its device node, whatever it is for."""
+    name = i2c_adapters.name(files, device)
+    try:
+        bus = open_i2c(device, device, alone=True)
+    except BusInUse:
+        return ProbedBus(device, name, why_not=_in_use(files, device))
+    except HalError as error:
+        return ProbedBus(device, name, why_not=str(error).removeprefix(f"{device}: "))
+    drivers = {each.address: each.driver for each in i2c_adapters.bound(files, device)}
+    try:
+        return probe_bus(bus, device, name, drivers)
+    finally:
+        bus.close()
+
+
+def probe_bus(
+    bus: I2cBus, device: str, name: str | None, drivers: dict[int, str] | None = None
+) -> ProbedBus:
+    """A bus that is open. `drivers` of the kernel hold these addresses."""
+    found: list[Found] = []
+    try:
+        for answer in scan(bus):
+            found.append(_found(bus, answer, drivers or {}))  # noqa: PERF401 -- kept on an error
+    except HalError as error:
+        return ProbedBus(device, name, found, f"not asked to the end: {error}")
+    return ProbedBus(device, name, found)
+
+
+def _found(bus: I2cBus, answer: Answer, drivers: dict[int, str]) -> Found:
+    address, state, sentence = answer
+    if state is State.HELD:
+        driver = drivers.get(address, "of an unknown name")
+        what = f"held by the kernel's driver {driver}, and not asked"
+        return Found(address, state, (), certain=False, what=what)
+    if state is State.FAULTY:
+        return Found(address, state, (), certain=False, what=sentence)
+    return Found(address, state, *recognise(bus, address))
+
+
+def _in_use(files: SystemFiles, device: str) -> str:
+    """Who drives it, as far as this user can see."""
+    seen, _ = holders(files, [device])
+    who = ", ".join(f"{each.command} ({each.process})" for each in seen) or "another process"
+    return f"left alone: {who} drives it; stop that run to probe"

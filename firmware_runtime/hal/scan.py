@@ -1,0 +1,65 @@
+"""Which addresses of an I2C bus answer, asked in the way of i2cdetect, which changes nothing.
+
+An address is asked by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
+set their write protection (0x30 to 0x37, 0x50 to 0x5F) one byte is read instead, as it is where an
+adapter cannot write nothing (designware, of a Raspberry Pi 5). Reserved addresses are left out.
+Source: i2c-tools 4.3, tools/i2cdetect.c.
+"""
+
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from typing import Final, NamedTuple
+
+from firmware_runtime.hal.errors import AddressInUse, BusFault, NoAcknowledge
+from firmware_runtime.hal.i2c import I2cBus
+
+ADDRESSES: Final = range(0x08, 0x78)
+READ_ONLY: Final = frozenset((*range(0x30, 0x38), *range(0x50, 0x60)))
+"""Addresses that are never written to."""
+
+
+class State(Enum):
+    """What is at an address where something is."""
+
+    ANSWERS = "answers"
+    HELD = "held"
+    """A driver of the kernel's holds it; it was not asked."""
+    FAULTY = "faulty"
+    """The adapter reported a fault there."""
+
+
+class Answer(NamedTuple):
+    """One address, and for a fault its sentence."""
+
+    address: int
+    state: State
+    sentence: str = ""
+
+
+def scan(bus: I2cBus, addresses: Iterable[int] = ADDRESSES) -> Iterator[Answer]:
+    """Give every address where something is.
+
+    Raises BusTimeout where a line is held: no other address would fare better; and PortClosed.
+    """
+    for address in addresses:
+        try:
+            _ask(bus, address)
+        except NoAcknowledge:
+            continue
+        except AddressInUse as error:
+            yield Answer(address, State.HELD, str(error))
+        except BusFault as error:
+            yield Answer(address, State.FAULTY, str(error))
+        else:
+            yield Answer(address, State.ANSWERS)
+
+
+def _ask(bus: I2cBus, address: int) -> None:
+    if address not in READ_ONLY:
+        try:
+            bus.write(address, b"")
+        except BusFault:
+            pass  # this adapter cannot write nothing
+        else:
+            return
+    bus.read(address, 1)

@@ -1,0 +1,147 @@
+"""`firmware-runtime probe`: what is on the buses, what was left alone, and which board it fits."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.cli import probe, probing
+from firmware_runtime.hal.errors import AddressInUse, BusAbsent, BusInUse
+from firmware_runtime.hal.i2c import I2cBus, Message
+from sim_doubles.chips.mpu9250 import Mpu9250Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.inertial_truth import InertialTruth
+from tests.support.fake_machines import lay_out, link
+
+REST = InertialTruth((0.0, 0.0, 9.8), (0.0, 0.0, 0.0), (2e-5, 0.0, -4e-5), 25.0)
+
+
+def now() -> int:
+    return 0
+
+
+def tachobots_bus() -> I2cBusDouble:
+    chips = [Pca9685Double(now, 0x40), Mpu9250Double(now, lambda _: REST)]
+    return I2cBusDouble("i2c", now, chips)
+
+
+@pytest.fixture
+def machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, I2cBus | Exception]:
+    """Buses by device node, or what opening them raises; the files of the machine follow."""
+    buses: dict[str, I2cBus | Exception] = {}
+    names = {"0": "SMBus I801 adapter at 0700", "1": "bcm2835 (i2c@7e804000)", "7": "i2c-gpio7"}
+    files = lay_out(
+        tmp_path, {f"/sys/bus/i2c/devices/i2c-{n}/name": f"{name}\n" for n, name in names.items()}
+    )
+    lay_out(tmp_path, {f"/dev/i2c-{n}": "" for n in names})
+
+    def open_i2c(_name: str, device: str, *, alone: bool) -> I2cBus:
+        assert alone
+        opened = buses[device]
+        if isinstance(opened, Exception):
+            raise opened
+        return opened
+
+    monkeypatch.setattr(probe, "THIS_MACHINE", files)
+    monkeypatch.setattr(probing, "open_i2c", open_i2c)
+    monkeypatch.setattr(probing, "holders", lambda _files, _nodes: ([], 0))
+    return buses
+
+
+def test_doubles_show_what_a_robot_would(command: Callable[..., Any]) -> None:
+    ended = command("probe", "--doubles", "tachobot")
+    assert ended.status == 0
+    assert "0x40  could be PCA9685 (no identity register)" in ended.out
+    assert "0x68  MPU-9250: WHO_AM_I reads 71" in ended.out
+    assert "tachobot fits /dev/i2c-1: imu MPU-9250 0x68, thrust_pairs PCA9685 0x40" in ended.out
+    assert "detective does not fit: 5 of 6 chips missing: treads MD25 0x58" in ended.out
+
+
+def test_the_json_says_the_same(command: Callable[..., Any]) -> None:
+    document = json.loads(command("probe", "--doubles", "detective", "--json").out)
+    (bus,) = document["buses"]
+    found = {each["address"]: (each["chips"], each["certain"]) for each in bus["found"]}
+    assert found[0x58] == (["MD25"], False)
+    assert found[0x70] == ([], False)
+    assert document["boards"]["detective"]["fits"] is True
+    assert document["boards"]["tachobot"]["missing"] == [
+        {"key": "imu", "chip": "MPU-9250", "bus": "i2c1", "address": 0x68}
+    ]
+
+
+def test_a_board_on_another_bus_comes_with_what_to_set(
+    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+) -> None:
+    machine |= {"/dev/i2c-1": I2cBusDouble("i2c", now, []), "/dev/i2c-7": tachobots_bus()}
+    ended = command("probe")
+    assert ended.status == 0
+    assert "left alone: it is the SMBus of the mainboard; `firmware-runtime probe" in ended.out
+    assert "nothing answers" in ended.out
+    assert "tachobot fits /dev/i2c-7" in ended.out
+    assert "with --set buses.i2c1.device=/dev/i2c-7" in ended.out
+
+
+def test_a_bus_left_alone_is_asked_when_it_is_named(
+    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+) -> None:
+    machine["/dev/i2c-0"] = tachobots_bus()
+    assert "0x68  MPU-9250" in command("probe", "0").out
+    machine["/dev/i2c-0"] = tachobots_bus()
+    assert "0x68  MPU-9250" in command("probe", "/dev/i2c-0").out
+
+
+def test_a_bus_that_a_run_drives_is_left_alone(
+    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+) -> None:
+    machine |= {"/dev/i2c-1": BusInUse("driven"), "/dev/i2c-7": tachobots_bus()}
+    ended = command("probe")
+    assert ended.status == 0
+    assert "/dev/i2c-1 (bcm2835 (i2c@7e804000))\n  left alone: another process drives" in ended.out
+    assert command("probe", "1").status == 3
+
+
+def test_a_bus_that_may_not_be_opened_says_so(
+    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+) -> None:
+    refused = BusAbsent("/dev/i2c-1: may not be opened by this user; add the user")
+    machine |= {"/dev/i2c-1": refused, "/dev/i2c-7": BusAbsent("/dev/i2c-7: gone")}
+    ended = command("probe")
+    assert ended.status == 3
+    assert "may not be opened by this user" in ended.out
+    assert "does not fit" not in ended.out
+
+
+def test_a_held_address_is_named_with_its_driver(
+    command: Callable[..., Any],
+    machine: dict[str, I2cBus | Exception],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bus = tachobots_bus()
+    transaction = bus.transaction
+
+    def refuses(address: int, messages: Sequence[Message]) -> bytes:
+        if address == 0x68:
+            raise AddressInUse("held")
+        return transaction(address, messages)
+
+    monkeypatch.setattr(bus, "transaction", refuses)
+    driver = tmp_path / "sys/bus/i2c/drivers/inv-mpu6050-i2c"
+    driver.mkdir(parents=True)
+    link(tmp_path, "/sys/bus/i2c/devices/1-0068/driver", driver)
+    machine["/dev/i2c-1"] = bus
+    ended = command("probe", "1")
+    assert "0x68  held by the kernel's driver inv-mpu6050-i2c" in ended.out
+    assert "tachobot does not fit" in ended.out
+
+
+def test_a_machine_without_a_bus_is_told_how_to_get_one(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(probe, "THIS_MACHINE", lay_out(tmp_path, {}))
+    ended = command("probe")
+    assert ended.status == 3
+    assert "dtparam=i2c_arm=on" in ended.out

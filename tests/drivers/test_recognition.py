@@ -1,0 +1,99 @@
+"""Recognising a chip by reading: every one with a driver, and nothing that only looks like it."""
+
+import pytest
+
+from drivers.catalogue.identity import recognise
+from firmware_runtime.hal.errors import NoAcknowledge
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.cmps12 import Cmps12Double
+from sim_doubles.chips.hmc5883l import Hmc5883lDouble
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.chips.srf08 import Srf08Double
+from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
+from sim_doubles.inertial_truth import InertialTruth
+
+REST = InertialTruth((0.0, 0.0, 9.8), (0.0, 0.0, 0.0), (2e-5, 0.0, -4e-5), 25.0)
+
+
+def now() -> int:
+    return 0
+
+
+def inertial(who_am_i: int) -> Target:
+    return Mpu9250Double(now, lambda _: REST, 0x68, who_am_i=who_am_i)
+
+
+CHIPS: list[tuple[int, Target, str, bool]] = [
+    (0x0C, Ak8963Double(now, lambda _: REST.field), "AK8963", True),
+    (0x1E, Hmc5883lDouble(now, lambda _: REST.field), "HMC5883L", True),
+    (0x40, Pca9685Double(now, 0x40), "PCA9685", False),
+    (0x60, Pca9685Double(now, 0x60), "PCA9685", False),
+    (0x5B, Md25Double(now, 0x5B), "MD25", False),
+    (0x60, Cmps12Double(now, 0x60, bearing_deg=lambda _: 271.3), "CMPS12", False),
+    (0x68, inertial(0x71), "MPU-9250", True),
+    (0x68, inertial(0x70), "MPU-9250", True),
+    (0x70, Srf08Double(now, 0x70, echoes=lambda _: [1.0]), "SRF08", False),
+    (0x76, Srf08Double(now, 0x76, echoes=lambda _: [1.0]), "SRF08", False),
+]
+
+
+@pytest.mark.parametrize(("address", "chip", "name", "certain"), CHIPS)
+def test_a_chip_is_recognised_by_reading_registers(
+    address: int, chip: Target, name: str, *, certain: bool
+) -> None:
+    bus = I2cBusDouble("i2c1", now, [chip])
+    found = recognise(bus, address)
+    assert found.chips == (name,)
+    assert found.certain is certain
+    assert ("no identity register" in found.what) is not certain
+    assert chip.warnings == []  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("address", "chip"), [each[:2] for each in CHIPS])
+def test_nothing_but_the_number_of_a_register_is_written(address: int, chip: Target) -> None:
+    bus = I2cBusDouble("i2c1", now, [chip])
+    recognise(bus, address)
+    assert bus.log
+    for each in bus.log:
+        pointer, length = each.messages
+        assert isinstance(pointer, bytes)
+        assert isinstance(length, int)
+        assert len(pointer) == 1
+
+
+def test_the_all_call_address_is_no_sonar() -> None:
+    bus = I2cBusDouble("i2c1", now, [Pca9685Double(now, 0x40)])
+    found = recognise(bus, 0x70)
+    assert found.chips == ()
+    assert "all-call" in found.what
+
+
+def test_another_inertial_sensor_is_named_and_not_taken_for_ours() -> None:
+    found = recognise(I2cBusDouble("i2c1", now, [inertial(0x68)]), 0x68)
+    assert found.chips == ()
+    assert "an MPU-6050" in found.what
+
+
+def test_a_driver_that_woke_it_shows() -> None:
+    bus = I2cBusDouble("i2c1", now, [Pca9685Double(now, 0x40)])
+    assert "asleep" in recognise(bus, 0x40).what
+    bus.write(0x40, b"\x00\x20")
+    assert "awake" in recognise(bus, 0x40).what
+
+
+def test_an_address_of_none_of_our_chips_is_not_asked() -> None:
+    bus = I2cBusDouble("i2c1", now, [])
+    assert recognise(bus, 0x3C).chips == ()
+    assert not bus.log
+
+
+def test_a_chip_that_went_silent_meanwhile_is_no_error() -> None:
+    bus = I2cBusDouble("i2c1", now, [inertial(0x71)])
+    bus.faults = FaultScript([NackAddress(address=0x68, times=None)])
+    with pytest.raises(NoAcknowledge):
+        bus.read(0x68, 1)
+    assert recognise(bus, 0x68).chips == ()

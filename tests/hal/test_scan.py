@@ -1,0 +1,60 @@
+"""Scanning a bus: which addresses answer, and what may never be put on the wire to find out."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from firmware_runtime.hal.errors import AddressInUse, BusTimeout, NoAcknowledge
+from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.scan import ADDRESSES, READ_ONLY, State, scan
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import FaultScript, StuckSda
+from sim_doubles.i2c_adapter import ADAPTERS
+from sim_doubles.i2c_bus import I2cBusDouble
+
+
+def now() -> int:
+    return 0
+
+
+def bus_of_two(adapter: str = "bcm2835") -> I2cBusDouble:
+    chips = [Pca9685Double(now, 0x43), Md25Double(now, 0x5A)]
+    return I2cBusDouble("i2c1", now, chips, adapter=adapter)
+
+
+@pytest.mark.parametrize("adapter", sorted(ADAPTERS))
+def test_what_answers_is_found_through_every_adapter(adapter: str) -> None:
+    found = [(each.address, each.state) for each in scan(bus_of_two(adapter))]
+    assert found == [(0x43, State.ANSWERS), (0x5A, State.ANSWERS), (0x70, State.ANSWERS)]
+
+
+@pytest.mark.parametrize("adapter", sorted(ADAPTERS))
+def test_no_byte_is_written_and_nothing_at_all_where_eeproms_live(adapter: str) -> None:
+    bus = bus_of_two(adapter)
+    list(scan(bus))
+    assert {each.address for each in bus.log} == set(ADDRESSES)
+    for each in bus.log:
+        assert each.messages in ((b"",), (1,))
+        assert each.messages == (1,) or each.address not in READ_ONLY
+
+
+def test_a_bus_whose_line_is_held_is_given_up_at_the_first_address() -> None:
+    bus = bus_of_two()
+    bus.faults = FaultScript([StuckSda(address=0x43)])
+    with pytest.raises(BusTimeout):
+        list(scan(bus))
+    assert bus.log[-1].address == 0x43
+
+
+class HeldBus(I2cBus):
+    """A kernel driver holds one address; nothing else is there."""
+
+    name = "i2c1"
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:  # noqa: ARG002
+        raise AddressInUse("held") if address == 0x68 else NoAcknowledge("nothing")
+
+
+def test_an_address_that_the_kernel_holds_is_told_and_not_counted_as_absent() -> None:
+    assert [(each.address, each.state) for each in scan(HeldBus())] == [(0x68, State.HELD)]
