@@ -1,0 +1,105 @@
+"""Every fault that leaves a model, counted by model and kind, whether or not its port is coupled.
+
+Built on listening: an output port whose values are faults is listened to, so a step without faults
+costs nothing. During a step a fault is noted here; the ledger has it written after it.
+"""
+
+from functools import partial
+
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.executive.step import relative_path
+from firmware_runtime.hal.fault import Fault
+from firmware_runtime.telemetry import fault_table
+from firmware_runtime.telemetry.fault_table import KINDS, OTHER_KINDS, FaultCount
+from firmware_runtime.telemetry.histogram import Cells, empty_cells
+from firmware_runtime.telemetry.layout import Layout
+
+
+class CountedFault(FaultCount):
+    """One kind of fault of the model at `path`, with its row in the statistics file."""
+
+    __slots__ = ("cells", "is_in_new_words", "path")
+
+    def __init__(self, path: str, kind: str) -> None:
+        super().__init__(kind)
+        self.path = path
+        self.cells: Cells = empty_cells(fault_table.ROW_CELLS)
+        self.is_in_new_words = True
+
+
+class FaultLog:
+    """The faults of one run; `counted` has an entry for each kind of each model, as they came.
+
+    `untold` is true while something was noted that is not in the file yet.
+    """
+
+    def __init__(self) -> None:
+        self.counted: list[CountedFault] = []
+        self.models: tuple[str, ...] = ()
+        """Those that have a port for faults, by path."""
+        self.untold: list[CountedFault] = []
+        self._by_kind: list[dict[str, CountedFault]] = []
+        self._block = empty_cells(0)
+
+    def attach(self, simulator: Engine) -> None:
+        """Listen to every output port that carries faults."""
+        paths = []
+        for atomic in simulator.atomics:
+            ports = [port for port in atomic.out_ports.values() if _carries_faults(port)]
+            for port in ports:
+                simulator.listen(port, partial(self.note, len(paths)))
+            if ports:
+                paths.append(relative_path(atomic, simulator.root))
+        self.models = tuple(paths)
+        self._by_kind = [{} for _ in paths]
+        self._block = empty_cells(len(paths) * fault_table.MODEL_CELLS)
+
+    def count_in(self, cells: Cells, layout: Layout) -> None:
+        """From now on, count in the statistics file."""
+        self._block = cells[layout.faults]
+
+    def note(self, number: int, at: int, fault: Fault) -> None:
+        """Count one fault of a model, given by its number in `models`."""
+        counted = self._by_kind[number].get(fault.kind) or self._open(number, fault.kind)
+        if counted.count == 0:
+            counted.first_at = at
+        counted.count += 1
+        counted.last_at = at
+        if counted.sentence != fault.reason:
+            counted.sentence = fault.reason
+            counted.is_in_new_words = True
+        self.untold.append(counted)
+
+    def write(self) -> None:
+        """Move what was noted into the file; within a section."""
+        for counted in self.untold:
+            if counted.cells[0] == 0:
+                fault_table.write(counted.cells, counted)
+            else:
+                fault_table.write_again(
+                    counted.cells, counted, in_new_words=counted.is_in_new_words
+                )
+            counted.is_in_new_words = False
+        self.untold.clear()
+
+    def last_of(self, path: str) -> CountedFault | None:
+        """The kind of fault that a model reported last; None if it reported none."""
+        own = [counted for counted in self.counted if counted.path == path]
+        return max(own, key=lambda counted: counted.last_at, default=None)
+
+    def _open(self, number: int, kind: str) -> CountedFault:
+        """An entry for a kind that is new; a row of its own, as long as there is one."""
+        kinds = self._by_kind[number]
+        if len(kinds) >= KINDS:
+            kind = OTHER_KINDS
+            if kind in kinds:
+                return kinds[kind]
+        counted = kinds[kind] = CountedFault(self.models[number], kind)
+        counted.cells = fault_table.row(self._block, number, len(kinds) - 1)
+        self.counted.append(counted)
+        return counted
+
+
+def _carries_faults(port: OutPort[object]) -> bool:
+    return isinstance(port.type, type) and issubclass(port.type, Fault)
