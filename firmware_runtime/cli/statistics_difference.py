@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from firmware_runtime.cli.fault_text import faults_total
 from firmware_runtime.cli.statistics_summary import on_time
 from firmware_runtime.telemetry.comparison import differing_conditions
 from firmware_runtime.telemetry.statistics import Statistics
@@ -50,6 +51,10 @@ def _figures(statistics: Mapping[str, Any]) -> Iterator[tuple[str, float | None]
             yield f"{kind}.{name}", statistics[kind][name]
     for path, missed in statistics["deadline_misses"].items():
         yield f"deadline_misses.{path}", missed
+    yield "faults", faults_total(statistics)
+    for path, kinds in statistics["faults"].items():
+        for kind, fault in kinds.items():
+            yield f"faults.{path}.{kind}", fault["count"]
     for bus, counted in statistics["bus"].items():
         for name in ("errors", "retries", "utilisation"):
             yield f"bus.{bus}.{name}", counted[name]

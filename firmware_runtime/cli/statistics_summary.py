@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from firmware_runtime.cli.fault_text import faults_total
+
 _CLASSES = {"SCHED_FIFO": "FIFO", "SCHED_RR": "RR", "SCHED_OTHER": "OTHER"}
 _TENS = 10.0
 
@@ -12,9 +14,11 @@ def summary(statistics: Mapping[str, Any]) -> str:
 
     `100 Hz 99.98 % late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c1 11 % FIFO60
     governor=performance armed`: the rate of the fastest periodic model, the share of activations
-    that ran on time, overruns, skipped of scheduled, lateness, buses, conditions, state.
+    that ran on time, overruns, skipped of scheduled, lateness, buses, conditions, state. Before the
+    buses `faults 7`, if models reported any.
     """
-    parts = [*_activations(statistics), *_buses(statistics), *_conditions(statistics["conditions"])]
+    parts = [*_activations(statistics), *_faults(statistics), *_buses(statistics)]
+    parts += _conditions(statistics["conditions"])
     return " ".join([*parts, _state(statistics["conditions"]["run"])])
 
 
@@ -56,6 +60,11 @@ def _activations(statistics: Mapping[str, Any]) -> list[str]:
         f"skip {statistics['skipped']}/{statistics['scheduled']}",
         f"p99 {milliseconds(late['p99'])} max {milliseconds(late['max'])}",
     ]
+
+
+def _faults(statistics: Mapping[str, Any]) -> list[str]:
+    total = faults_total(statistics)
+    return [f"faults {total}"] if total > 0 else []
 
 
 def _buses(statistics: Mapping[str, Any]) -> list[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from firmware_runtime.cli.fault_text import fault_lines
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.telemetry.refusals import refusals
 
@@ -20,6 +21,7 @@ def statistics_text(statistics: Mapping[str, Any], worst: int = _WORST_SHOWN) ->
         *_times(statistics),
         *_buses(statistics),
         *_deadlines(statistics),
+        *(f"  fault: {line}" for line in fault_lines(statistics)),
         *_worst(statistics, worst),
         "",
         *_conditions(statistics["conditions"]),

@@ -8,6 +8,7 @@ from rich.console import ConsoleDimensions, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from firmware_runtime.cli.fault_text import fault_lines, faults_total
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.statistics_text import causes_text, microseconds
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of
@@ -16,6 +17,8 @@ from firmware_runtime.telemetry.statistics import Statistics
 _SPARKS = "▁▂▃▄▅▆▇█"
 _BAR = "█"
 _WORST = 4
+_FAULTS = 4
+"""Kinds of faults shown, those that came last."""
 _NARROW = 78
 """Columns below which only what matters most is shown."""
 _OTHER_ROWS = 14
@@ -39,7 +42,8 @@ def _parts(
     *,
     paused: bool,
 ) -> Iterable[RenderableType]:
-    width, bars = size.width, size.height - _OTHER_ROWS - len(found["models"])
+    shown = min(len(list(fault_lines(found))), _FAULTS)
+    width, bars = size.width, size.height - _OTHER_ROWS - len(found["models"]) - shown
     yield Text(summary(found), style=_style(found))
     yield _facts(found)
     if found["models"]:
@@ -49,6 +53,7 @@ def _parts(
         yield _histogram(now, lately, width, max(bars, _FEWEST_BARS))
         yield _sparkline(now, width)
     yield Text()
+    yield from _faults(found)
     yield from _worst(found)
     yield Text()
     keys = "q quit  space go on" if paused else "q quit  space pause"
@@ -60,7 +65,8 @@ def _style(found: dict[str, Any]) -> str:
     state = found["conditions"]["run"]["state"]
     if state in {"died", "failed", "overrun"}:
         return "bold red"
-    return "bold green" if found["overruns"] + found["skipped"] == 0 else "bold yellow"
+    wrong = found["overruns"] + found["skipped"] + faults_total(found)
+    return "bold green" if wrong == 0 else "bold yellow"
 
 
 def _facts(found: dict[str, Any]) -> Text:
@@ -147,6 +153,11 @@ def _sparkline(now: Statistics, width: int) -> Text:
 
 def _sparks(values: Sequence[int], largest: int) -> str:
     return "".join(_SPARKS[value * (len(_SPARKS) - 1) // max(largest, 1)] for value in values)
+
+
+def _faults(found: dict[str, Any]) -> Iterable[Text]:
+    for line in list(fault_lines(found))[-_FAULTS:]:
+        yield Text(f"fault: {line}", style="yellow", overflow="ellipsis", no_wrap=True)
 
 
 def _worst(found: dict[str, Any]) -> Iterable[Text]:

@@ -5,6 +5,7 @@ costs nothing. During a step a fault is noted here; the ledger has it written af
 """
 
 from functools import partial
+from typing import Any
 
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
@@ -44,7 +45,7 @@ class FaultLog:
 
     def attach(self, simulator: Engine) -> None:
         """Listen to every output port that carries faults."""
-        paths = []
+        paths: list[str] = []
         for atomic in simulator.atomics:
             ports = [port for port in atomic.out_ports.values() if _carries_faults(port)]
             for port in ports:
@@ -101,5 +102,6 @@ class FaultLog:
         return counted
 
 
-def _carries_faults(port: OutPort[object]) -> bool:
-    return isinstance(port.type, type) and issubclass(port.type, Fault)
+def _carries_faults(port: OutPort[Any]) -> bool:
+    kind: object = port.type  # anything, whatever its annotation says
+    return isinstance(kind, type) and issubclass(kind, Fault)

@@ -9,6 +9,7 @@ from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.accounting import Accounting
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import DeadlineWatch
+from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.recorder import Recorder
 from firmware_runtime.executive.step import Step
@@ -28,6 +29,7 @@ class Instruments:
         self.recorder = Recorder(self.step, rows) if rows > 0 else None
         tell = None if self.recorder is None else self.recorder.garbage_collected
         self.garbage = GarbageTime(now, tell)
+        self.faults = FaultLog()
         self.buses = configuration.buses
         self._worst = configuration.worst
 
@@ -42,6 +44,7 @@ class Instruments:
 
         Raises BoardError, listing all policies and deadlines that name nothing in the model.
         """
+        self.faults.attach(simulator)
         faults = [*self.accounting.attach(simulator)]
         for watch in self.watches:
             faults.extend(watch.attach(simulator))
@@ -55,6 +58,7 @@ class Instruments:
             timed=tuple(self.step.paths),
             buses=tuple(bus.name for bus in self.buses),
             deadlines=tuple(watch.deadline.name for watch in self.watches),
+            fault_models=self.faults.models,
             worst=self._worst,
         )
 

@@ -50,6 +50,7 @@ class Ledger:
         self._watches = list(enumerate(instruments.watches, layout.deadline(0)))
         self._garbage = instruments.garbage
         self._recorder = instruments.recorder
+        self._faults = instruments.faults
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
         self._worst = WorstList(cells, layout)
         self._meters = [
@@ -60,6 +61,7 @@ class Ledger:
         self._cpu_time = cpu_time
         self._cpu_time_before = cpu_time()
         instruments.accounting.count_in(cells, layout)
+        instruments.faults.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
 
     def commit(self, ended: int) -> None:
@@ -122,6 +124,8 @@ class Ledger:
 
     def _read_counters(self) -> None:
         cells = self.file.cells
+        if self._faults.untold:
+            self._faults.write()
         cells[INPUTS_DROPPED] = self._inbox.dropped
         for meter in self._meters:
             meter.read()

@@ -33,6 +33,7 @@ from firmware_runtime.executive.attendant import Attendant
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import SlackCollector
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
@@ -103,6 +104,11 @@ class Executive:
     def accounts(self) -> Sequence[ModelAccount]:
         """The accounts of all periodic models."""
         return self._instruments.accounting.accounts
+
+    @property
+    def faults(self) -> FaultLog:
+        """The faults that models reported."""
+        return self._instruments.faults
 
     @property
     def cells(self) -> Cells:

@@ -56,6 +56,7 @@ class Families:
         self._misses = _counter(
             "deadline_misses", "Samples not in effect in time", ["board", "deadline"]
         )
+        self._faults = _counter("faults", "Faults that a model reported", [*model, "kind"])
         self._bus = {
             name: _counter(f"bus_{name}", about, bus) for name, about in _BUS_COUNTERS.items()
         }
@@ -93,6 +94,9 @@ class Families:
         _add(self._step, [board], Histogram(statistics.cells[STEP_HISTOGRAM]))
         for name, missed in found["deadline_misses"].items():
             self._misses.add_metric([board, name], missed)
+        for path, kinds in found["faults"].items():
+            for kind, counted in kinds.items():
+                self._faults.add_metric([board, path, kind], counted["count"])
         self._add_models(board, statistics, found["models"])
         self._add_buses(board, statistics, found["bus"])
 

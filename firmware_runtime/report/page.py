@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 
 from firmware_runtime.report.conditions import conditions_section
 from firmware_runtime.report.distribution import Mark, distribution
+from firmware_runtime.report.faults import faults_section
 from firmware_runtime.report.glossary import glossary
 from firmware_runtime.report.lateness_over_time import lateness_over_time
 from firmware_runtime.report.load_over_time import load_over_time
@@ -62,6 +63,7 @@ def _sections(
     yield _section("Over time", *_over_time(statistics, numbers))
     yield _section("Models", *models_section(statistics, numbers["models"]))
     yield _section("Steps", *_steps(statistics))
+    yield _section("Faults", *faults_section(numbers["faults"]))
     yield _section("Worst activations", *worst_activations(numbers["worst"]))
     yield _section("Deadlines and buses", *_deadlines(numbers), *_buses(numbers))
     yield _section("Conditions", *conditions_section(numbers["conditions"]))

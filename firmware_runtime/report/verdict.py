@@ -26,12 +26,15 @@ def _worst_of(statistics: Mapping[str, Any]) -> tuple[str, str]:
     words = {"failed": "Failed", "overrun": "Stopped for lateness", "died": "Died"}
     if state in words:
         return "bad", words[state]
-    if statistics["skipped"] > 0:
-        return "doubtful", "Skipped activations"
-    if statistics["overruns"] > 0:
-        return "doubtful", "Late activations"
-    if any(statistics["deadline_misses"].values()):
-        return "doubtful", "Missed deadlines"
+    doubts = {
+        "Skipped activations": statistics["skipped"] > 0,
+        "Late activations": statistics["overruns"] > 0,
+        "Missed deadlines": any(statistics["deadline_misses"].values()),
+        "Faults": bool(statistics["faults"]),
+    }
+    for word, applies in doubts.items():
+        if applies:
+            return "doubtful", word
     if statistics["scheduled"] == 0:
         return "open", "Nothing to be late"
     return "good", "On time"
@@ -76,6 +79,9 @@ def _timing(statistics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _beside(statistics: Mapping[str, Any]) -> Iterator[str]:
+    for path, kinds in statistics["faults"].items():
+        reported = sum(counted["count"] for counted in kinds.values())
+        yield f"{path} reported {count(reported, 'fault')}."
     missed = sum(statistics["deadline_misses"].values())
     if missed > 0:
         yield f"{count(missed, 'sample')} took effect too late, or never."

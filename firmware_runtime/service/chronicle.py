@@ -3,8 +3,9 @@
 - READY after the first step, when devices have answered; the watchdog is fed by the loop itself,
   between two steps, and by nothing else.
 - STATUS, once a second where there is time: the one-line summary.
-- The journal: a line for each episode of overruns when it is over, or the run is, and a summary a
-  minute, which a loop that never has time writes all the same.
+- The journal: a line for each episode of overruns when it is over, or the run is, one for each kind
+  of fault, repeated only with its number (`fault_journal`), and a summary a minute, which a loop
+  that never has time writes all the same.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,6 +14,7 @@ from typing import Any
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.service.fault_journal import FaultJournal
 from firmware_runtime.service.journal import WARNING, Journal
 from firmware_runtime.service.notices import Notices
 from firmware_runtime.telemetry.layout import STEPS
@@ -43,6 +45,7 @@ class Chronicle:
         self._status_at = 0
         self._summary_at = SUMMARY_EVERY
         self._longest = 0
+        self._faults = FaultJournal(executive.faults, journal)
         executive.attendants.append(self)
 
     def attend(self, now: int, left: int) -> None:
@@ -51,6 +54,7 @@ class Chronicle:
             self._is_ready = True
             self._notices.ready()
         self._notices.alive()
+        self._faults.attend(now)
         for account, told in self._told.items():
             if account.episodes > told and not account.in_episode:
                 self._told[account] = account.episodes
@@ -61,7 +65,8 @@ class Chronicle:
             self._show_status(now)
 
     def close(self) -> None:
-        """Tell of the episodes that the end of the run has cut short."""
+        """Tell of the episodes that the end of the run has cut short, and of the last faults."""
+        self._faults.close()
         for account, told in self._told.items():
             if account.episodes > told:
                 self._tell(account)

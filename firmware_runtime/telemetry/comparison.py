@@ -12,7 +12,9 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from firmware_runtime.telemetry import fault_table
 from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.histogram import (
     BUCKETS,
     CELLS,
@@ -53,6 +55,8 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
     for part in _histograms(layout):
         _subtract(cells[part], earlier.cells[part])
     cells[layout.timeline] = empty_cells(TIMELINE)
+    for model, (before, after) in enumerate(zip(_faults(earlier), _faults(later), strict=True)):
+        fault_table.fill(cells[layout.faults], model, fault_table.since(before, after))
     known = set(map(bytes, _places(earlier)))
     _keep_worst(cells, layout, [each for each in _places(later) if bytes(each) not in known])
     return replace(later, cells=cells)
@@ -70,9 +74,10 @@ def same_run(later: Statistics, earlier: Statistics) -> bool:
 def merged(runs: Sequence[Statistics]) -> Statistics:
     """Several runs as if they were one, which ended as the worst of them did.
 
-    Conditions that differ read `differs`. When models were last late, and the timeline, have no
-    meaning here and are left out. Raises StatisticsFileError when the runs have not the same
-    models, buses and deadlines, or count overruns by other periods, tolerances or policies.
+    Conditions that differ read `differs`. When models were last late or reported faults, and the
+    timeline, have no meaning here and are left out. Raises StatisticsFileError when the runs have
+    not the same models, buses and deadlines, or count overruns by other periods, tolerances or
+    policies.
     """
     runs = sorted(runs, key=_gravity, reverse=True)
     first = runs[0]
@@ -95,6 +100,8 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
             Histogram(cells[part]).merge(Histogram(run.cells[part]))
     for index in range(len(layout.models)):
         cells[layout.model(index) + _LAST_LATE] = NO_INSTANT
+    for model, counted in enumerate(zip(*map(_faults, runs), strict=True)):
+        fault_table.fill(cells[layout.faults], model, fault_table.of_several_runs(counted))
     _keep_worst(cells, layout, [place for run in runs for place in _places(run)])
     complete = all(run.complete for run in runs)
     return replace(first, header=_merged_header(runs), cells=cells, complete=complete)
@@ -113,6 +120,13 @@ def differing_conditions(runs: Sequence[Statistics]) -> dict[str, list[Any]]:
 
 def _copy_of(statistics: Statistics) -> Cells:
     return memoryview(bytearray(statistics.cells)).cast("q")
+
+
+def _faults(statistics: Statistics) -> list[list[FaultCount]]:
+    """The faults of each model that can report any."""
+    block = statistics.cells[statistics.layout.faults]
+    models = range(len(statistics.layout.fault_models))
+    return [fault_table.read(block, model) for model in models]
 
 
 def _counters(layout: Layout) -> Iterator[int]:

@@ -5,8 +5,9 @@ which they came, and a last one that takes all further kinds together. A row is 
 is zero. Texts are UTF-8, cut to fit and padded with zeros.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 from firmware_runtime.devs.time import SECOND
@@ -89,14 +90,37 @@ def fill(cells: Cells, model: int, counted: Sequence[FaultCount]) -> None:
         write(row(cells, model, KINDS), others)
 
 
+def since(earlier: Sequence[FaultCount], later: Sequence[FaultCount]) -> list[FaultCount]:
+    """What was counted of a model from an earlier reading to a later one of the same run.
+
+    When a kind was first reported since then is known only if it was not reported before.
+    """
+    before = {each.kind: each.count for each in earlier}
+    grown = [each for each in later if each.count > before.get(each.kind, 0)]
+    return [
+        replace(each, count=each.count - before[each.kind], first_at=NO_INSTANT)
+        if each.kind in before
+        else each
+        for each in grown
+    ]
+
+
+def of_several_runs(runs: Iterable[Sequence[FaultCount]]) -> list[FaultCount]:
+    """What was counted of a model in several runs; instants of different runs mean nothing."""
+    kinds: dict[str, FaultCount] = {}
+    for each in chain.from_iterable(runs):
+        counted = kinds.setdefault(each.kind, FaultCount(each.kind))
+        counted.count += each.count
+        counted.sentence = each.sentence
+    return list(kinds.values())
+
+
 def together(first: FaultCount, second: FaultCount) -> FaultCount:
     """Two counts as one of the first one's kind; the words are those of whichever was last."""
     last = max((first, second), key=lambda each: (each.count > 0, each.last_at))
     instants = [each.first_at for each in (first, second) if each.count > 0]
     first_at = min(instants, default=NO_INSTANT)
-    return FaultCount(
-        first.kind, first.count + second.count, first_at, last.last_at, last.sentence
-    )
+    return FaultCount(first.kind, first.count + second.count, first_at, last.last_at, last.sentence)
 
 
 def _counted(cells: Cells, model: int) -> Iterator[FaultCount]:

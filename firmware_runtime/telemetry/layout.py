@@ -3,8 +3,9 @@
 In order: the run's own cells, the histogram of step times, one block for each periodic model (its
 counters, then its histograms of lateness and of step time), one block for each bus, one cell for
 each deadline, one block for each place in the list of worst activations, the text that says how
-the run ended, and the timeline. Blocks of a kind have the same length; they stand in the order in
-which the header names models, buses and deadlines.
+the run ended, the timeline, and one block for each model that can report faults (`fault_table`).
+Blocks of a kind have the same length; they stand in the order in which the header names models,
+buses and deadlines.
 
 The header of the file carries `describe()`, so a program that knows nothing of this module finds
 every number by name.
@@ -14,6 +15,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.telemetry import fault_table
 from firmware_runtime.telemetry.histogram import BUCKETS, CELLS, SUB_BUCKETS
 
 RUN = (
@@ -86,6 +88,8 @@ class Layout:
     buses: tuple[str, ...] = ()
     deadlines: tuple[str, ...] = ()
     worst: int = 16
+    fault_models: tuple[str, ...] = ()
+    """Models with a port for faults, by path."""
 
     def model(self, index: int) -> int:
         """First cell of a periodic model's block."""
@@ -121,7 +125,8 @@ class Layout:
     @property
     def cells(self) -> int:
         """How many cells there are in all."""
-        return self.place(self.worst) + REASON + TIMELINE
+        faults = len(self.fault_models) * fault_table.MODEL_CELLS
+        return self.place(self.worst) + REASON + TIMELINE + faults
 
     @property
     def reason(self) -> slice:
@@ -134,6 +139,11 @@ class Layout:
         """The rings of the timeline, the finest first."""
         first = self.place(self.worst) + REASON
         return slice(first, first + TIMELINE)
+
+    @property
+    def faults(self) -> slice:
+        """The faults of each of `fault_models`, see `fault_table`."""
+        return slice(self.timeline.stop, self.cells)
 
     def describe(self) -> dict[str, Any]:
         """The layout as the file's header carries it, with every offset and stride in cells."""
@@ -164,13 +174,24 @@ class Layout:
                 "slots": SLOTS,
                 "widths_ns": WIDTHS,
             },
+            "fault_block": {
+                "at": self.faults.start,
+                "stride": fault_table.ROW_CELLS,
+                "rows": fault_table.ROWS,
+                "fields": fault_table.FAULT,
+                "then": [
+                    f"kind in {fault_table.KIND_CELLS} cells of UTF-8",
+                    f"sentence in {fault_table.SENTENCE_CELLS} cells of UTF-8",
+                ],
+            },
         }
 
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> "Layout":
         """Read a header's layout back. Raises KeyError or TypeError when it is not one."""
         names = {name: tuple(description[name]) for name in _NAMED}
-        return cls(**names, worst=int(description["worst"]))
+        fault_models = tuple(description.get("fault_models", ()))  # none before faults were counted
+        return cls(**names, fault_models=fault_models, worst=int(description["worst"]))
 
 
 _NAMED = ("models", "timed", "buses", "deadlines")

@@ -10,6 +10,7 @@ from time import monotonic_ns
 from typing import Any
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.telemetry import fault_table
 from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.telemetry.layout import (
     ARMED,
@@ -88,6 +89,17 @@ class Statistics:
             merged.merge(Histogram(self.cells[self.layout.lateness(index)]))
         return merged
 
+    def faults(self) -> dict[str, Any]:
+        """What models reported, by path and kind; a model without faults is left out."""
+        block = self.cells[self.layout.faults]
+        counted = (
+            (path, fault_table.read(block, index))
+            for index, path in enumerate(self.layout.fault_models)
+        )
+        return {
+            path: {each.kind: each.as_json() for each in kinds} for path, kinds in counted if kinds
+        }
+
     def as_json(self) -> dict[str, Any]:
         """Everything, in the spelling that other programs rely on; times in us where named so."""
         models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
@@ -99,6 +111,7 @@ class Statistics:
             "step_us": Histogram(self.cells[STEP_HISTOGRAM]).summary_us(),
             "models": models,
             "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
+            "faults": self.faults(),
             "worst": self._worst(),
             "conditions": {**self.header["conditions"], "run": self._run()},
         }

@@ -19,11 +19,20 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.errors import BoardError
 from firmware_runtime.metrics.collector import StatisticsCollector, exposition, text_of
 from firmware_runtime.metrics.families import BOUNDS
+from firmware_runtime.telemetry import fault_table
+from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of, upper_edge
 from firmware_runtime.telemetry.layout import MODEL, STEP_HISTOGRAM, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 
-LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), deadlines=("yaw",), worst=1)
+LAYOUT = Layout(
+    models=("imu",),
+    timed=("imu",),
+    buses=("i2c1",),
+    deadlines=("yaw",),
+    worst=1,
+    fault_models=("imu", "compass"),
+)
 HEADER = {
     "models": {"imu": {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "skip"}},
     "conditions": {"board": "tachobot", "kernel": 'a "quoted" one', "scheduler_priority": 60},
@@ -47,6 +56,7 @@ def file(directory: Path) -> StatisticsFile:
     for sample in SAMPLES:
         Histogram(file.cells[LAYOUT.lateness(0)]).record(sample)
     Histogram(file.cells[STEP_HISTOGRAM]).record(500)
+    fault_table.fill(file.cells[LAYOUT.faults], 0, [FaultCount("NotReady", 7, 0, 5, "not yet")])
     file.close_section(1_000_000_000)
     return file
 
@@ -157,6 +167,12 @@ def test_a_socket_that_cannot_be_is_refused_in_a_sentence(
     assert "path too long" in capsys.readouterr().err
 
 
+def test_faults_are_counted_by_model_and_kind(file: StatisticsFile) -> None:
+    found = samples(exposition("tachobot", file.statistics()))
+    faults = {name: value for name, value in found.items() if "faults" in name[0]}
+    assert faults == {("firmware_runtime_faults_total", "tachobot", "NotReady", "imu"): 7}
+
+
 def test_an_interval_belongs_to_the_text_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["metrics", "--listen", "127.0.0.1:0", "--every", "1"]) == 2
     assert "--every belongs to --textfile" in capsys.readouterr().err
@@ -165,7 +181,7 @@ def test_an_interval_belongs_to_the_text_file(capsys: pytest.CaptureFixture[str]
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "prometheus_client", None)
     monkeypatch.delitem(sys.modules, "firmware_runtime.metrics.exporter", raising=False)
-    with pytest.raises(BoardError, match=r"firmware-runtime\[metrics\]"):
+    with pytest.raises(BoardError, match="the extra metrics"):
         extras.module_of_extra("firmware_runtime.metrics.exporter", "metrics")
 
 

@@ -7,6 +7,8 @@ from functools import cache
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.telemetry import fault_table
+from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.statistics import RunState, Statistics
 from tests.support.written_run import LAYOUT, WrittenRun, uneven_run
 
@@ -26,10 +28,18 @@ def _without_periods() -> Statistics:
 
 def _hostile() -> Statistics:
     name = "</title><script>alert(1)</script>\0\ud800 &amp; \"'"
-    layout = replace(LAYOUT, models=(name, "compass"), timed=(name,), buses=("</svg>",))
+    layout = replace(
+        LAYOUT,
+        models=(name, "compass"),
+        timed=(name,),
+        buses=("</svg>",),
+        fault_models=("<script>",),
+    )
     run = WrittenRun(layout, board=name, kernel=name)
     run.activation(0, 3 * MILLISECOND, MILLISECOND)
     run.keep([1000], lateness_ns=3 * MILLISECOND, step_ns=1000)
+    faults = [FaultCount(name, 7, 0, SECOND, name)]
+    fault_table.fill(run.cells[layout.faults], 0, faults)
     return run.statistics()
 
 

@@ -46,7 +46,7 @@ def test_every_run_has_a_page_with_all_sections(any_run: Statistics) -> None:
     outline = Outline(page(any_run, HEADLINE))
     assert outline.opened == []
     assert outline.tags["h1"] == 1
-    assert outline.tags["h2"] == 8
+    assert outline.tags["h2"] == 9
     assert HEADLINE in outline.words
     assert "nan" not in outline.words
 

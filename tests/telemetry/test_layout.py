@@ -3,11 +3,12 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_runtime.telemetry.fault_table import MODEL_CELLS
 from firmware_runtime.telemetry.histogram import CELLS
 from firmware_runtime.telemetry.layout import BUS, MODEL, REASON, RUN, TIMELINE, Layout
 
 NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
-LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20))
+LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20), NAMES)
 
 
 @given(LAYOUTS)
@@ -27,7 +28,9 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
     assert layout.place(0) == at
     assert layout.reason.start == at + layout.worst * layout.place_cells
     assert layout.timeline.start == layout.reason.stop == layout.reason.start + REASON
-    assert layout.cells == layout.timeline.stop == layout.timeline.start + TIMELINE
+    assert layout.faults.start == layout.timeline.stop == layout.timeline.start + TIMELINE
+    assert layout.cells == layout.faults.stop
+    assert layout.cells - layout.faults.start == len(layout.fault_models) * MODEL_CELLS
 
 
 @given(LAYOUTS)
@@ -45,4 +48,11 @@ def test_its_description_places_every_block_for_programs_that_do_not_know_it() -
     assert description["deadline_block"]["at"] == layout.deadline(0)
     assert description["worst_block"]["at"] == layout.place(0)
     assert description["timeline_block"]["at"] == layout.timeline.start
+    assert description["fault_block"]["at"] == layout.faults.start
     assert description["cells"] == layout.cells
+
+
+def test_a_file_from_before_faults_were_counted_has_none() -> None:
+    description = Layout(models=("imu",)).describe()
+    del description["fault_models"]
+    assert Layout.from_description(description) == Layout(models=("imu",))

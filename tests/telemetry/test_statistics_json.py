@@ -26,6 +26,7 @@ def test_it_has_the_keys_of_the_contract(counted: StatisticsFile) -> None:
         "step_us",
         "models",
         "bus",
+        "faults",
         "worst",
         "conditions",
     ]
