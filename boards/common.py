@@ -4,6 +4,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta, Struct
 
+from boards.variants import only
+
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
 Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e9)]
@@ -57,8 +59,8 @@ class ModelPolicy(Settings, frozen=True):
     policy: Policy = "skip"
     tolerance_us: Microseconds | None = None
     """Lateness up to this is no overrun; default a tenth of the period."""
-    stop_after_us: Microseconds | None = None
-    """For policy `stop`: lateness beyond which outputs go off and the run ends."""
+    stop_after_us: Annotated[Microseconds | None, only("policy", "stop")] = None
+    """Lateness beyond which outputs go off and the run ends."""
 
 
 class PathDeadlineSettings(Settings, frozen=True):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from boards.common import BusSettings
+from boards.common import BusSettings, ModelPolicy
 from drivers.chips.setting import SettingError
 
 PCA9685_ALLCALL = 0x70
@@ -50,6 +50,15 @@ def _allcall_clashes(devices: Sequence[Device]) -> list[str]:
         "(ALLCALL); expected another address"
         for device in devices
         if device.address == PCA9685_ALLCALL and device.bus in buses
+    ]
+
+
+def overrun_faults(overruns: Mapping[str, ModelPolicy]) -> list[str]:
+    """Policies that stop a late run and do not say how late it is then."""
+    return [
+        f"overruns.{model}.stop_after_us: missing; policy 'stop' needs it"
+        for model, each in overruns.items()
+        if each.policy == "stop" and each.stop_after_us is None
     ]
 
 

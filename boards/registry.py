@@ -20,9 +20,10 @@ from boards.common import (
     PathDeadlineSettings,
     PortSettings,
 )
-from boards.faults import Device
+from boards.faults import Device, overrun_faults
 from boards.lines import Lines
 from boards.robot import Robot
+from boards.variants import drop_replaced
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.budget import BusLoad
@@ -100,6 +101,8 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
     if faults:
         raise BoardError(str(source), faults)
     strict.override(table, assignments, faults)
+    if table.get("board") in names():
+        drop_replaced(table, _definition(table["board"]).SETTINGS, _assigned(assignments))
     return _board(source, assignments, table, faults)
 
 
@@ -126,11 +129,11 @@ def _board(
     if kind not in names():
         fault = f"board: {strict.shown(kind)}: expected one of {_listing()}"
         raise BoardError(str(source), [*faults, fault])
-    definition = importlib.import_module(f"boards.{kind}.definition")
+    definition = _definition(kind)
     settings = strict.convert(table, definition.SETTINGS, faults)
     if settings is None:
         raise BoardError(str(source), faults)
-    faults += definition.faults(settings)
+    faults += [*overrun_faults(settings.overruns), *definition.faults(settings)]
     loads = {} if faults else definition.loads(settings)
     faults += [fault for load_ in loads.values() if (fault := load_.fault())]
     if faults:
@@ -151,6 +154,16 @@ def _board(
         retunable=definition.RETUNABLE,
         fingerprint=_fingerprint(source, assignments),
     )
+
+
+def _definition(kind: str) -> ModuleType:
+    return importlib.import_module(f"boards.{kind}.definition")
+
+
+def _assigned(assignments: Sequence[str]) -> set[str]:
+    """The keys that assignments name, and the tables these are in."""
+    keys = [each.partition("=")[0].strip().split(".") for each in assignments]
+    return {".".join(key[:depth]) for key in keys for depth in range(1, len(key) + 1)}
 
 
 def _event_model(

@@ -12,8 +12,9 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
+from boards.variants import Table, foreign_keys, is_struct
+
 S = TypeVar("S", bound=msgspec.Struct)
-Table = dict[str, Any]
 
 
 DEEPEST = 32
@@ -125,6 +126,8 @@ def convert(
         if key not in fields:
             known = ", ".join(fields)
             faults.append(f"{_join(path, key)}: unknown key; expected one of {known}")
+    for key, reason in foreign_keys(table, schema):
+        faults.append(f"{_join(path, key)}: has no effect; {reason}")
     for key, field in fields.items():
         if key in table:
             values[field.name] = _value(table[key], hints[field.name], faults, _join(path, key))
@@ -135,12 +138,12 @@ def convert(
 
 def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
     type_ = _present(type_)
-    if _is_struct(type_) and isinstance(value, dict):
+    if is_struct(type_) and isinstance(value, dict):
         return convert(value, type_, faults, path)
     if get_origin(type_) is dict and isinstance(value, dict):
         inner = get_args(type_)[1]
         return {key: _value(each, inner, faults, _join(path, key)) for key, each in value.items()}
-    if get_origin(type_) is tuple and _is_struct(get_args(type_)[0]) and isinstance(value, list):
+    if get_origin(type_) is tuple and is_struct(get_args(type_)[0]) and isinstance(value, list):
         inner = get_args(type_)[0]
         return tuple(_value(each, inner, faults, f"{path}[{n}]") for n, each in enumerate(value))
     if not _is_finite(value):
@@ -162,17 +165,15 @@ def _is_finite(value: Any) -> bool:
 
 def _present(type_: Any) -> Any:
     """What a table that may be left out is where it is there; any other type as it is."""
+    if hasattr(type_, "__metadata__") and is_struct(type_.__origin__):
+        return type_.__origin__
     kinds = [each for each in get_args(type_) if each is not NoneType]
-    optional = get_origin(type_) is UnionType and len(kinds) == 1 and _is_struct(kinds[0])
+    optional = get_origin(type_) is UnionType and len(kinds) == 1 and is_struct(kinds[0])
     return kinds[0] if optional else type_
 
 
-def _is_struct(type_: Any) -> bool:
-    return isinstance(type_, type) and issubclass(type_, msgspec.Struct)
-
-
 def _wanted(type_: Any) -> str:
-    if _is_struct(type_):
+    if is_struct(type_):
         return "a table"
     base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
     return {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}.get(

@@ -21,6 +21,7 @@ from boards.common import (
     SecondsOrNone,
     Settings,
 )
+from boards.variants import only
 
 Share = Annotated[float, Meta(gt=0, le=1)]
 
@@ -35,12 +36,12 @@ class SonarTable(Settings, frozen=True):
     """An echo from here or nearer is a detection."""
     only_entering: bool = False
     """A detection is only what was not there, or farther, at the ping before."""
-    bus: str | None = None
-    address: Address | None = None
-    max_range_m: Positive = 3.0
-    gain: Annotated[int, Meta(ge=0, le=31)] = 31
-    port: str | None = None
-    family: Literal["lv", "xl", "hrlv"] = "xl"
+    bus: Annotated[str | None, only("chip", "srf08")] = None
+    address: Annotated[Address | None, only("chip", "srf08")] = None
+    max_range_m: Annotated[Positive, only("chip", "srf08")] = 3.0
+    gain: Annotated[int, Meta(ge=0, le=31), only("chip", "srf08")] = 31
+    port: Annotated[str | None, only("chip", "maxbotix")] = None
+    family: Annotated[Literal["lv", "xl", "hrlv"], only("chip", "maxbotix")] = "xl"
 
 
 class CompassTable(Settings, frozen=True):
@@ -49,7 +50,7 @@ class CompassTable(Settings, frozen=True):
     chip: Literal["cmps12", "hmc5883l"]
     bus: str
     period_s: Seconds
-    address: Address | None = None
+    address: Annotated[Address | None, only("chip", "cmps12")] = None
     counterclockwise: bool = False
     """Headings grow to the left, as those of a compass mounted upside down do."""
     offset_deg: float = 0.0
@@ -65,12 +66,12 @@ class TreadsTable(Settings, frozen=True):
     """Share of full speed that signals 1 and 2 stand for."""
     refresh_s: Seconds
     """The last speeds are sent again this often while moving."""
-    bus: str | None = None
+    bus: Annotated[str | None, only("driver", "md25")] = None
     address: int | None = None
-    acceleration: Annotated[int, Meta(ge=1, le=10)] = 5
+    acceleration: Annotated[int, Meta(ge=1, le=10), only("driver", "md25")] = 5
     """MD25: speed steps (of 127) every 25 ms."""
-    port: str | None = None
-    timeout_s: Seconds = 0.3
+    port: Annotated[str | None, only("driver", "sabertooth")] = None
+    timeout_s: Annotated[Seconds, only("driver", "sabertooth")] = 0.3
     """Sabertooth: silence after which it stops by itself, in whole tenths."""
     left_reversed: bool = False
     right_reversed: bool = False

@@ -21,6 +21,7 @@ from boards.common import (
     SecondsOrNone,
     Settings,
 )
+from boards.variants import only
 
 
 class ImuSettings(Settings, frozen=True):
@@ -90,7 +91,11 @@ class PidSettings(Settings, frozen=True):
 class PositionSettings(PidSettings, frozen=True):
     """The PID of x or y."""
 
-    reference_m: float
+    kp: NotNegative = 1.0
+    ki: NotNegative = 0.01
+    kd: NotNegative = 2.5
+    anti_windup: bool = True
+    reference_m: float = 0.0
 
 
 class YawSettings(PidSettings, frozen=True):
@@ -110,8 +115,8 @@ class ControllerSettings(Settings, frozen=True):
     compass_time_constant_s: SecondsOrNone
     """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
     yaw: YawSettings
-    x: PositionSettings
-    y: PositionSettings
+    x: Annotated[PositionSettings, only("mode", "free")] = PositionSettings()
+    y: Annotated[PositionSettings, only("mode", "free")] = PositionSettings()
 
 
 class WorldSettings(Settings, frozen=True):

@@ -21,6 +21,5 @@ def test_demands_of_the_detective_name_the_chips_that_may_stretch() -> None:
 
 
 def test_a_chip_with_one_address_only_needs_none_in_the_file() -> None:
-    settings = ["radar_compass.chip='hmc5883l'", "radar_compass.address=0x1e"]
-    board = boards.registry.load("detective", settings)
+    board = boards.registry.load("detective", ["radar_compass.chip='hmc5883l'"])
     assert 0x1E in demands_of(board).addresses["/dev/i2c-1"]

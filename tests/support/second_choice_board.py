@@ -4,9 +4,15 @@ from pathlib import Path
 
 import boards.registry
 
+_MD25 = """driver = "md25"
+bus = "i2c1"
+address = 0x58
+speed = 0.06
+refresh_s = 0.5
+acceleration = 10"""
 _CHANGES = (
     (
-        'driver = "md25"\nbus = "i2c1"\naddress = 0x58\nspeed = 0.06\nrefresh_s = 0.5',
+        _MD25,
         'driver = "sabertooth"\nport = "treads"\nspeed = 0.06\nrefresh_s = 0.1',
     ),
     (

@@ -40,7 +40,7 @@ class VirtualDetective:
 
     def run_mission(self) -> dict[str, Any]:
         """Run until it says it is over, or for `LONGEST_S`; return how it ended."""
-        for second in range(1, LONGEST_S):
+        for second in range(1 + self.simulator.now // SECOND, LONGEST_S):
             self.run(second)
             if self.endings:
                 break
