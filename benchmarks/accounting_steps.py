@@ -23,6 +23,7 @@ from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
@@ -86,19 +87,21 @@ class AccountedStep:
         self.statistics = file.statistics
         self._clock, self._simulator, self._step = clock, simulator, instruments.step
         self._world_now = WorldClock(instruments.accounting.tolerance)
-        self._ledger = Ledger(file, instruments, Inbox(clock.now), NEVER - 1, process_time_ns)
+        progress = Progress(instruments.step, settings.max_lag, clock.speed)
+        inbox = Inbox(clock.now)
+        self._ledger = Ledger(file, instruments, inbox, NEVER - 1, process_time_ns, progress)
+        self._next_at = lambda: simulator.next_at
+        self._at = simulator.next_at
 
     def __call__(self) -> None:
         """Take the next step, as `Executive` does."""
         clock, step, simulator = self._clock, self._step, self._simulator
-        at = simulator.next_at
+        at = self._at
         clock.start(at)
         step.begin(at)
         self._world_now.begin(at, step.started)
-        try:
-            simulator.advance(at)
-        finally:
-            self._ledger.commit(clock.now())
+        simulator.advance(at)
+        self._at = self._ledger.commit(clock.now(), self._next_at)
 
 
 class StopwatchClock(HastyClock):

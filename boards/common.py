@@ -109,6 +109,8 @@ class ExecutiveSettings(Settings, frozen=True):
     """How long a run that ends goes on switching outputs off where that fails, s; 0: once."""
     spin_us: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     """Busy-wait this long before each deadline, 0 for none."""
+    max_lag_s: Annotated[float, Meta(ge=0.05, le=10)] = 0.2
+    """So long behind the clock without catching up, and outputs go off and the run ends, s."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16
     """How many of the worst activations are kept."""
     recorded_spans: Annotated[int, Meta(ge=0, le=1_000_000)] = 32_768

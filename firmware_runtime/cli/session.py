@@ -191,6 +191,7 @@ class Session:
             switch_off_for=seconds(settings.executive.switch_off_s),
             sources=[each for each in (self._control, self._ports) if each is not None],
             armed_at_start=self.arming is None,
+            max_lag=seconds(settings.executive.max_lag_s),
             worst=settings.executive.worst,
             recorded_spans=settings.executive.recorded_spans,
             conditions=self._conditions(),

@@ -32,6 +32,10 @@ S = TypeVar("S", bound=HasDescriptor)
 class Clock(Protocol):
     """What the loop needs of a clock."""
 
+    @property
+    def speed(self) -> float:
+        """How many times as fast as CLOCK_MONOTONIC it goes; 1 where time only stands or jumps."""
+
     def start(self, at: int) -> None:
         """From this moment on, count from `at`."""
 
@@ -54,6 +58,7 @@ class MonotonicClock:
 
     def __init__(self) -> None:
         self.spin = 0
+        self.speed: float = 1
         self._epoch = monotonic_ns()
         self._alarm = Alarm()
 
@@ -102,6 +107,7 @@ class ScaledClock(MonotonicClock):
         super().__init__()
         if not 0 < speed < inf:
             raise ValueError(f"scaled clock: speed {speed}, expected a positive number")
+        self.speed = speed
         self._gained, self._spent = speed.as_integer_ratio()
         self._at = 0
 
@@ -126,6 +132,7 @@ class VirtualClock:
     """
 
     def __init__(self) -> None:
+        self.speed: float = 1
         self._now = 0
 
     def start(self, at: int) -> None:

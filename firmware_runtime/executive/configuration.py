@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.bus_meter import Bus
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
@@ -28,6 +28,8 @@ class Configuration:
     """Ns for which outputs are switched off again at the end, where that fails; 0: once."""
     armed_at_start: bool = True
     """Whether outputs may be driven from the start; otherwise an attendant arms the run."""
+    max_lag: int = 200 * MILLISECOND
+    """How long logical time may be behind the clock without catching up, ns of real time."""
     worst: int = 16
     """How many of the worst activations are kept."""
     recorded_spans: int = 0

@@ -9,12 +9,12 @@ from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
+from firmware_runtime.executive.progress import Progress
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import (
     ACKNOWLEDGED,
     ARMED,
     CPU,
-    ELAPSED,
     INPUTS_DROPPED,
     STATE,
     STEP_HISTOGRAM,
@@ -33,19 +33,21 @@ class Ledger:
     `cpu_time` reads the processor time that the process has used, in ns.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 -- put together once, by the loop
         self,
         file: StatisticsFile,
         instruments: Instruments,
         inbox: Inbox,
         until: int,
         cpu_time: Callable[[], int],
+        progress: Progress,
     ) -> None:
         cells, layout = file.cells, file.layout
         self.file = file
         self._until = until
         self._step = instruments.step
         self._accounting = instruments.accounting
+        self._progress = progress
         self._inbox = inbox
         self._watches = list(enumerate(instruments.watches, layout.deadline(0)))
         self._garbage = instruments.garbage
@@ -64,8 +66,8 @@ class Ledger:
         instruments.faults.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
 
-    def commit(self, ended: int) -> None:
-        """Write the step that has just ended."""
+    def commit(self, ended: int, next_at: Callable[[], int]) -> int:
+        """Write the step that has just ended; return when the next event is due."""
         file, timeline, garbage = self.file, self._timeline, self._garbage
         step_time = ended - self._step.started
         file.open_section()
@@ -86,17 +88,19 @@ class Ledger:
             if latest.lateness + step_time > self._worst.smallest:
                 self._keep(latest, step_time, garbage.spent)
         garbage.spent = 0
-        file.close_section(ended)
+        due = next_at()
+        file.close_section(ended, self._progress.note(ended, due))
         self._previous_end = ended
         if self._recorder is not None:
             self._recorder.step_ended(ended)
+        return due
 
     def arm(self, *, armed: bool, generation: int) -> None:
         """Note whether the run may drive its outputs, and which takeover by a guard it has seen."""
         self.file.open_section()
         self.file.cells[ARMED] = armed
         self.file.cells[ACKNOWLEDGED] = generation
-        self.file.close_section(self.file.cells[ELAPSED])
+        self.file.close_section_as_it_was()
 
     def lately(self, since: int) -> Lately:
         """What became of activations since then, or up to a second before; reads a few cells."""
@@ -104,6 +108,7 @@ class Ledger:
 
     def idle(self, now: int) -> None:
         """Show that the loop is alive while nothing is due."""
+        self._progress.idle()
         self.file.open_section()
         self.file.close_section(now)
 

@@ -6,7 +6,7 @@ How it works. One pass of the loop
    arrives meanwhile (`attendant`, `clocks`, `arrivals`);
 2. ends if somebody asked for it, a policy demands it, or the end of the run is reached;
 3. works off one instant: the internal events due then, or inputs, or both (`devs.simulator`);
-4. counts it (`accounting`, `ledger`).
+4. counts it (`accounting`, `ledger`), and sees whether logical time keeps up (`progress`).
 
 Logical time is not the moment we woke. An internal event happens at its deadline, so a period does
 not drift, and a run in real time that is never late is the run in virtual time. An input happens
@@ -40,6 +40,7 @@ from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import Report, in_force
+from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
@@ -73,6 +74,7 @@ class Executive:
         self._instruments = Instruments(root, clock.now, configuration)
         self.simulator = Simulator(root, instruments=self._instruments.for_simulator)
         self._instruments.attach(self.simulator)
+        self.progress = Progress(self._instruments.step, configuration.max_lag, clock.speed)
         self.world_now = WorldClock(self._instruments.accounting.tolerance)
         self._switching_off = SwitchingOff(
             make_safe, clock, configuration.switch_off_for, self._go_on_ending
@@ -161,12 +163,12 @@ class Executive:
     # The loop -----------------------------------------------------------------------------------
 
     def _loop(self, until: int) -> Outcome:
-        accounting = self._instruments.accounting
+        accounting, progress = self._instruments.accounting, self.progress
         self.clock.start(0)
         if self._configuration.armed_at_start:
             self.arm(armed=True, generation=0)
-        while accounting.overrun == "":
-            at = self._next_at()
+        at = self._next_at()
+        while accounting.overrun == "" and progress.livelock == "":
             due = min(at, until)
             self._use_slack(due)
             ready = self.clock.wait(due, self._arrivals.sources)
@@ -180,12 +182,12 @@ class Executive:
             if accounting.has_limits and accounting.is_overdue(min(now, until)):
                 break
             if at <= now and at <= until and at != NEVER:
-                self._work_off(at)
+                at = self._work_off(at)
             elif now >= until:
                 return Outcome(RunState.ENDED, f"the run reached {format_time(until)}")
             else:
                 self._ledger.idle(now)
-        return Outcome(RunState.OVERRUN, accounting.overrun)
+        return Outcome(RunState.OVERRUN, accounting.overrun or progress.livelock)
 
     def _next_at(self) -> int:
         """The instant of the next internal event or input, whichever comes first."""
@@ -199,8 +201,11 @@ class Executive:
         if self._collector is not None:
             self._collector.offer(until - self.clock.now())
 
-    def _work_off(self, at: int) -> None:
-        """One step: everything that happens at instant `at`, then its entries in the ledger."""
+    def _work_off(self, at: int) -> int:
+        """One step: everything that happens at instant `at`, then its entries in the ledger.
+
+        Returns when the next event is due.
+        """
         step = self._instruments.step
         step.begin(at)
         self.world_now.begin(at, step.started)
@@ -208,8 +213,10 @@ class Executive:
             for port, value in self._arrivals.take(at):
                 self.simulator.inject(port, value)
             self.simulator.advance(at)
-        finally:
-            self._ledger.commit(self.clock.now())
+        except BaseException:
+            self._ledger.commit(self.clock.now(), self._next_at)
+            raise
+        return self._ledger.commit(self.clock.now(), self._next_at)
 
     # Before it and after it ---------------------------------------------------------------------
 
@@ -231,7 +238,7 @@ class Executive:
         file = StatisticsFile(instruments.layout(), header, path)
         # in virtual time equal runs have equal statistics, whatever they cost
         cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing
-        return Ledger(file, instruments, self.inbox, until, cpu_time)
+        return Ledger(file, instruments, self.inbox, until, cpu_time, self.progress)
 
     def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""

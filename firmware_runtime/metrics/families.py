@@ -42,7 +42,9 @@ class Families:
         self._up = _gauge("up", "Whether the run is alive and its statistics can be read", board)
         self._armed = _gauge("armed", "Whether the run may drive its outputs", board)
         self._guarded = _gauge("guarded", "Whether a guard watches over the run", board)
-        self._age = _gauge("heartbeat_age_seconds", "Time since the loop last showed itself", board)
+        self._age = _gauge(
+            "heartbeat_age_seconds", "How far logical time is behind the clock", board
+        )
         self._run = InfoMetricFamily(f"{_PREFIX}_run", "Conditions of the run", labels=board)
         self._elapsed = _counter("elapsed_seconds", "Time since the start of the run", board)
         self._cpu = _counter("cpu_seconds", "Processor time the run has used", board)

@@ -1,7 +1,7 @@
 """What a run tells systemd and the journal: an attendant, quiet unless something happened.
 
 - READY after the first step, when devices have answered; the watchdog is fed by the loop itself,
-  between two steps, and by nothing else.
+  between two steps, as long as logical time keeps up, and by nothing else.
 - STATUS, once a second where there is time: the one-line summary.
 - The journal: a line for each episode of overruns when it is over, or the run is, one for each kind
   of fault, repeated only with its number (`fault_journal`), and a summary a minute, which a loop
@@ -53,7 +53,8 @@ class Chronicle:
         if not self._is_ready and self._executive.cells[STEPS] > 0:
             self._is_ready = True
             self._notices.ready()
-        self._notices.alive()
+        if self._executive.progress.keeps_up:
+            self._notices.alive()
         self._faults.attend(now)
         for account, told in self._told.items():
             if account.episodes > told and not account.in_episode:

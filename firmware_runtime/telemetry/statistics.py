@@ -73,7 +73,7 @@ class Statistics:
 
     @property
     def heartbeat_age_ns(self) -> int | None:
-        """How long ago, by CLOCK_MONOTONIC, the loop last showed itself; None before it has."""
+        """How far logical time is behind CLOCK_MONOTONIC; None before the first step has ended."""
         heartbeat = self.cells[HEARTBEAT]
         return monotonic_ns() - heartbeat if heartbeat > 0 else None
 

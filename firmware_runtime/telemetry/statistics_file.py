@@ -68,12 +68,20 @@ class StatisticsFile:
         """
         self.cells[SEQUENCE] = self._sequence + 1
 
-    def close_section(self, now: int) -> None:
-        """Note the instant and a heartbeat (CLOCK_MONOTONIC), then make the sequence even."""
+    def close_section(self, now: int, lag: int = 0) -> None:
+        """Note the instant and the heartbeat, then make the sequence even.
+
+        The heartbeat is the instant of CLOCK_MONOTONIC up to which logical time has caught up with
+        the clock: it is behind by `lag`, ns of real time.
+        """
         cells = self.cells
         cells[ELAPSED] = now
-        cells[HEARTBEAT] = monotonic_ns()
+        cells[HEARTBEAT] = monotonic_ns() - lag
         self._sequence = cells[SEQUENCE] = self._sequence + 2
+
+    def close_section_as_it_was(self) -> None:
+        """Make the sequence even; instant and heartbeat stay, for nothing of the run has passed."""
+        self._sequence = self.cells[SEQUENCE] = self._sequence + 2
 
     def statistics(self) -> Statistics:
         """A copy of what has been counted so far."""

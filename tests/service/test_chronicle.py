@@ -80,7 +80,8 @@ def test_a_loop_that_is_always_late_writes_a_summary_a_minute_and_its_episode_at
 ) -> None:
     clock, robot = StallingClock(), Robot(imu=10 * PERIOD)
     robot.imu.work = lambda _number: clock.spend(11 * PERIOD)
-    executive = Executive(robot, clock, list, Configuration({"imu": ActivationPolicy("catch-up")}))
+    policies = {"imu": ActivationPolicy("catch-up")}
+    executive = Executive(robot, clock, list, Configuration(policies, max_lag=NEVER))
     journal = Journal(tmp_path / "journal")
     chronicle = Chronicle(executive, Notices(), journal, lambda _statistics: "a summary")
     executive.run(150 * SECOND)
@@ -169,3 +170,19 @@ def test_gains_may_change_while_the_robot_runs_and_addresses_may_not() -> None:
 
 def test_equal_settings_have_no_changed_keys() -> None:
     assert list(changed_keys(*(registry.load("detective").settings for _ in range(2)))) == []
+
+
+def test_the_watchdog_is_not_fed_while_logical_time_is_behind_the_clock(
+    systemd: Listener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WATCHDOG_USEC", "1")
+    robot, clock = Robot(), StallingClock({10: SECOND})
+    executive = Executive(robot, clock, list, Configuration({"imu": ActivationPolicy("catch-up")}))
+    notices = Notices.from_environment()
+    Chronicle(executive, notices, Journal(None), lambda _statistics: "a summary")
+    fed: list[bool] = []
+    robot.imu.work = lambda _number: fed.append("WATCHDOG=1" in systemd.heard())
+    executive.run(2 * SECOND)
+    notices.close()
+    late = [number for number, is_fed in enumerate(fed) if not is_fed]
+    assert late == list(range(11, 91))  # the 90th step was over when the 91st was due for 0.2 s

@@ -14,6 +14,7 @@ class StallingClock:
     """
 
     def __init__(self, stalls: Mapping[int, int] | None = None) -> None:
+        self.speed = 1.0
         self.instant = 0
         self.waits = 0
         self._stalls = stalls or {}
