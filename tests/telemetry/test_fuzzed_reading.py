@@ -25,6 +25,7 @@ WRITER = """
 import sys
 from pathlib import Path
 from time import monotonic_ns
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
@@ -43,6 +44,7 @@ configuration = Configuration(
     policies={"imu": ActivationPolicy("catch-up")},
     statistics_path=Path(sys.argv[1]),
     recorded_spans=256,
+    max_lag=NEVER,
 )
 Executive(robot, MonotonicClock(), lambda: [], configuration).run()
 """
