@@ -78,8 +78,8 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
 
 
 def devices(settings: TachobotSettings) -> tuple[Device, ...]:
-    """Every chip, each on its bus."""
-    imu, thrust, esc = settings.imu, settings.thrust_pairs, settings.esc
+    """Every chip that something is coupled to, each on its bus."""
+    imu, thrust, esc = settings.imu, settings.thrust_pairs, settings.esc_in_use
     always = (
         Device("imu", "MPU-9250", imu.bus, imu.address),
         Device("thrust_pairs", "PCA9685", thrust.bus, thrust.address),
@@ -88,20 +88,13 @@ def devices(settings: TachobotSettings) -> tuple[Device, ...]:
 
 
 def _esc_faults(settings: TachobotSettings) -> list[str]:
-    """The speed controller is there exactly where something is coupled to it: in mode `free`."""
-    mode, esc = settings.controller.mode, settings.esc
-    if esc is None:
-        needed = (
-            "esc: missing; controller.mode 'free' lifts with it, expected a table [esc] with its "
-            "bus and address, such as --set esc.bus=i2c1 --set esc.address=0x41"
-        )
-        return [needed] if mode == "free" else []
-    unused = (
-        f"esc: has no effect, nothing is coupled to it in controller.mode {mode!r}; expected no "
-        "such table, or mode 'free'"
-    )
+    """What is wrong with the speed controller, in the one mode that lifts with it."""
+    if settings.controller.mode == "free" and settings.esc is None:
+        missing = "esc: missing; controller.mode 'free' lifts with it, expected a table [esc]"
+        return [f"{missing} with its bus and address"]
+    if (esc := settings.esc_in_use) is None:
+        return []
     return [
-        *([unused] if mode != "free" else []),
         *setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz)),
         *_pulse_faults(esc),
     ]

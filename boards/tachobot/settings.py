@@ -147,13 +147,18 @@ class TachobotSettings(Settings, frozen=True):
     controller: ControllerSettings
     world: WorldSettings
     esc: EscSettings | None = None
-    """Demanded in mode `free`, refused in mode `platform`, where nothing is coupled to it."""
+    """Demanded in mode `free`; in mode `platform` nothing is coupled to it, there or not."""
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()
     guard: GuardSettings = GuardSettings()
     output_enable: OutputEnableSettings | None = None
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()
+
+    @property
+    def esc_in_use(self) -> EscSettings | None:
+        """The speed controller in mode `free`, which lifts with it; None in mode `platform`."""
+        return self.esc if self.controller.mode == "free" else None
 
     @property
     def pair_thrust_n(self) -> float:

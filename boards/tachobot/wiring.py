@@ -20,7 +20,7 @@ from firmware_runtime.models.motion import Motion
 class Tachobot(Coupled):
     """imu -> controller -> thrust_pairs; in mode `free` the esc lifts, then enables the controller.
 
-    Only what is coupled is there: without [esc], which mode `free` demands, no second PCA9685.
+    Only what is coupled is there: outside mode `free` no second PCA9685, whatever the file says.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -48,8 +48,8 @@ class Tachobot(Coupled):
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.controller.forces, self.thrust_pairs.forces)
         self.couple(self.yaw_reference, self.controller.yaw_reference)
-        if settings.esc is not None:
-            self._add_lift(settings.esc, lines)
+        if settings.esc_in_use is not None:
+            self._add_lift(settings.esc_in_use, lines)
 
     def retune(self, settings: TachobotSettings) -> None:
         """Take up the gains and limits of new settings."""

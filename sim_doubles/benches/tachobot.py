@@ -37,7 +37,7 @@ class TachobotBench:
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
         self.pwm_chips = {"thrust_pairs": self.thrust}
         wired[thrust.bus].append(self.thrust)
-        if (esc := settings.esc) is not None:
+        if (esc := settings.esc_in_use) is not None:
             self.pwm_chips["esc"] = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
             wired[esc.bus].append(self.pwm_chips["esc"])
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)

@@ -10,7 +10,6 @@ from boards.tachobot.allocation import Allocation
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.faults import FaultScript, NackAddress, StuckSda
-from tests.support.free_mode import FREE
 from tests.support.magnetometer import disable_magnetometer
 from tests.support.virtual_tachobot import virtual_tachobot
 
@@ -194,7 +193,7 @@ def test_a_turned_imu_gives_the_same_flight(mounting: str) -> None:
 
 
 def test_free_mode_lifts_first_and_then_holds_x_y_and_yaw() -> None:
-    robot = virtual_tachobot(*FREE, "controller.x.reference_m=0.5")
+    robot = virtual_tachobot("controller.mode=free", "controller.x.reference_m=0.5")
     esc = robot.bench.pwm_chips["esc"]
     robot.run(2.9)
     assert esc.duty(0) == pytest.approx(1000e-6 * 50, abs=1 / 4096)
@@ -219,7 +218,7 @@ def test_forces_that_are_not_numbers_switch_off() -> None:
 
 
 def test_make_safe_leaves_all_sixteen_channels_of_both_chips_off() -> None:
-    robot = virtual_tachobot(*FREE)
+    robot = virtual_tachobot("controller.mode=free")
     robot.run(4)
     assert robot.bench.outputs == {"thrust_pairs": 8, "esc": 1}
     assert robot.robot.make_safe() == []

@@ -9,7 +9,6 @@ import pytest
 
 import boards.registry
 import sim_doubles.benches.tachobot
-from tests.support.free_mode import FREE
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 
@@ -22,8 +21,7 @@ VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
         ("imu.address=0x40", "thrust_pairs.address", "imu's already"),
         ("imu.address=0x70", "imu.address", "every PCA9685 answers"),
         ("thrust_pairs.frequency_hz=1600", "thrust_pairs.frequency_hz", "expected 24 to 1526 Hz"),
-        ("esc.throttle=0.5", "esc.bus", "missing"),
-        ("controller.mode=free", "esc", "missing; controller.mode 'free' lifts with it"),
+        ("esc.throttel=0.5", "esc.throttel", "unknown key"),
         ("imu.bus=i2c7", "imu.bus", "expected one of i2c1"),
         ("imu.sample_hz=100", "imu.sample_hz", "more than the control rate"),
         ("imu.gyro_range_dps=300", "imu.gyro_range_dps", "expected one of 250"),
@@ -57,17 +55,29 @@ def test_a_bad_setting_is_refused_with_its_key_and_reason(
         ("esc.address=0x40", "esc.address", "thrust_pairs's already"),
         ("esc.frequency_hz=20", "esc.frequency_hz", "expected 24 to 1526 Hz"),
         ("esc.high_pulse_us=900", "esc.high_pulse_us", "more than low_pulse_us"),
-        ("controller.mode=platform", "esc", "nothing is coupled to it"),
     ],
 )
 def test_a_speed_controller_is_judged_where_there_is_one(
     command: Callable[..., Any], override: str, key: str, reason: str
 ) -> None:
-    assignments = [word for each in (*FREE, override) for word in ("--set", each)]
-    ended = command("check", "tachobot", *assignments)
+    ended = command("check", "tachobot", "--set", "controller.mode=free", "--set", override)
     assert ended.status == 2
     assert f"{key}: " in ended.error
     assert reason in ended.error
+    assert command("check", "tachobot", "--set", override).status == 0
+
+
+def test_mode_free_demands_a_speed_controller_and_mode_platform_does_not(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    shipped = (Path(boards.registry.__file__).parent / "tachobot" / "board.toml").read_text()
+    before, _, rest = shipped.partition("[esc]")
+    own = tmp_path / "board.toml"
+    own.write_text(before + "[controller]" + rest.partition("[controller]")[2])
+    assert command("check", own).status == 0
+    ended = command("check", own, "--set", "controller.mode=free")
+    assert ended.status == 2
+    assert "esc: missing" in ended.error
 
 
 def test_a_bus_that_cannot_carry_the_rate_is_refused(command: Callable[..., Any]) -> None:

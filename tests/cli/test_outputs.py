@@ -12,10 +12,9 @@ from firmware_runtime.cli.settings_in_force import forget_settings, keep_setting
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from tests.support.free_mode import FREE
 
 TWO_BUSES = (
-    *FREE,
+    "controller.mode=free",
     "buses.other.device=/dev/i2c-7",
     "buses.other.speed_hz=400000",
     "esc.bus=other",
