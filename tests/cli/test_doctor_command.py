@@ -17,6 +17,7 @@ from firmware_runtime.cli import doctor
 from firmware_runtime.doctor.check import Check, Result
 from firmware_runtime.doctor.finding import Finding, Severity, ok
 from firmware_runtime.doctor.registry import GROUPS
+from tests.support.waiting import PATIENCE_S
 
 IDS = [check.id for checks in GROUPS.values() for check in checks]
 NOBODY = 65534
@@ -123,7 +124,7 @@ def test_an_ordinary_user_gets_an_answer_to_every_check(
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=PATIENCE_S,
         cwd=everybodys_checkout,
         env={**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path / "state")},
     )

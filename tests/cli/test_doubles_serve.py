@@ -13,9 +13,9 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from tests.support.second_choice_board import second_choice_board
+from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
-LONGEST_S = "60"
 
 pytestmark = pytest.mark.slow
 
@@ -43,7 +43,7 @@ class Served:
         for line in self.lines:
             if is_it(line):
                 return line
-        pytest.fail(f"nothing that fits was logged in {LONGEST_S} s")
+        pytest.fail(f"nothing that fits was logged in {PATIENCE_S} s")
 
 
 def turns(output: str) -> Callable[[dict[str, Any]], bool]:
@@ -68,20 +68,20 @@ def serving(board: str, folder: Path) -> Iterator[Served]:
     )
     assert process.stdout is not None
     assert process.stdout.readline().startswith("serving ")
-    follow = ["timeout", LONGEST_S, "tail", "-n", "+1", "-f", str(log)]
+    follow = ["timeout", str(PATIENCE_S), "tail", "-n", "+1", "-f", str(log)]
     with subprocess.Popen(follow, stdout=subprocess.PIPE, text=True) as tail:
         try:
             yield Served(board, socket, map(json.loads, tail.stdout or ()), process)
         finally:
             tail.kill()
             process.terminate()
-            process.communicate(timeout=float(LONGEST_S))
+            process.communicate(timeout=PATIENCE_S)
 
 
 def test_a_robot_runs_on_served_doubles_as_on_its_own(tmp_path: Path) -> None:
     with serving("tachobot", tmp_path) as served:
         runtime = served.run("--for", "5", "--json")
-        out, error = runtime.communicate(timeout=float(LONGEST_S))
+        out, error = runtime.communicate(timeout=PATIENCE_S)
     document = json.loads(out)
     assert (runtime.returncode, error) == (0, "")
     assert document["result"]["yaw_rad"] == pytest.approx(1.0, abs=0.1)
@@ -94,7 +94,7 @@ def test_sigterm_switches_the_served_outputs_off(tmp_path: Path) -> None:
         served.wait_for(turns("thrust_pairs.0"))
         runtime.terminate()
         served.wait_for(stops("thrust_pairs.0"))
-        runtime.communicate(timeout=float(LONGEST_S))
+        runtime.communicate(timeout=PATIENCE_S)
     assert runtime.returncode == 143
 
 
@@ -103,7 +103,7 @@ def test_a_pca9685_keeps_its_duties_when_the_runtime_is_killed(tmp_path: Path) -
         runtime = served.run("--for", "60")
         served.wait_for(turns("thrust_pairs.0"))
         runtime.kill()
-        runtime.communicate(timeout=float(LONGEST_S))
+        runtime.communicate(timeout=PATIENCE_S)
         served.wait_for(is_gone)
         served.process.terminate()
         rest = list(iter_until_stopped(served))
@@ -129,7 +129,7 @@ def test_a_motor_driver_stops_by_itself_when_the_runtime_is_killed(
         runtime = served.run("--for", "60")
         served.wait_for(turns("treads.left"))
         runtime.kill()
-        runtime.communicate(timeout=float(LONGEST_S))
+        runtime.communicate(timeout=PATIENCE_S)
         gone_ns = served.wait_for(is_gone)["t_ns"]
         stopped_ns = served.wait_for(stops("treads.left"))["t_ns"]
     # the last order went out up to one refresh (0.5 s, 0.1 s) before the kill

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.waiting import PATIENCE_S
+
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 
@@ -18,7 +20,7 @@ def full(*words: str, buffered: bool = True) -> "subprocess.CompletedProcess[str
             stdout=output,
             stderr=subprocess.PIPE,
             text=True,
-            timeout=60,
+            timeout=PATIENCE_S,
             check=False,
         )
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.trace_rules import assert_sound, slices
+from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
-LONGEST_S = 60
 LIMIT_US = 100_000
 
 pytestmark = pytest.mark.slow
@@ -24,10 +24,10 @@ def test_a_stall_takes_a_trace_that_shows_it(tmp_path: Path) -> None:
         wait_for_steps(run)
         watch = started("perfetto", "tachobot", "-o", str(output), "--when-late", str(LIMIT_US))
         stall_until_it_ends(run, watch)
-        said, complaint = watch.communicate(timeout=LONGEST_S)
+        said, complaint = watch.communicate(timeout=PATIENCE_S)
     finally:
         run.kill()
-        run.communicate(timeout=LONGEST_S)
+        run.communicate(timeout=PATIENCE_S)
     assert (watch.returncode, complaint) == (0, "")
     assert "taken because of imu at " in said
     trace = json.loads(output.read_text())

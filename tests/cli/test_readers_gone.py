@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.waiting import PATIENCE_S
+
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
 
@@ -15,7 +17,7 @@ def status_unread(*words: str, program: tuple[str, ...] = COMMAND) -> int:
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(
-        [*program, *words], stdout=writing, stderr=writing, timeout=60, check=False
+        [*program, *words], stdout=writing, stderr=writing, timeout=PATIENCE_S, check=False
     )
     os.close(writing)
     return done.returncode
@@ -64,4 +66,6 @@ def test_a_run_that_failed_has_failed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("words", [("boards",), ("check", "no-such-board")])
 def test_without_any_output_to_write_to_the_status_is_the_same(words: tuple[str, ...]) -> None:
     closing = ["sh", "-c", 'exec "$@" >&- 2>&-', "sh", *COMMAND, *words]
-    assert subprocess.run(closing, timeout=60, check=False).returncode == status_unread(*words)
+    assert subprocess.run(closing, timeout=PATIENCE_S, check=False).returncode == status_unread(
+        *words
+    )

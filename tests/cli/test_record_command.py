@@ -13,6 +13,7 @@ import pytest
 from firmware_runtime.telemetry.layout import Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.statistics_reader import read_statistics
+from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
@@ -32,7 +33,7 @@ def test_two_runs_leave_two_files_that_the_other_verbs_read(
             said = next(line for line in recorder.stdout if "the run is over" in line)
             assert "its statistics are kept" in said
         recorder.send_signal(signal.SIGTERM)
-        assert recorder.wait(30) == 0
+        assert recorder.wait(PATIENCE_S) == 0
     first, second = (folder / f"tachobot-000{number}.stats" for number in (1, 2))
     assert [read_statistics(each).as_json()["scheduled"] for each in (first, second)] == [101, 101]
     merged = command("stats", "--merge", str(first), str(second), "--json")

@@ -12,8 +12,9 @@ from typing import Any
 
 import pytest
 
+from tests.support.waiting import PATIENCE_S
+
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
-LONGEST_S = 60
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +33,7 @@ def running() -> Iterator["subprocess.Popen[str]"]:
         yield process
     finally:
         process.kill()
-        process.communicate(timeout=LONGEST_S)
+        process.communicate(timeout=PATIENCE_S)
 
 
 def wait_for_steps(process: "subprocess.Popen[str]") -> None:
@@ -57,7 +58,7 @@ def stats() -> dict[str, Any] | None:
 def test_a_signal_ends_the_run_with_all_outputs_off(number: signal.Signals, status: int) -> None:
     with running() as process:
         process.send_signal(number)
-        out, error = process.communicate(timeout=LONGEST_S)
+        out, error = process.communicate(timeout=PATIENCE_S)
     document = json.loads(out)
     assert (process.returncode, error) == (status, "")
     assert document["ended"] == {"state": "stopped", "reason": number.name}
@@ -70,7 +71,7 @@ def test_statistics_are_read_during_the_run_and_after_kill_9(state_directory: Pa
     with running() as process:
         during = stats()
         os.kill(process.pid, signal.SIGKILL)
-        process.communicate(timeout=LONGEST_S)
+        process.communicate(timeout=PATIENCE_S)
     after = stats()
     assert during is not None
     assert after is not None

@@ -20,6 +20,7 @@ from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import MODEL, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.worst_list import WorstList
+from tests.support.waiting import PATIENCE_S
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), worst=2)
 HEADER = {
@@ -65,7 +66,7 @@ class Terminal:
 
     def wait_for(self, text: str) -> None:
         while text not in self.shown:
-            ready, _, _ = select([self._ours], (), (), 30)
+            ready, _, _ = select([self._ours], (), (), PATIENCE_S)
             assert ready, f"{text!r} is not in {self.shown!r}"
             self.shown += os.read(self._ours, 65536).decode(errors="replace")
 
@@ -95,7 +96,7 @@ def test_it_shows_the_summary_and_quits_on_a_key(terminal: Terminal, key: str) -
     terminal.wait_for("lately p99")
     terminal.wait_for("q quit")
     terminal.press(key)
-    assert terminal.process.wait(timeout=30) == 0
+    assert terminal.process.wait(timeout=PATIENCE_S) == 0
     assert terminal.settings() == list(terminal.before)
 
 
@@ -104,7 +105,7 @@ def test_it_shows_the_summary_and_quits_on_a_key(terminal: Terminal, key: str) -
 def test_a_signal_leaves_the_terminal_as_it_was(terminal: Terminal, number: signal.Signals) -> None:
     terminal.wait_for("q quit")
     terminal.process.send_signal(number)
-    assert terminal.process.wait(timeout=30) == 0
+    assert terminal.process.wait(timeout=PATIENCE_S) == 0
     assert terminal.settings() == list(terminal.before)
 
 

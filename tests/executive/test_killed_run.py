@@ -11,6 +11,7 @@ import pytest
 
 from firmware_runtime.telemetry.statistics import Statistics
 from firmware_runtime.telemetry.statistics_reader import read_statistics
+from tests.support.waiting import PATIENCE_S
 
 PROGRAM = """
 import sys
@@ -88,7 +89,7 @@ def test_a_signal_makes_outputs_safe_and_the_statistics_say_so(
 ) -> None:
     read_after_steps(path, 5)
     process.send_signal(number)
-    said, _ = process.communicate(timeout=30)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert said == f"safe\n{number.name}\n"
     assert process.returncode == 0
     after = read_statistics(path).as_json()

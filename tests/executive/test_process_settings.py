@@ -15,6 +15,7 @@ from firmware_runtime.executive import process
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
 from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.executive.process import ProcessSettings, in_force
+from tests.support.waiting import PATIENCE_S
 
 EVERYTHING = ProcessSettings(
     fifo_priority=10,
@@ -57,7 +58,7 @@ def test_what_is_reported_as_granted_holds_and_is_undone() -> None:
         text=True,
         check=True,
         cwd=Path(__file__).parents[2],
-        timeout=60,
+        timeout=PATIENCE_S,
     )
     granted, before, during, after = json.loads(answer.stdout)
     assert (during["frozen"], after.pop("frozen")) == (True, False)

@@ -16,6 +16,7 @@ from firmware_runtime.links.bridge import LOOK_EVERY, MOST_SENDERS, QUIET, Bridg
 from firmware_runtime.links.broadcast import RENEW_EVERY
 from firmware_runtime.links.route import Route
 from sim_doubles.clock import ManualClock
+from tests.support.waiting import PATIENCE_S
 
 LOOPBACK = endpoint("--listen", "127.0.0.1:0")
 
@@ -37,7 +38,7 @@ class Rig:
     def speaker(self) -> socket.socket:
         host, _, port = self.bridge.listens_at.rpartition(":")
         speaker = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        speaker.settimeout(10)
+        speaker.settimeout(PATIENCE_S)
         speaker.connect((host, int(port)))
         self.sockets.append(speaker)
         return speaker
@@ -46,7 +47,7 @@ class Rig:
         """A socket where a run's would be."""
         self.path.unlink(missing_ok=True)
         robot = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        robot.settimeout(10)
+        robot.settimeout(PATIENCE_S)
         robot.bind(str(self.path))
         self.sockets.append(robot)
         return robot

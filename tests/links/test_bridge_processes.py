@@ -14,7 +14,8 @@ from typing import Any
 
 import pytest
 
-from tests.support.bridged_run import PATIENCE_S, BridgedRun, address, bridged, line, stop
+from tests.support.bridged_run import BridgedRun, address, bridged, line, stop
+from tests.support.waiting import PATIENCE_S
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "bridge.md"
 

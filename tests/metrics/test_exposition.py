@@ -24,6 +24,7 @@ from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of, upper_edge
 from firmware_runtime.telemetry.layout import MODEL, STEP_HISTOGRAM, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from tests.support.waiting import PATIENCE_S
 
 LAYOUT = Layout(
     models=("imu",),
@@ -193,7 +194,7 @@ def exporting(listen: str) -> Iterator[str]:
         assert process.stdout is not None
         yield process.stdout.readline()
         process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=PATIENCE_S) == 0
 
 
 def body_of(connection: http.client.HTTPConnection) -> str:
@@ -205,7 +206,7 @@ def body_of(connection: http.client.HTTPConnection) -> str:
 def test_the_exporter_answers_on_loopback_with_what_holds_now(file: StatisticsFile) -> None:
     with exporting("127.0.0.1:0") as said:
         port = int(said.rpartition(",")[2].strip(" )\n"))
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
         name = ("firmware_runtime_overruns_total", "tachobot", "imu")
         assert samples(body_of(connection))[name] == 1
         file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 4

@@ -11,7 +11,8 @@ from firmware_runtime.cli import safe_state
 from firmware_runtime.cli.main import main
 from firmware_runtime.cli.settings_in_force import forget_settings, kept_settings
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from tests.support.guarded_run import guarded_run, wait_until
+from tests.support.guarded_run import guarded_run
+from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -50,7 +51,7 @@ def test_statistics_that_are_cut_short_end_the_run_and_not_the_guard(tmp_path: P
         assert run.guard is not None
         os.truncate(tmp_path / "tachobot.stats", 0)
         wait_until(lambda: bool(run.takeovers()), "the guard has taken over")
-        assert run.run.wait(30) == -signal.SIGBUS
+        assert run.run.wait(PATIENCE_S) == -signal.SIGBUS
         assert run.is_off
         assert run.guard.poll() is None
 
@@ -64,7 +65,7 @@ def test_a_guard_that_is_stopped_before_outputs_are_off_says_so(tmp_path: Path) 
         run.signal(signal.SIGKILL)
         assert "outputs not off" in run.guard.stdout.readline()
         run.guard.send_signal(signal.SIGTERM)
-        assert run.guard.wait(30) == 4
+        assert run.guard.wait(PATIENCE_S) == 4
         assert "not made safe: i2c1 0x40" in run.errors()
 
 
@@ -115,7 +116,7 @@ def test_a_file_that_changed_under_the_run_does_not_keep_its_outputs_on(
         file.write_text(shipped.replace(before, after, 1), encoding="utf-8")
         run.guard.kill()
         run.signal(signal.SIGKILL)
-        run.run.wait(30)
+        run.run.wait(PATIENCE_S)
         assert not run.is_off
         done = run.ask("safe-state", file, "--doubles", run.socket)
         assert run.is_off
@@ -128,7 +129,7 @@ def test_settings_are_kept_while_outputs_may_be_on(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert (tmp_path / "tachobot.settings").exists()
         run.signal(signal.SIGTERM)
-        run.run.wait(30)
+        run.run.wait(PATIENCE_S)
         assert not (tmp_path / "tachobot.settings").exists()
 
 
@@ -141,7 +142,7 @@ def test_no_place_for_statistics_keeps_nobody_from_switching_off(
     monkeypatch.setattr(safe_state, "default_path", taken)
     with guarded_run(tmp_path, guard=False) as run:
         run.signal(signal.SIGKILL)
-        run.run.wait(30)
+        run.run.wait(PATIENCE_S)
         assert not run.is_off
         assert main(["safe-state", "tachobot", "--doubles", str(run.socket)]) == 0
         wait_until(lambda: run.is_off, "all outputs are off")

@@ -1,8 +1,8 @@
 """Every way to die, and how long until all outputs are off, on doubles that outlive the run.
 
-The times go into the table of `docs/safety.md`, if the tests are asked to write it (see
-tests/support/safety_table.py); what is asserted is ten times the goals, since other programs share
-the machine.
+What is asserted is that they go off, what was said, and how the processes ended. The times go into
+the table of `docs/safety.md`, beside their goals, if the tests are asked to write it (see
+tests/support/safety_table.py): a busy machine changes a time, and must not fail a test.
 """
 
 import signal
@@ -13,14 +13,13 @@ from time import monotonic_ns
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from tests.support.guarded_run import GuardedRun, guarded_run, wait_until
+from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.safety_table import SafetyTable
 from tests.support.supervisor import Supervisor
+from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
-SLACK = 10
-"""A machine that runs other tests too may be so many times slower than the goal."""
 WATCHDOG_NS = 2 * SECOND
 """WatchdogSec of the unit."""
 
@@ -85,9 +84,8 @@ def fail(run: GuardedRun, order: Path) -> int:
 def test_a_signal_that_asks(tmp_path: Path, table: SafetyTable, number: signal.Signals) -> None:
     with guarded_run(tmp_path) as run:
         took = run.until_off_ms(run.signal(number))
-        assert run.run.wait(30) == 128 + number
+        assert run.run.wait(PATIENCE_S) == 128 + number
     table.add(number.name, took, goal_ms=100)
-    assert took < 100 * SLACK
 
 
 @pytest.mark.parametrize(
@@ -107,23 +105,20 @@ def test_a_fault_in_a_model(
     with guarded_run(tmp_path, program=program) as run:
         took = run.until_off_ms(fail(run, order))
     table.add(name, took, goal_ms)
-    assert took < goal_ms * SLACK
 
 
 def test_an_exception_in_a_driver(tmp_path: Path, table: SafetyTable) -> None:
     order = tmp_path / "fail"
     with guarded_run(tmp_path, program=BROKEN_DRIVER.format(order=str(order))) as run:
         took = run.until_off_ms(fail(run, order))
-        assert run.run.wait(30) == 1
+        assert run.run.wait(PATIENCE_S) == 1
     table.add("exception in a driver", took, goal_ms=100)
-    assert took < 100 * SLACK
 
 
 def test_kill_9(tmp_path: Path, table: SafetyTable) -> None:
     with guarded_run(tmp_path) as run:
         took = run.until_off_ms(run.signal(signal.SIGKILL))
     table.add("SIGKILL", took, goal_ms=300)
-    assert took < 300 * SLACK
 
 
 def test_a_hang_and_what_comes_back_from_it(tmp_path: Path, table: SafetyTable) -> None:
@@ -137,7 +132,6 @@ def test_a_hang_and_what_comes_back_from_it(tmp_path: Path, table: SafetyTable) 
         assert run.is_off
         assert run.run.poll() is None
     table.add("SIGSTOP (hang)", took, goal_ms=300)
-    assert took < 300 * SLACK
 
 
 def test_a_broken_file_at_sighup_changes_nothing(tmp_path: Path) -> None:
@@ -164,20 +158,18 @@ def test_a_guard_that_is_killed_first_disarms_the_run(tmp_path: Path, table: Saf
         assert "the guard is gone" in run.errors()
         assert run.run.poll() is None
     table.add("guard killed first", took, goal_ms=1000)
-    assert took < 1000 * SLACK
 
 
 def test_both_killed_and_then_exec_stop_post(tmp_path: Path, table: SafetyTable) -> None:
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
         run.guard.kill()
-        run.guard.wait(30)
+        run.guard.wait(PATIENCE_S)
         at = run.signal(signal.SIGKILL)
-        run.run.wait(30)
+        run.run.wait(PATIENCE_S)
         assert run.safe_state("signal") == "tachobot: all outputs off (signal)\n"
         took = run.until_off_ms(at)
     table.add("both killed, then ExecStopPost", took, goal_ms=2500)
-    assert took < 2500 * SLACK
 
 
 def test_both_hang_and_the_watchdog_ends_it(tmp_path: Path, table: SafetyTable) -> None:
@@ -190,12 +182,12 @@ def test_both_hang_and_the_watchdog_ends_it(tmp_path: Path, table: SafetyTable) 
         supervisor.wait_for_the_watchdog()
         run.signal(signal.SIGABRT)
         run.signal(signal.SIGCONT)
-        assert run.run.wait(30) == -signal.SIGABRT
+        assert run.run.wait(PATIENCE_S) == -signal.SIGABRT
         assert run.safe_state("watchdog") == "tachobot: all outputs off (watchdog)\n"
         took = run.until_off_ms(at)
     supervisor.close()
     table.add("both hang (watchdog, ExecStopPost)", took, goal_ms=2500)
-    assert WATCHDOG_NS / 1e6 * 0.5 < took < 2500 * SLACK
+    assert took > WATCHDOG_NS / 1e6 / 2
 
 
 def test_an_out_of_memory_kill(tmp_path: Path, table: SafetyTable) -> None:
@@ -205,10 +197,9 @@ def test_an_out_of_memory_kill(tmp_path: Path, table: SafetyTable) -> None:
     with memory_limit(256 << 20) as group, guarded_run(tmp_path, program=program) as run:
         enter(group, run.run.pid)
         took = run.until_off_ms(fail(run, order))
-        assert run.run.wait(30) == -signal.SIGKILL
+        assert run.run.wait(PATIENCE_S) == -signal.SIGKILL
         assert killed_by_memory(group) == 1
     table.add("out-of-memory kill", took, goal_ms=300)
-    assert took < 300 * SLACK
 
 
 @pytest.mark.parametrize("robot", ["tachobot", "detective"])
@@ -219,13 +210,12 @@ def test_a_bus_that_is_stuck_while_stopping(tmp_path: Path, table: SafetyTable, 
         words = ["--socket", run.socket, "--for", stuck_ns // SECOND]
         assert run.ask("doubles", "fault", "stuck", *words).returncode == 0
         run.signal(signal.SIGTERM)
-        assert run.run.wait(30) == 4
+        assert run.run.wait(PATIENCE_S) == 4
         assert "not made safe" in run.errors()
         assert not run.is_off
         took = run.until_off_ms(run.fault_ends_at())
         assert run.takeovers()[-1]["off_after_ns"] > 0
     table.add(f"bus stuck while stopping, {robot}: since it is free", took, goal_ms=300)
-    assert took < 300 * SLACK
 
 
 @pytest.mark.parametrize(
@@ -237,7 +227,6 @@ def test_the_detective_robot_stops_too(
     with guarded_run(tmp_path, robot="detective") as run:
         took = run.until_off_ms(run.signal(number))
     table.add(f"{number.name}, detective", took, goal_ms)
-    assert took < goal_ms * SLACK
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=lambda each: each.name)
@@ -249,9 +238,8 @@ def test_an_enable_line_needs_no_guard(
     board.write_text(Path("boards/tachobot/board.toml").read_text() + ENABLE_LINE)
     with guarded_run(tmp_path, board=str(board), guard=False) as run:
         took = run.until_off_ms(run.signal(number))
-        run.run.wait(30)
+        run.run.wait(PATIENCE_S)
     table.add(f"{number.name}, enable line, no guard", took, goal_ms=100)
-    assert took < 100 * SLACK
 
 
 def test_why_the_guard_took_over_is_kept(tmp_path: Path) -> None:
@@ -281,6 +269,6 @@ def test_without_a_guard_kill_9_leaves_the_outputs_on(tmp_path: Path) -> None:
     """What the guard is for: a PCA9685 keeps its last duties."""
     with guarded_run(tmp_path, guard=False) as run:
         run.signal(signal.SIGKILL)
-        run.run.wait(30)
+        run.run.wait(PATIENCE_S)
         assert not run.is_off
         assert run.socket.exists()

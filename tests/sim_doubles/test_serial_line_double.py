@@ -12,6 +12,7 @@ from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock
 from sim_doubles.serial_line import PtySerialLine, SerialLineDouble, SerialTarget
+from tests.support.waiting import PATIENCE_S
 
 MILLISECOND = 1_000_000
 EVERY_BYTE = bytes(range(256))
@@ -142,7 +143,7 @@ def test_input_of_any_age_can_be_discarded(line: SerialLineDouble, clock: Manual
 def test_every_byte_passes_a_pseudo_terminal_both_ways_unchanged(
     pty_line: PtySerialLine, clock: ManualClock, echo: Echo
 ) -> None:
-    with serial.Serial(pty_line.path, 9600, timeout=5) as port:
+    with serial.Serial(pty_line.path, 9600, timeout=PATIENCE_S) as port:
         port.write(EVERY_BYTE)
         wait_for_host(pty_line)
         pty_line.pump()
@@ -178,7 +179,7 @@ def test_what_nobody_fetches_is_lost_and_counted(
 
 def test_a_sonar_is_read_through_pyserial(clock: ManualClock) -> None:
     line = PtySerialLine(MaxbotixDouble(clock, lambda _: 1.5), clock)
-    with serial.Serial(line.path, 9600, timeout=5) as port:
+    with serial.Serial(line.path, 9600, timeout=PATIENCE_S) as port:
         clock.advance(350 * MILLISECOND)
         line.pump()
         text = port.read_until(b"R150\r")

@@ -30,6 +30,7 @@ from sim_doubles.served.packets import (
 )
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
+from tests.support.waiting import PATIENCE_S
 
 WHO_AM_I = Transfer("i2c1", 0x68, (b"\x75", 1))
 
@@ -47,7 +48,7 @@ class Rig:
 
     def client(self) -> socket:
         client = socket(AF_UNIX, SOCK_SEQPACKET)
-        client.settimeout(30)
+        client.settimeout(PATIENCE_S)
         client.connect(str(self.path))
         self.server.step()
         return client

@@ -13,12 +13,13 @@ from pathlib import Path
 from select import select
 from typing import Any
 
+from tests.support.waiting import PATIENCE_S
+
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
-PATIENCE_S = 30
 
 
 class Talker:
-    """A UDP socket to the bridge; what it waits for must come within 30 s."""
+    """A UDP socket to the bridge; what it waits for must come within a bound."""
 
     def __init__(self, robot: tuple[Any, ...]) -> None:
         family = socket.AF_INET6 if ":" in robot[0] else socket.AF_INET
@@ -88,7 +89,9 @@ def line(process: "subprocess.Popen[bytes]", end: str) -> str:
     """The next line that ends so, of what a process prints."""
     assert process.stdout is not None
     for _ in range(100):
-        assert select([process.stdout], (), (), PATIENCE_S)[0], f"not within 30 s: {end!r}"
+        assert select([process.stdout], (), (), PATIENCE_S)[0], (
+            f"not within {PATIENCE_S} s: {end!r}"
+        )
         printed = process.stdout.readline().decode()
         assert printed, f"ended before {end!r}"
         if re.search(end, printed):

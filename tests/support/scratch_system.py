@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.support.waiting import PATIENCE_S
+
 SYSTEMCTL = Path(__file__).with_name("systemctl.sh")
 
 ROBOT = "firmware-runtime@tachobot.service"
@@ -58,7 +60,7 @@ class ScratchSystem:
             text=True,
             check=False,
             stdin=subprocess.DEVNULL,
-            timeout=60,
+            timeout=PATIENCE_S,
         )
 
     def has(self, path: str) -> bool:

@@ -1,0 +1,45 @@
+"""What holds for every test: one hypothesis profile, a place of its own, the marks, the bounds."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from tests.support import marks, skips
+
+settings.register_profile(
+    "project",
+    deadline=None,  # how long an example takes is the machine's business
+    derandomize=True,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],  # likewise
+)
+settings.load_profile("project")
+
+_TESTS = Path(__file__).parent
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    skips.add_option(parser)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Plug in what holds tests to their mark and what counts skipped ones."""
+    config.pluginmanager.register(marks.Marks(), "marks")
+    if config.getoption(skips.OPTION):
+        config.pluginmanager.register(skips.Forbidden(), "skips")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        marks.mark_by_folder(item, item.path.relative_to(_TESTS).parts[0])
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _place_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Statistics, sockets and what else a run keeps: none shared with another worker or a robot."""
+    with pytest.MonkeyPatch.context() as patch:
+        place = tmp_path_factory.mktemp("state")
+        patch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(place))
+        yield

@@ -1,0 +1,69 @@
+"""What the marks mean, and what holds tests to them.
+
+`real_time`: stands on the machine's clock: a robot that is driven in real time, processes that have
+to take turns, a figure. Such tests run one at a time and after all others (`make test`); whole
+folders of them are named here. `slow`: takes over a quarter of a second. `make test-fast` runs what
+is neither.
+
+How long a test takes by the clock says little where other programs run, so it is held to its mark
+by processor time, its own and that of the processes it waited for: over a quarter of a second
+without a mark is reported at the end, over a second fails the session.
+"""
+
+import resource
+import time
+from collections.abc import Generator
+
+import pytest
+
+REAL_TIME_FOLDERS = frozenset({"safety"})
+LIMIT_S = 0.25
+FAILS_AT_S = 1.0
+_KEY = "processor_time_s"
+
+
+def mark_by_folder(item: pytest.Item, folder: str) -> None:
+    """Mark a test by the folder below `tests` that it stands in."""
+    if folder in REAL_TIME_FOLDERS:
+        item.add_marker(pytest.mark.real_time)
+
+
+class Marks:
+    """Measures every test, and at the end names those that take longer than their mark says."""
+
+    def __init__(self) -> None:
+        self._unmarked: dict[str, float] = {}
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, None, None]:
+        """Let the report carry the test's processor time, from whatever worker."""
+        before = _processor_time_s()
+        try:
+            return (yield)
+        finally:
+            item.user_properties.append((_KEY, _processor_time_s() - before))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note a test that took too long for one without a mark."""
+        if report.when == "call" and not {"slow", "real_time"} & report.keywords.keys():
+            spent = dict(report.user_properties).get(_KEY)
+            if isinstance(spent, float) and spent > LIMIT_S:
+                self._unmarked[report.nodeid] = spent
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Fail a session that would pass, where a test is far from its mark."""
+        worst = max(self._unmarked.values(), default=0)
+        if worst > FAILS_AT_S and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Say which tests want the mark `slow`."""
+        if self._unmarked:
+            terminalreporter.section(f"over {LIMIT_S} s of processor time: mark these `slow`")
+        for test, spent in sorted(self._unmarked.items(), key=lambda each: -each[1]):
+            terminalreporter.line(f"{spent:.2f} s  {test}")
+
+
+def _processor_time_s() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
