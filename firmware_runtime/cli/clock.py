@@ -1,6 +1,7 @@
 """The clock that the command line asks for."""
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 
 from firmware_runtime.errors import BoardError
@@ -21,12 +22,21 @@ def choose_clock(arguments: argparse.Namespace) -> None:
         faults.append(f"--clock {arguments.clock} needs --doubles: chips live in real time")
     if arguments.clock != "monotonic" and isinstance(arguments.doubles, Path):
         faults.append(f"--clock {arguments.clock}: doubles that are served live in real time")
-    if arguments.events is not None and arguments.doubles:
-        faults.append("--events runs the model alone: leave --doubles out")
+    if arguments.events is not None:
+        faults += _not_for_a_model_alone(arguments)
     if arguments.events is None and (arguments.outputs or arguments.model or arguments.until):
         faults.append("--outputs, --model and --until belong to --events")
     if faults:
         raise BoardError("run", faults)
+
+
+def _not_for_a_model_alone(arguments: argparse.Namespace) -> Iterator[str]:
+    """The options that say something about hardware, or the end twice."""
+    for option in ("doubles", "plot", "arm", "supervised"):
+        if getattr(arguments, option):
+            yield f"--events runs the model alone: leave --{option} out"
+    if arguments.until is not None and arguments.duration_s is not None:
+        yield "--until and --for both say when the run ends: leave one out"
 
 
 def clock_of(arguments: argparse.Namespace) -> Clock:

@@ -3,13 +3,16 @@
 import argparse
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from boards.registry import Board
 from firmware_runtime.cli.arguments import instant
 from firmware_runtime.cli.clock import clock_of
 from firmware_runtime.cli.status import Status
-from firmware_runtime.ecdpp.event_file import read_events
+from firmware_runtime.cli.tracing import tracing
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.ecdpp.event_file import Event, read_events
 from firmware_runtime.ecdpp.experiment import Experiment, end_of
 from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
 from firmware_runtime.errors import BoardError
@@ -38,7 +41,7 @@ def add_event_options(verb: argparse.ArgumentParser) -> None:
         "--until",
         type=instant,
         metavar="HH:MM:SS:mmm",
-        help="run up to this instant; default 10 s after the last event",
+        help="run up to this instant, as --for does in seconds; default 10 s after the last event",
     )
     events.add_argument(
         "--model", type=Path, metavar="FILE.ma", help="run on the model that this file describes"
@@ -57,11 +60,18 @@ def run_event_file(arguments: argparse.Namespace, board: Board) -> Status:
     )
     executive = Executive(experiment, clock_of(arguments), list, configuration)
     record = OutputRecord(executive.simulator)
-    until = end_of(events) if arguments.until is None else arguments.until
-    with stop_on_signals(executive.request_stop):
+    until = _end(arguments, events)
+    with tracing(executive.simulator, arguments.trace), stop_on_signals(executive.request_stop):
         outcome = executive.run(until)
     _report(arguments, board, executive, outcome, record.lines)
     return Status.OK if outcome.state is RunState.ENDED else Status.MODEL_ERROR
+
+
+def _end(arguments: argparse.Namespace, events: Sequence[Event]) -> int:
+    if arguments.until is not None:
+        until: int = arguments.until
+        return until
+    return end_of(events) if arguments.duration_s is None else seconds(arguments.duration_s)
 
 
 def _report(

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.settings_in_force import settings_path
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
-from firmware_runtime.devs.trace import trace
+from firmware_runtime.cli.tracing import tracing
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
 from firmware_runtime.links.ports_socket import ports_path
@@ -32,7 +32,6 @@ from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.takeovers import takeovers_path
-from firmware_runtime.telemetry.trace_file import TraceFile
 
 _BESIDE_STATISTICS = (spans_path, takeovers_path, settings_path, control_path, ports_path)
 
@@ -112,7 +111,7 @@ def execute(arguments: argparse.Namespace) -> int:
         with _plotting(session, arguments.plot):
             report = Report(session, arguments)
             with (
-                _tracing(session, arguments.trace),
+                tracing(session.executive.simulator, arguments.trace),
                 _serving(session) as reload,
                 stop_on_signals(executive.request_stop, reload, executive.give_up),
             ):
@@ -156,14 +155,6 @@ def _statistics_path(arguments: argparse.Namespace, board: boards.registry.Board
             )
         return path
     return default_path(board.name)
-
-
-@contextmanager
-def _tracing(session: Session, path: Path | None) -> Iterator[None]:
-    with nullcontext() if path is None else TraceFile(path) as file:
-        if file is not None:
-            trace(session.executive.simulator, file.write)
-        yield
 
 
 @contextmanager

@@ -1,23 +1,17 @@
-"""Event files: one input of the top model a line, `HH:MM:SS:ms Port Value`, in order of time.
+"""Event files: inputs of the top model, `HH:MM:SS:ms Port Value`, one or several on a line.
 
-The value is a whole number or a decimal; a port of int takes whole numbers only, a port of bool 0
-and 1. See the package for comments and case.
+As CD++ does, events are sorted by time; those of one instant stay in the order of the file. The
+value is a whole number or a decimal; a port of int takes whole numbers only, a port of bool 0 and
+1. See the package for comments and case.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.ecdpp.text import (
-    format_time,
-    lines_of,
-    look_up,
-    parse_number,
-    parse_time,
-    read_text,
-)
+from firmware_runtime.ecdpp.text import lines_of, look_up, parse_number, parse_time, read_text
 from firmware_runtime.errors import BoardError
 
 
@@ -38,37 +32,33 @@ def parse_events(text: str, source: str, model: Component) -> list[Event]:
     """The text's events; `source` names it in a BoardError."""
     events: list[Event] = []
     faults: list[str] = []
-    latest = 0
     for number, line in lines_of(text):
-        try:
-            event = _event(line, model.in_ports, latest)
-        except ValueError as error:
-            faults.append(f"line {number}: {error}")
-        else:
-            latest = event.at
-            events.append(event)
+        fields = line.split()
+        if len(fields) % 3:
+            fault = f"{line!r}: expected HH:MM:SS:ms Port Value, once or several times"
+            faults.append(f"line {number}: {fault}")
+            continue
+        for place in range(0, len(fields), 3):
+            try:
+                events.append(_event(fields[place : place + 3], model.in_ports))
+            except ValueError as error:
+                faults.append(f"line {number}: {error}")
     if faults:
         raise BoardError(source, faults)
-    return events
+    return sorted(events, key=lambda event: event.at)
 
 
-def _event(line: str, ports: Mapping[str, InPort[Any]], latest: int) -> Event:
-    """The event on a line; raises ValueError with a sentence that says what is wrong."""
-    fields = line.split()
-    if len(fields) != 3:
-        raise ValueError(f"{line!r}: expected HH:MM:SS:ms Port Value")
-    at = parse_time(fields[0])
+def _event(fields: Sequence[str], ports: Mapping[str, InPort[Any]]) -> Event:
+    """The event of three fields; raises ValueError with a sentence that says what is wrong."""
+    time, name, value = fields
+    at = parse_time(time)
     if at is None:
-        raise ValueError(f"time {fields[0]!r}: expected HH:MM:SS:ms, such as 00:00:02:500")
-    if at < latest:
-        raise ValueError(
-            f"time {fields[0]} goes backwards; expected {format_time(latest)} or later"
-        )
-    port = look_up(ports, fields[1])
+        raise ValueError(f"time {time!r}: expected HH:MM:SS:ms, such as 00:00:02:500")
+    port = look_up(ports, name)
     if port is None:
         known = ", ".join(ports) or "none: the model has no inputs"
-        raise ValueError(f"unknown port {fields[1]!r}; expected one of {known}")
-    return Event(at, port.name, _value(fields[2], port))
+        raise ValueError(f"unknown port {name!r}; expected one of {known}")
+    return Event(at, port.name, _value(value, port))
 
 
 def _value(text: str, port: InPort[Any]) -> float | bool:

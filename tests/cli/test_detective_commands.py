@@ -69,6 +69,30 @@ def test_until_ends_the_run_early(command: Callable[..., Any], events: Path) -> 
     assert ended.out == "".join(FIGURE_6_OUTPUTS.splitlines(keepends=True)[:4])
 
 
+def test_for_ends_the_run_early_too(command: Callable[..., Any], events: Path) -> None:
+    ended = command("run", "detective", "--events", events, "--for", "5.03")
+    assert ended.out == "".join(FIGURE_6_OUTPUTS.splitlines(keepends=True)[:4])
+
+
+def test_a_trace_of_events_has_what_every_port_of_the_model_sent(
+    command: Callable[..., Any], events: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "trace.jsonl"
+    ended = command("run", "detective", "--events", events, "--trace", path)
+    assert (ended.status, ended.out) == (0, FIGURE_6_OUTPUTS)
+    sent = [json.loads(line) for line in path.read_text().splitlines()]
+    assert [each["value"] for each in sent if each["port"] == "events.In1"] == [1.0]
+    assert any(each["port"].startswith("top.RadarSystem.") for each in sent)
+
+
+def test_events_in_any_order_are_the_same_run(
+    command: Callable[..., Any], events: Path, tmp_path: Path
+) -> None:
+    shuffled = tmp_path / "shuffled.ev"
+    shuffled.write_text("  ".join(reversed(events.read_text().splitlines())))
+    assert command("run", "detective", "--events", shuffled).out == FIGURE_6_OUTPUTS
+
+
 def test_a_bad_event_file_is_refused_with_file_and_line(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
@@ -91,6 +115,10 @@ def test_a_bad_event_file_is_refused_with_file_and_line(
         ("run", "detective", "--events", "FILE", "--outputs", "/nowhere/file.out"),
         ("run", "detective", "--events", "FILE", "--model", "/nowhere/file.ma"),
         ("run", "detective", "--doubles", "--outputs", "FILE"),
+        ("run", "detective", "--events", "FILE", "--plot", "FILE"),
+        ("run", "detective", "--events", "FILE", "--arm"),
+        ("run", "detective", "--events", "FILE", "--supervised"),
+        ("run", "detective", "--events", "FILE", "--until", "00:00:05:000", "--for", "5"),
     ],
 )
 def test_event_options_that_make_no_sense_are_refused(

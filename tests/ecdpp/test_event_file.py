@@ -115,10 +115,26 @@ def test_a_line_that_is_no_event_is_a_fault_with_its_number(line: str, fault: st
     assert fault in found
 
 
-def test_a_time_that_goes_backwards_is_a_fault() -> None:
-    assert faults("00:00:02:000 In1 1\n00:00:01:999 In1 1\n00:00:02:000 In1 1") == (
-        "line 2: time 00:00:01:999 goes backwards; expected 00:00:02:000 or later",
-    )
+def test_events_are_sorted_by_time_and_those_of_one_instant_keep_their_order() -> None:
+    text = "00:00:02:000 In1 1\n00:00:01:999 count 9\n00:00:02:000 count 2\n00:00:02:000 In1 3"
+    assert [(event.at // MILLISECOND, event.port, event.value) for event in parse(text)] == [
+        (1999, "count", 9),
+        (2000, "In1", 1.0),
+        (2000, "count", 2),
+        (2000, "In1", 3.0),
+    ]
+
+
+def test_several_events_may_stand_on_a_line_and_each_has_its_own_faults() -> None:
+    events = parse("00:00:02:000 In1 1  00:00:01:000 count 3\t00:00:02:000 flag 0 # three")
+    assert [(event.at // SECOND, event.port) for event in events] == [
+        (1, "count"),
+        (2, "In1"),
+        (2, "flag"),
+    ]
+    first, second = faults("00:00:02:000 In9 1 00:00:01:000 count 3 00:00:01:000 flag x")
+    assert "In9" in first
+    assert "'x'" in second
 
 
 def test_all_faults_of_a_file_are_listed_at_once() -> None:
