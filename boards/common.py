@@ -111,6 +111,12 @@ class ExecutiveSettings(Settings, frozen=True):
     """Busy-wait this long before each deadline, 0 for none."""
     max_lag_s: Annotated[float, Meta(ge=0.05, le=10)] = 0.2
     """So long behind the clock without catching up, and outputs go off and the run ends, s."""
+    max_load_percent: Annotated[float, Meta(ge=10, le=100)] = 90.0
+    """Of real time, over three seconds, that may go into steps or into processor time; 100: any."""
+    overload: Literal["yield", "stop"] = "yield"
+    """Above that: `yield` gives up SCHED_FIFO and, where there was one, disarms; `stop` ends."""
+    watchdog_s: Annotated[float, Meta(ge=0.5, le=60)] = 2.0
+    """Time without a finished step after which systemd ends the service, s; longer than stall_s."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16
     """How many of the worst activations are kept."""
     recorded_spans: Annotated[int, Meta(ge=0, le=1_000_000)] = 32_768

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from boards.common import BusSettings, ModelPolicy
+from boards.common import BusSettings, ExecutiveSettings, GuardSettings, ModelPolicy
 from drivers.chips.setting import SettingError
 
 PCA9685_ALLCALL = 0x70
@@ -60,6 +60,14 @@ def overrun_faults(overruns: Mapping[str, ModelPolicy]) -> list[str]:
         for model, each in overruns.items()
         if each.policy == "stop" and each.stop_after_us is None
     ]
+
+
+def executive_faults(executive: ExecutiveSettings, guard: GuardSettings) -> list[str]:
+    """Times of supervision that contradict each other."""
+    if executive.watchdog_s > guard.stall_s:
+        return []
+    stated = f"executive.watchdog_s: {executive.watchdog_s:g}"
+    return [f"{stated}: expected more than guard.stall_s = {guard.stall_s:g}, which comes first"]
 
 
 def setting_fault(key: str, check: Callable[[], object]) -> list[str]:

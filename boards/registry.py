@@ -20,7 +20,7 @@ from boards.common import (
     PathDeadlineSettings,
     PortSettings,
 )
-from boards.faults import Device, overrun_faults
+from boards.faults import Device, executive_faults, overrun_faults
 from boards.lines import Lines
 from boards.robot import Robot
 from boards.variants import drop_replaced
@@ -133,6 +133,7 @@ def _board(
     settings = strict.convert(table, definition.SETTINGS, faults)
     if settings is None:
         raise BoardError(str(source), faults)
+    faults += executive_faults(settings.executive, settings.guard)
     faults += [*overrun_faults(settings.overruns), *definition.faults(settings)]
     loads = {} if faults else definition.loads(settings)
     faults += [fault for load_ in loads.values() if (fault := load_.fault())]

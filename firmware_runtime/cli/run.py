@@ -18,6 +18,7 @@ from firmware_runtime.cli.settings_in_force import settings_path
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.tracing import tracing
+from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
 from firmware_runtime.links.ports_socket import ports_path
@@ -26,6 +27,7 @@ from firmware_runtime.service.chronicle import Chronicle
 from firmware_runtime.service.control import control_path
 from firmware_runtime.service.journal import Journal
 from firmware_runtime.service.notices import Notices
+from firmware_runtime.service.overload import ANY_LOAD, Overload
 from firmware_runtime.service.reloading import Reloading
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
@@ -180,6 +182,10 @@ def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
     chronicle: Chronicle | None = None
     if notices.is_there or journal.is_there:
         chronicle = Chronicle(executive, notices, journal, summary)
+    settings = session.board.settings.executive
+    if isinstance(executive.clock, MonotonicClock) and settings.max_load_percent < ANY_LOAD:
+        limit, policy = settings.max_load_percent, settings.overload
+        Overload(executive, limit, policy, session.arming, _say)
     reloading = Reloading(session.board, session.robot, executive, notices, _say)
     try:
         yield None if sys.stdin.isatty() else reloading.request

@@ -147,6 +147,9 @@ def _conditions(conditions: Mapping[str, Any]) -> list[str]:
     where = (conditions.get(name) for name in ("machine", "kernel", "python"))
     scheduler, priority = conditions.get("scheduler"), conditions.get("scheduler_priority")
     lines = [f"  on {', '.join(map(str, where))}, {scheduler} {priority or ''}".rstrip()]
+    overloaded_s = conditions["run"]["overloaded_s"]
+    if overloaded_s is not None:
+        lines.append(f"  overloaded: after {overloaded_s:.1f} s the loop had no time left")
     return lines + [f"  {refusal}" for refusal in refusals(conditions)]
 
 

@@ -19,6 +19,7 @@ from firmware_runtime.telemetry.layout import (
     STATE,
     STEP_HISTOGRAM,
     STEPS,
+    YIELDED,
 )
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
@@ -101,6 +102,12 @@ class Ledger:
         self.file.cells[ARMED] = armed
         self.file.cells[ACKNOWLEDGED] = generation
         self.file.close_section_as_it_was()
+
+    def give_up_priority(self, now: int) -> None:
+        """Note that the run is an ordinary process from now on."""
+        self.file.open_section()
+        self.file.cells[YIELDED] = now
+        self.file.close_section(now)
 
     def lately(self, since: int) -> Lately:
         """What became of activations since then, or up to a second before; reads a few cells."""

@@ -39,12 +39,19 @@ from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.executive.process import Report, in_force
+from firmware_runtime.executive.process import (
+    Report,
+    give_up_priority,
+    holds_priority,
+    in_force,
+)
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.histogram import Cells
+from firmware_runtime.telemetry.layout import YIELDED
+from firmware_runtime.telemetry.refusals import as_they_hold
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState, Statistics
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
@@ -85,7 +92,7 @@ class Executive:
         self._ledger = self._open_ledger({}, NEVER)
         self.attendants: list[Attendant] = []
         self._started = False
-        self._stop_reason: str | None = None
+        self._stop: Outcome | None = None
 
     @property
     def statistics(self) -> Statistics:
@@ -98,9 +105,21 @@ class Executive:
 
     @property
     def granted(self) -> Report:
-        """What was asked of the system for this run, and what it granted; empty before it began."""
-        granted: Report = self._ledger.file.header["conditions"]["settings"]
-        return granted
+        """What was asked of the system and holds, or why not; empty before the run began."""
+        file = self._ledger.file
+        held: Report = as_they_hold(file.header["conditions"], file.cells[YIELDED])["settings"]
+        return held
+
+    @property
+    def holds_priority(self) -> bool:
+        """Whether the run comes before ordinary processes."""
+        return isinstance(self.clock, MonotonicClock) and holds_priority()
+
+    def give_up_priority(self) -> None:
+        """Be an ordinary process until the run ends; statistics say since when."""
+        self._ledger.give_up_priority(self.clock.now())
+        if self.holds_priority:
+            give_up_priority()
 
     @property
     def accounts(self) -> Sequence[ModelAccount]:
@@ -124,10 +143,10 @@ class Executive:
         """
         self._ledger.arm(armed=armed, generation=generation)
 
-    def request_stop(self, reason: str) -> None:
+    def request_stop(self, reason: str, state: RunState = RunState.STOPPED) -> None:
         """End the run after the step under way; safe in a signal handler and in any thread."""
-        if self._stop_reason is None:
-            self._stop_reason = reason
+        if self._stop is None:
+            self._stop = Outcome(state, reason)
         self.inbox.wake()
 
     def give_up(self) -> None:
@@ -177,8 +196,8 @@ class Executive:
             if ready:
                 self._arrivals.receive(ready, now)
                 at = self._next_at()
-            if self._stop_reason is not None:
-                return Outcome(RunState.STOPPED, self._stop_reason)
+            if self._stop is not None:
+                return self._stop
             if accounting.has_limits and accounting.is_overdue(min(now, until)):
                 break
             if at <= now and at <= until and at != NEVER:

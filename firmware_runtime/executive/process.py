@@ -47,6 +47,16 @@ class ProcessSettings:
     """Hold /dev/cpu_dma_latency at 0: no processor sleeps so deeply that waking takes long."""
 
 
+def holds_priority() -> bool:
+    """Whether this process comes before ordinary ones."""
+    return os.sched_getscheduler(0) in {os.SCHED_FIFO, os.SCHED_RR}
+
+
+def give_up_priority() -> None:
+    """Be an ordinary process from now on, whatever was granted; that is refused to nobody."""
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
 class _Refusal(Exception):
     """The system accepted the request, but did something else."""
 

@@ -1,4 +1,4 @@
-"""What one board's units need beyond the templates: device nodes, and priority if it asks for one.
+"""What one board's units need beyond the templates: device nodes, priority, the watchdog's time.
 
 Device nodes are whatever in the board's settings is a text that begins with `/dev/`.
 """
@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from boards.common import ExecutiveSettings
 from boards.registry import Board
 from firmware_runtime.installation.errors import InstallationRefused
 from firmware_runtime.installation.places import GUARD, RUNTIME, settings_path
@@ -24,14 +25,14 @@ def drop_in(service: str, board: Board, version: str) -> str:
     """The drop-in of the run or of its guard. Raises InstallationRefused."""
     lines = [
         f"# Written by firmware-runtime {version} from {settings_path(board.name)}, and again by",
-        f"# every `firmware-runtime service install {board.name}`. Device nodes and the priority",
-        "# belong into that file; other changes: systemctl edit.",
+        f"# every `firmware-runtime service install {board.name}`. Device nodes, priority and",
+        "# the watchdog's time belong into that file; other changes: systemctl edit.",
         "[Service]",
         *_scheduling(service, board.settings.executive.fifo_priority),
         *(f"DeviceAllow={node} rw" for node in device_nodes(board)),
     ]
-    if service == RUNTIME and board.settings.executive.keep_cpu_awake:
-        lines.append(f"DeviceAllow={_CPU_LATENCY} w")
+    if service == RUNTIME:
+        lines += _of_the_run(board.settings.executive)
     return "\n".join(lines) + "\n"
 
 
@@ -54,6 +55,12 @@ def _scheduling(service: str, priority: int) -> Iterator[str]:
         return
     own = min(priority + 1, _HIGHEST) if service == GUARD else priority
     yield from (f"CPUSchedulingPriority={own}", f"LimitRTPRIO={own}")
+
+
+def _of_the_run(executive: ExecutiveSettings) -> Iterator[str]:
+    yield f"WatchdogSec={executive.watchdog_s:g}s"
+    if executive.keep_cpu_awake:
+        yield f"DeviceAllow={_CPU_LATENCY} w"
 
 
 def _texts_below(value: Any) -> Iterator[str]:  # noqa: ANN401 -- whatever settings hold

@@ -16,7 +16,7 @@ from typing import Any
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.telemetry import fault_table
-from firmware_runtime.telemetry.histogram import BUCKETS, CELLS, SUB_BUCKETS
+from firmware_runtime.telemetry.histogram import BUCKETS, CELLS, SUB_BUCKETS, SUM_CELL
 
 RUN = (
     "sequence",
@@ -28,6 +28,7 @@ RUN = (
     "cpu_ns",
     "armed",
     "acknowledged",
+    "yielded_ns",
     "generation",
     "guard_ns",
 )
@@ -66,6 +67,7 @@ DEVICES = 8
     CPU,
     ARMED,
     ACKNOWLEDGED,
+    YIELDED,
     GENERATION,
     GUARD,
 ) = range(len(RUN))
@@ -196,3 +198,5 @@ class Layout:
 
 _NAMED = ("models", "timed", "buses", "deadlines")
 STEP_HISTOGRAM = slice(STEP_TIMES, STEP_TIMES + CELLS)
+STEP_TIME = STEP_TIMES + SUM_CELL
+"""The cell with the time of all steps together, ns."""

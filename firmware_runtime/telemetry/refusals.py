@@ -3,8 +3,26 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
+from firmware_runtime.devs.time import SECOND
+
 NOT_ASKED: Final = "not asked for"
 NOTHING_TO_WAIT_FOR: Final = "virtual time waits for nothing"
+
+
+def as_they_hold(conditions: Mapping[str, Any], yielded_ns: int) -> dict[str, Any]:
+    """The conditions, less the priority that the run gave up at that instant; 0: it never did."""
+    settings = conditions.get("settings", {})
+    fifo = settings.get("fifo_priority")
+    if yielded_ns == 0 or fifo is None or not fifo["granted"]:
+        return dict(conditions)
+    reason = f"given up after {yielded_ns / SECOND:.1f} s: overload"
+    without = {**fifo, "granted": False, "reason": reason}
+    return {
+        **conditions,
+        "settings": {**settings, "fifo_priority": without},
+        "scheduler": "SCHED_OTHER",
+        "scheduler_priority": 0,
+    }
 
 
 def refused(conditions: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:

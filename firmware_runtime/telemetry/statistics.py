@@ -26,8 +26,10 @@ from firmware_runtime.telemetry.layout import (
     STEP_HISTOGRAM,
     STEPS,
     WORST,
+    YIELDED,
     Layout,
 )
+from firmware_runtime.telemetry.refusals import as_they_hold
 from firmware_runtime.telemetry.timeline import Span, read_timeline
 
 SCHEMA = 1
@@ -113,7 +115,7 @@ class Statistics:
             "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
             "faults": self.faults(),
             "worst": self._worst(),
-            "conditions": {**self.header["conditions"], "run": self._run()},
+            "conditions": {**self._conditions(), "run": self._run()},
         }
 
     def _model(self, index: int) -> dict[str, Any]:
@@ -186,6 +188,9 @@ class Statistics:
             if spent > 0
         }
 
+    def _conditions(self) -> dict[str, Any]:
+        return as_they_hold(self.header["conditions"], self.cells[YIELDED])
+
     def _run(self) -> dict[str, Any]:
         state = self.state
         died = state is RunState.RUNNING and not self.writer_alive
@@ -196,6 +201,7 @@ class Statistics:
             "elapsed_s": self.cells[ELAPSED] / 1e9,
             "steps": self.cells[STEPS],
             "inputs_dropped": self.cells[INPUTS_DROPPED],
+            "overloaded_s": self.cells[YIELDED] / 1e9 if self.cells[YIELDED] > 0 else None,
             "armed": bool(self.cells[ARMED]) and not died,
             "guarded": self._is_guarded(),
             "cpu_s": self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,

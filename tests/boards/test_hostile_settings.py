@@ -94,11 +94,13 @@ def test_kept_settings_without_end_are_a_fault(tmp_path: Path, depth: int) -> No
         boards.registry.load_table(kept)
 
 
+@pytest.mark.slow
 @given(st.text() | st.binary().map(lambda raw: raw.decode("utf-8", "surrogateescape")))
 def test_any_override_is_refused_or_taken(assignment: str) -> None:
     refused_or_taken(lambda: boards.registry.load("tachobot", [assignment]))
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([(name, key) for name, keys in KEYS.items() for key in keys]),
     NUMBERS | WORDS | st.lists(NUMBERS).map(lambda each: f"[{','.join(each)}]"),
@@ -108,6 +110,7 @@ def test_any_value_of_any_key_is_refused_or_taken(where: tuple[str, str], value:
     refused_or_taken(lambda: boards.registry.load(name, [f"{key}={value}"]))
 
 
+@pytest.mark.slow
 @given(st.sampled_from([(n, key) for n, keys in KEYS.items() for key in keys]), TREES)
 def test_any_tree_in_kept_settings_is_refused_or_taken(
     tmp_path_factory: pytest.TempPathFactory, where: tuple[str, str], value: object

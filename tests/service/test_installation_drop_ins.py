@@ -30,6 +30,7 @@ def test_a_run_may_open_its_bus_and_keep_the_processor_awake(board: str) -> None
         "CPUSchedulingPriority=60",
         "LimitRTPRIO=60",
         "DeviceAllow=/dev/i2c-1 rw",
+        "WatchdogSec=2s",
         "DeviceAllow=/dev/cpu_dma_latency w",
     ]
 
