@@ -45,10 +45,12 @@ class Imu(Atomic):
 
     def unready(self) -> str | None:
         """Why there are no samples, in a few words; None if there are."""
+        if self.stage == "calibrating" and self._moved:
+            return f"is not calibrated yet{self._moved}"
         if self.consecutive_faults > 0:
             return f"has failed {self.consecutive_faults} times in a row"
         if self.stage == "calibrating":
-            return f"is not calibrated yet{self._moved}"
+            return "is not calibrated yet"
         return None if self.stage == "sampling" else "is not up yet"
 
     def initialize(self) -> None:

@@ -50,7 +50,7 @@ class Report:
 
     def end(self, outcome: Outcome) -> None:
         """Print the result; sentences on what went wrong go to standard error."""
-        if outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.has_failed:
+        if self._has_failed(outcome):
             print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
         for fault in outcome.faults:
             print(f"firmware-runtime: not made safe: {fault}", file=sys.stderr)
@@ -59,7 +59,10 @@ class Report:
         if self._json:
             print(json.dumps(self._as_json(outcome), allow_nan=False))
         else:
-            print("\n".join(self._as_text()))
+            print("\n".join(self._as_text(outcome)))
+
+    def _has_failed(self, outcome: Outcome) -> bool:
+        return outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.has_failed
 
     def _as_json(self, outcome: Outcome) -> dict[str, Any]:
         session = self._session
@@ -73,8 +76,10 @@ class Report:
             "statistics": session.executive.statistics.as_json(),
         }
 
-    def _as_text(self) -> Iterator[str]:
+    def _as_text(self, outcome: Outcome) -> Iterator[str]:
         session = self._session
+        if self._has_failed(outcome):
+            yield f"failed: {outcome.reason}"
         if session.bench is not None:
             until = session.world_now()
             yield ""

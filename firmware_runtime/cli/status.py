@@ -8,7 +8,7 @@ class Status(IntEnum):
 
     OK = 0
     MODEL_ERROR = 1
-    """A model failed or an overrun policy stopped the run; outputs are off."""
+    """A model failed, a device was never ready, or a policy stopped the run; outputs are off."""
     BAD_INPUT = 2
     """The command line, a board file or a statistics file is not usable; nothing was touched."""
     NO_DEVICE = 3

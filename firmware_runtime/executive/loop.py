@@ -46,6 +46,7 @@ from firmware_runtime.executive.process import (
     in_force,
 )
 from firmware_runtime.executive.progress import Progress
+from firmware_runtime.executive.readiness import Readiness
 from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
@@ -82,6 +83,7 @@ class Executive:
         self.simulator = Simulator(root, instruments=self._instruments.for_simulator)
         self._instruments.attach(self.simulator)
         self.progress = Progress(self._instruments.step, configuration.max_lag, clock.speed)
+        self._readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock(self._instruments.accounting.tolerance)
         self._switching_off = SwitchingOff(
             make_safe, clock, configuration.switch_off_for, self._go_on_ending
@@ -217,6 +219,8 @@ class Executive:
         for attendant in self.attendants:
             now = self.clock.now()
             attendant.attend(now, until - now)
+        if self._readiness.waiting:
+            self._readiness.look()
         if self._collector is not None:
             self._collector.offer(until - self.clock.now())
 
@@ -265,12 +269,21 @@ class Executive:
             self.clock.start(self.simulator.now)
         now = self.clock.now()
         faults = self._switching_off.run()
+        outcome = self._judged(outcome)
         failures = self.simulator.exit()
         if failures:  # an exit that failed half way may have switched something on
             faults = self._switching_off.run()
         faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
         self._ledger.finish(outcome.state, now, outcome.reason)
         return replace(outcome, faults=tuple(faults))
+
+    def _judged(self, outcome: Outcome) -> Outcome:
+        """The outcome in the light of what devices say of themselves."""
+        try:
+            return self._readiness.judged(outcome)
+        except Exception as error:  # noqa: BLE001 -- the run still has to end
+            reason = f"a model's unready raised {type(error).__name__}: {text_of(error)}"
+            return Outcome(RunState.FAILED, reason, outcome.error or error)
 
     def _go_on_ending(self, now: int) -> None:
         """Let the world go on, and show that the loop is alive, while it still switches off."""

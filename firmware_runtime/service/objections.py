@@ -1,9 +1,8 @@
 """What speaks against arming: devices that do not answer, a loop that does not keep its time."""
 
-from typing import Protocol, runtime_checkable
-
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.readiness import Device
 from firmware_runtime.service.arming import Objection
 
 JUDGED = 5 * SECOND
@@ -12,16 +11,6 @@ LEAST_RATE = 0.95
 """Share of the activations due in the last second that must have been worked off."""
 UNJUDGED = 100.0
 """Of activations that may be late, per cent: timing does not matter at all."""
-
-
-@runtime_checkable
-class Device(Protocol):
-    """A model of hardware that can say whether it works."""
-
-    path: str
-
-    def unready(self) -> str | None:
-        """Why it does not work, in a few words; None if it does."""
 
 
 def objections_to(executive: Executive, max_late_percent: float) -> tuple[Objection, ...]:

@@ -72,10 +72,14 @@ class TachobotBench:
             robot.couple(probe.y, robot.controller.y_position)
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
-        """The true yaw now, however long the run took and whatever the robot takes it for."""
+        """The true yaw now, however long the run took and whatever the robot takes it for.
+
+        Whether control has begun is the robot's word: without a yaw it has not.
+        """
         self.catch_up()
         state = self.world.state(self._now())
-        return yaw_result(self._settings, Motion(state.yaw_rad, state.yaw_rate_rad_s))
+        yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
+        return yaw_result(self._settings, yaw, has_begun=own.get("yaw_rad", ...) is not None)
 
     @property
     def outputs(self) -> dict[str, int]:

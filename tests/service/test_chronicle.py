@@ -13,10 +13,11 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.service.chronicle import Chronicle
 from firmware_runtime.service.journal import Journal, encoded
 from firmware_runtime.service.notices import Notices, watchdog_of
-from tests.support.periodic_models import PERIOD, Robot
+from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
 
 
@@ -186,3 +187,27 @@ def test_the_watchdog_is_not_fed_while_logical_time_is_behind_the_clock(
     notices.close()
     late = [number for number, is_fed in enumerate(fed) if not is_fed]
     assert late == list(range(11, 90))  # after the 89th the 90th has been due for 0.2 s
+
+
+def test_a_fault_is_a_line_when_it_comes_and_at_the_end_with_its_number(
+    tmp_path: Path, journald: Listener
+) -> None:
+    class Failing(Sampler):
+        def __init__(self) -> None:
+            super().__init__("imu")
+            self.fault_out = self.out_port("fault", Fault)
+
+        def output(self) -> None:
+            self.fault_out.send(Fault("NotReady", "the robot moved", self.activations + 1))
+
+    journal = Journal(tmp_path / "journal")
+    executive = Executive(Failing(), StallingClock(), list)
+    chronicle = Chronicle(executive, Notices(), journal, lambda _statistics: "a summary")
+    executive.run(10 * PERIOD)
+    (first,) = journald.heard()
+    for part in ("\nMODEL=imu\n", "\nFAULT=NotReady\n", "\nCOUNT=1\n", "the robot moved"):
+        assert part in first
+    chronicle.close()
+    (last,) = journald.heard()
+    assert "\nCOUNT=11\n" in last
+    journal.close()

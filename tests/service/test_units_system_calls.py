@@ -55,7 +55,7 @@ def test_a_run_gets_what_it_asks_for(tmp_path: Path) -> None:
         "tachobot",
         "--doubles",
         "--for",
-        "0.2",
+        "1",
         "--json",
         "--set",
         "executive.cpus=[0]",
