@@ -51,7 +51,7 @@ from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import YIELDED
+from firmware_runtime.telemetry.layout import ELAPSED, YIELDED
 from firmware_runtime.telemetry.refusals import as_they_hold
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState, Statistics
@@ -288,7 +288,7 @@ class Executive:
     def _go_on_ending(self, now: int) -> None:
         """Let the world go on, and show that the loop is alive, while it still switches off."""
         self.world_now.begin(now, now)
-        self._ledger.idle(now)
+        self._ledger.idle(self.cells[ELAPSED])  # the run itself is over
 
 
 def _is_of_the_world(failure: Exception) -> bool:
