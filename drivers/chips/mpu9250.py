@@ -122,7 +122,7 @@ class Mpu9250:
             ),
             Step("open bypass", self._open_bypass, 0),
             *map(self._magnetometer_step, self._magnetometer.bring_up()),
-            Step("close bypass", partial(self._write, INT_PIN_CFG, 0), 0),
+            Step("close bypass", self.close_bypass, 0),
             Step("start auxiliary master", self._start_auxiliary_master, fetch_ns),
             Step("verify", self._verify_and_start, 0),
         )
@@ -161,6 +161,22 @@ class Mpu9250:
                 f"{self.place}: registers 19 to 1d read {found.hex(' ')}, expected "
                 f"{expected.hex(' ')}; it was reset or written to by another program"
             )
+
+    def open_bypass(self) -> tuple[Step, ...]:
+        """Give the steps that let the bus see the AK8963 at 0x0C, for a driver of its own.
+
+        The auxiliary master is stopped and the last bring-up is undone: samples are refused.
+        The steps raise NoAcknowledge or WrongDevice.
+        """
+        return (
+            Step("identify", self.identify, 0),
+            Step("stop auxiliary master", partial(self._write, USER_CTRL, 0), FETCH_NS),
+            Step("open bypass", self._open_bypass, 0),
+        )
+
+    def close_bypass(self) -> None:
+        """Hide the AK8963 from the bus again."""
+        self._write(INT_PIN_CFG, 0)
 
     # Samples ------------------------------------------------------------------------------------
 

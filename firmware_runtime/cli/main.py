@@ -47,6 +47,7 @@ VERBS = {
     "doubles": "doubles",
     "doctor": "doctor",
     "probe": "probe",
+    "try": "try_chip",
     "deploy": "deploy",
     "service": "service",
 }

@@ -10,6 +10,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.benches import bench_for
 from firmware_runtime.cli.fitting import Fit, fit
 from firmware_runtime.cli.probing import ProbedBus, probe_bus, probe_device, probe_machine
+from firmware_runtime.cli.single import device_of
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError
 from firmware_runtime.system.files import THIS_MACHINE
@@ -45,9 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.doubles is not None:
         probed = _doubles(arguments.doubles)
     elif arguments.bus is not None:
-        bus: str = arguments.bus
-        device = f"/dev/i2c-{int(bus)}" if bus.isdecimal() else bus
-        probed = [probe_device(THIS_MACHINE, device)]
+        probed = [probe_device(THIS_MACHINE, device_of(arguments.bus))]
     else:
         probed = list(probe_machine(THIS_MACHINE))
     asked = [bus for bus in probed if bus.was_asked]

@@ -1,9 +1,11 @@
 """Waiting for a signal, in verbs that go on until one comes."""
 
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from select import select
+from types import FrameType
 
 from firmware_runtime.executive.signals import stop_on_signals
 
@@ -13,6 +15,8 @@ class UntilSignal:
 
     def __init__(self) -> None:
         self.came = False
+        self.name = ""
+        """The signal that came last, such as SIGINT."""
         self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
 
     def fileno(self) -> int:
@@ -24,9 +28,10 @@ class UntilSignal:
         select([self], (), (), timeout_s)
         return self.came
 
-    def stop(self, _signal: str) -> None:
+    def stop(self, name: str) -> None:
         """A signal has come."""
         self.came = True
+        self.name = name
         os.eventfd_write(self._wake_up, 1)
 
     def close(self) -> None:
@@ -35,9 +40,23 @@ class UntilSignal:
 
 
 @contextmanager
-def until_signal() -> Iterator[UntilSignal]:
-    """SIGINT, SIGTERM and SIGHUP end the waiting instead of the process."""
+def until_signal(*more: signal.Signals) -> Iterator[UntilSignal]:
+    """SIGINT, SIGTERM and SIGHUP, and `more`, end the waiting instead of the process.
+
+    Then nothing halts the process either for writing to a terminal from the background.
+    """
     waiting = UntilSignal()
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        waiting.stop(signal.Signals(number).name)
+
     with stop_on_signals(waiting.stop):
-        yield waiting
+        before = {number: signal.signal(number, handle) for number in more}
+        if more:
+            before[signal.SIGTTOU] = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
+        try:
+            yield waiting
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, signal.SIG_DFL if handler is None else handler)
     waiting.close()

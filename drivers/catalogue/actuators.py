@@ -1,0 +1,190 @@
+"""Everything with a driver that moves something: one output or both motors, and off again."""
+
+from typing import Final
+
+from drivers.catalogue.trial import Actuator, OnBus, OnPort, Option, Options, Quantity, Reading
+from drivers.chips import md25, pca9685, sabertooth
+from drivers.chips.h_bridge import HBridge
+from drivers.chips.md25 import Md25
+from drivers.chips.pca9685 import Pca9685
+from drivers.chips.sabertooth import Sabertooth, SabertoothSettings
+from drivers.chips.setting import SettingError
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.serial import SerialPort
+
+PWM_ADDRESSES: Final = tuple(each for each in range(0x40, 0x78) if each != 0x70)
+PULSE_HZ: Final = 50.0
+DUTY_HZ: Final = 1000.0
+LOOK_NS: Final = 100_000_000
+"""How often a PCA9685 is asked whether it still is as brought up, and told its duty again."""
+MD25_REPEAT_NS: Final = 500_000_000
+"""A quarter of the silence after which an MD25 stops by itself."""
+SABERTOOTH_REPEAT_NS: Final = 100_000_000
+"""A third of the silence after which a Sabertooth stops by itself, as it is told to."""
+
+
+def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
+    duty, pulse_us, channel = options["duty"], options["pulse_us"], options["channel"]
+    if (duty is None) == (pulse_us is None):
+        raise SettingError("expected either --duty or --pulse-us")
+    frequency_hz = options["frequency_hz"] or (DUTY_HZ if pulse_us is None else PULSE_HZ)
+    prescale = pca9685.prescale_for(frequency_hz, options["osc_hz"])
+    true_hz = pca9685.actual_frequency_hz(prescale, options["osc_hz"])
+    share = duty if pulse_us is None else pulse_us * 1e-6 * true_hz
+    if share > 1:
+        raise SettingError(f"--pulse-us {pulse_us:g}: longer than a cycle of {1e6 / true_hz:.0f}")
+    chip = Pca9685(bus, address, osc_hz=options["osc_hz"])
+    what = f"duty {duty:g}" if pulse_us is None else f"pulses of {pulse_us:g} us"
+
+    def move() -> Reading:
+        chip.look()
+        (written,) = chip.set_duties(channel, (share,))
+        return (Quantity("duty", written, "duty", "", 4),)
+
+    return Actuator(
+        place=chip.place,
+        promise=f"channel {channel} goes to {what} at {true_hz:.0f} Hz, its other 15 go off",
+        bring_up=lambda: chip.bring_up(frequency_hz),
+        move=move,
+        off=chip.stop_all,
+        repeat_ns=LOOK_NS,
+    )
+
+
+def _bridge(bus: I2cBus, address: int, options: Options) -> Actuator:
+    chip = Pca9685(bus, address)
+    bridge = HBridge(chip, options["pwm"], options["in1"], options["in2"])
+    speed: float = options["speed"]
+
+    def move() -> Reading:
+        chip.look()
+        (bridge.forward if speed >= 0 else bridge.reverse)(abs(speed))
+        return (Quantity("speed", speed, "speed", "of full"),)
+
+    return Actuator(
+        place=bridge.place,
+        promise=f"the motor turns at {speed:g} of full speed, all other outputs go off",
+        bring_up=lambda: bridge.bring_up(options["frequency_hz"]),
+        move=move,
+        off=chip.stop_all,
+        repeat_ns=LOOK_NS,
+    )
+
+
+def _promise(left: float, right: float) -> str:
+    if not left and not right:
+        raise SettingError("expected --left or --right, or both, other than 0")
+    return f"the left motor turns at {left:g} of full speed, the right at {right:g}"
+
+
+def _md25(bus: I2cBus, address: int, options: Options) -> Actuator:
+    chip = Md25(bus, address)
+    left, right = options["left"], options["right"]
+
+    def move() -> Reading:
+        report = chip.set_speeds(left, right)
+        return (
+            Quantity("encoders", (report.left_encoder, report.right_encoder), "encoders", "", 0),
+            Quantity("battery_v", report.battery_v, "battery", "V", 1),
+            Quantity(
+                "currents_a", (report.left_current_a, report.right_current_a), "currents", "A", 1
+            ),
+        )
+
+    return Actuator(
+        place=chip.place,
+        promise=_promise(left, right),
+        bring_up=chip.bring_up,
+        move=move,
+        off=chip.stop,
+        repeat_ns=MD25_REPEAT_NS,
+    )
+
+
+def _sabertooth(port: SerialPort, options: Options) -> Actuator:
+    settings = SabertoothSettings(autobaud=not options["stored_baud"])
+    chip = Sabertooth(port, options["switches"], settings)
+    left, right = options["left"], options["right"]
+
+    def move() -> Reading:
+        chip.set_speeds(left, right)
+        return (Quantity("speeds", (left, right), "speeds", "of full"),)
+
+    return Actuator(
+        place=chip.place,
+        promise=_promise(left, right),
+        bring_up=chip.bring_up,
+        move=move,
+        off=chip.stop,
+        repeat_ns=SABERTOOTH_REPEAT_NS,
+    )
+
+
+def _speed(name: str, what: str, *, default: float | None) -> Option:
+    text = f"{what}, a share of full speed, -1 to 1"
+    return Option(name, float, text, default, -1, 1, required=default is None)
+
+
+def _channel(name: str, what: str) -> Option:
+    return Option(name, int, f"{what}, 0 to 15", least=0, most=15, required=True)
+
+
+_BOTH: Final = (
+    _speed("left", "the left motor's speed", default=0.0),
+    _speed("right", "the right motor's speed", default=0.0),
+)
+ACTUATORS: Final = (
+    OnBus(
+        name="pca9685",
+        title="PCA9685: one of its 16 outputs",
+        address=0x40,
+        addresses=PWM_ADDRESSES,
+        build=_pwm_output,
+        options=(
+            _channel("channel", "the output"),
+            Option("duty", float, "share of the time it is on, 0 to 1", least=0, most=1),
+            Option(
+                "pulse-us", float, "or how long it is on in every cycle, us", least=0, most=42e3
+            ),
+            Option(
+                "frequency-hz",
+                float,
+                f"cycles a second; default {DUTY_HZ:g}, with --pulse-us {PULSE_HZ:g}",
+            ),
+            Option("osc-hz", float, "frequency of its oscillator", pca9685.NOMINAL_OSC_HZ),
+        ),
+    ),
+    OnBus(
+        name="h_bridge",
+        title="a motor on an H-bridge behind a PCA9685",
+        address=0x40,
+        addresses=PWM_ADDRESSES,
+        build=_bridge,
+        options=(
+            _speed("speed", "its speed", default=None),
+            _channel("pwm", "the output that makes it fast"),
+            _channel("in1", "the output that turns it forward"),
+            _channel("in2", "the output that turns it back"),
+            Option("frequency-hz", float, "cycles a second", DUTY_HZ),
+        ),
+    ),
+    OnBus(
+        name="md25",
+        title="MD25: two motors",
+        address=0x58,
+        addresses=md25.ADDRESSES,
+        build=_md25,
+        options=_BOTH,
+    ),
+    OnPort(
+        name="sabertooth",
+        title="Sabertooth: two motors",
+        baud=9600,
+        build=_sabertooth,
+        options=(
+            *_BOTH,
+            Option("switches", int, "its address, 128 to 135", sabertooth.ADDRESSES[0]),
+            Option("stored-baud", bool, "it stores its rate and wants no autobaud byte", False),
+        ),
+    ),
+)

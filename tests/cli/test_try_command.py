@@ -1,0 +1,235 @@
+"""`firmware-runtime try CHIP`: leave to move, lines taken by a run, signals, exit statuses."""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from drivers.catalogue.trial import Quantity
+from firmware_runtime.cli import single, trying
+from firmware_runtime.cli.readings import Readings
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.hal.errors import BusInUse
+from firmware_runtime.hal.i2c import I2cBus
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.i2c_bus import I2cBusDouble
+
+MOVE = ("try", "pca9685", "--channel", "3", "--duty", "0.5", "--for", "0.05")
+PATIENCE_S = 60
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def chip(monkeypatch: pytest.MonkeyPatch) -> Pca9685Double:
+    """A PCA9685 on /dev/i2c-1, whose outputs can be looked at."""
+    double = Pca9685Double(lambda: 0, 0x40)
+    bus = I2cBusDouble("i2c", lambda: 0, [double])
+
+    def open_i2c(_name: str, device: str, *, alone: bool) -> I2cBus:
+        assert (device, alone) == ("/dev/i2c-1", True)
+        return bus
+
+    monkeypatch.setattr(single, "open_i2c", open_i2c)
+    monkeypatch.setattr(double, "bus", bus, raising=False)
+    return double
+
+
+def test_a_sensors_double_is_read_without_any_hardware(command: Callable[..., Any]) -> None:
+    ended = command("try", "cmps12", "--doubles", "--for", "0.2", "--every", "0.1")
+    assert ended.status == 0
+    first, *_ = ended.out.splitlines()
+    assert first.startswith("0.00 s  bearing ")
+    assert first.endswith("calibration 3 of 3")
+
+
+def test_json_is_a_line_a_reading_in_si_units(command: Callable[..., Any]) -> None:
+    ended = command("try", "srf08", "--doubles", "--for", "0.1", "--json")
+    assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", "distance_m"}
+
+
+def test_nothing_moves_without_a_terminal_that_could_be_asked(
+    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO("y\n"))
+    ended = command(*MOVE)
+    assert ended.status == 2
+    assert "expected --yes" in ended.error
+    assert not chip.bus.log  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("answer", "status"), [("y\n", 0), ("n\n", 5), ("\n", 5), ("", 5)])
+def test_what_moves_is_asked_first_at_a_terminal(
+    command: Callable[..., Any],
+    chip: Pca9685Double,
+    monkeypatch: pytest.MonkeyPatch,
+    answer: str,
+    status: int,
+) -> None:
+    monkeypatch.setattr(sys, "stdin", Terminal(answer))
+    ended = command(*MOVE)
+    assert ended.status == status
+    assert "channel 3 goes to duty 0.5 at 1017 Hz, its other 15 go off, for 0.05 s" in ended.error
+    assert "kill -9" in ended.error
+    assert bool(chip.bus.log) is (status == 0)  # type: ignore[attr-defined]
+    assert not any(chip.duties)
+
+
+def test_it_was_on_in_between(
+    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before: list[tuple[float, ...]] = []
+    monkeypatch.setattr(chip, "before_change", lambda: before.append(chip.duties))
+    assert command(*MOVE, "--yes").status == 0
+    assert any(duties[3] == 0.5 for duties in before)
+    assert not any(chip.duties)
+
+
+def test_a_bus_that_a_run_drives_is_left_alone(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def in_use(_name: str, _device: str, *, alone: bool) -> I2cBus:
+        assert alone
+        raise BusInUse("driven by another process")
+
+    monkeypatch.setattr(single, "open_i2c", in_use)
+    for words in (MOVE, ("try", "mpu9250", "--for", "1")):
+        ended = command(*words)
+        assert ended.status == 3
+        assert "driven by another process" in ended.error
+
+
+def test_what_stays_on_is_said_and_ends_with_4(
+    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trying, "KEEP_SWITCHING_OFF", 50 * MILLISECOND)
+    move = chip.start
+
+    def dies_once_it_is_on(address: int, *, read: bool) -> bool:
+        return not any(chip.duties) and move(address, read=read)
+
+    monkeypatch.setattr(chip, "start", dies_once_it_is_on)
+    ended = command(*MOVE, "--yes")
+    assert ended.status == 4
+    assert "not made safe: i2c 0x40" in ended.error
+
+
+def test_an_error_while_it_moves_switches_off_and_is_told(
+    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(Readings, "show", fails)
+    with pytest.raises(MemoryError):
+        command(*MOVE, "--yes")
+    assert chip.bus.log  # type: ignore[attr-defined]
+    assert not any(chip.duties)
+
+
+def test_a_chip_that_is_not_there_is_one_sentence(
+    command: Callable[..., Any], chip: Pca9685Double
+) -> None:
+    chip.bus.faults = FaultScript([NackAddress(address=0x40, times=None)])  # type: ignore[attr-defined]
+    ended = command(*MOVE, "--yes")
+    assert ended.status == 3
+    assert "no answer, expected a PCA9685" in ended.error
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("try",),
+        ("try", "toaster"),
+        ("try", "pca9685", "--duty", "0.5"),
+        ("try", "pca9685", "--channel", "16", "--duty", "0.5"),
+        ("try", "pca9685", "--channel", "1", "--duty", "nan"),
+        ("try", "pca9685", "--channel", "1", "--duty", "0.5", "--for", "61"),
+        ("try", "pca9685", "--channel", "1", "--duty", "0.5", "--address", "0x70"),
+        ("try", "md25", "--left", "2", "--doubles"),
+        ("try", "md25", "--doubles"),
+        ("try", "cmps12", "--address", "north"),
+        ("try", "cmps12", "--yes"),
+        ("try", "maxbotix", "--family", "toaster"),
+    ],
+)
+def test_what_does_not_fit_is_bad_input(command: Callable[..., Any], words: tuple[str]) -> None:
+    ended = command(*words)
+    assert ended.status == 2
+    assert ended.error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "status"),
+    [
+        (signal.SIGINT, 130),
+        (signal.SIGTERM, 143),
+        (signal.SIGHUP, 143),
+        (signal.SIGQUIT, 143),
+        (signal.SIGTSTP, 143),
+    ],
+)
+def test_a_signal_switches_off_before_it_ends_a_trial(number: signal.Signals, status: int) -> None:
+    words = ("try", "pca9685", "--doubles", "--channel", "0", "--duty", "0.5", "--for", "60")
+    with subprocess.Popen(
+        [sys.executable, "-m", "firmware_runtime.cli", *words], stdout=subprocess.PIPE, text=True
+    ) as trial:
+        assert trial.stdout is not None
+        assert "duty 0.5" in trial.stdout.readline()
+        trial.send_signal(number)
+        assert trial.stdout.readline().endswith(": off\n")
+        assert trial.wait(PATIENCE_S) == status
+
+
+@pytest.mark.slow
+def test_a_reader_that_goes_ends_watching() -> None:
+    words = ("try", "cmps12", "--doubles", "--every", "0.05")
+    with subprocess.Popen(
+        [sys.executable, "-m", "firmware_runtime.cli", *words], stdout=subprocess.PIPE, text=True
+    ) as trial:
+        assert trial.stdout is not None
+        trial.stdout.readline()
+        trial.stdout.close()
+        assert trial.wait(PATIENCE_S) == 0
+
+
+def test_a_full_pipe_does_not_hold_up_what_moves() -> None:
+    inlet, outlet = os.pipe()
+    os.set_blocking(outlet, False)
+    try:
+        while True:
+            os.write(outlet, bytes(4096))
+    except BlockingIOError:
+        os.set_blocking(outlet, True)
+    with os.fdopen(inlet), os.fdopen(outlet, "w") as full:
+        readings = Readings(full, as_json=False, never_waits=True)
+        readings.show(0, (Quantity("duty", 0.5, "duty", ""),))
+
+
+def test_at_a_terminal_each_reading_takes_the_place_of_the_one_before() -> None:
+    terminal = Terminal()
+    readings = Readings(terminal, as_json=False, never_waits=False)
+    for distance_m in (1.0, float("inf")):
+        readings.show(0, (Quantity("distance_m", distance_m, "distance", "m"),))
+    readings.end()
+    shown = terminal.getvalue()
+    assert shown.count("\r") == 2
+    assert shown.count("\n") == 1
+    assert "distance inf m" in shown
+
+
+def test_no_echo_is_null_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    readings = Readings(sys.stdout, as_json=True, never_waits=False)
+    readings.show(0, (Quantity("distance_m", float("inf"), "distance", "m"),))
+    assert json.loads(capsys.readouterr().out)["distance_m"] is None

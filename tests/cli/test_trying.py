@@ -1,0 +1,191 @@
+"""Trying chips out on their doubles, in virtual time: every sensor reads, every actuator stops."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pytest
+
+from drivers.catalogue.actuators import ACTUATORS
+from drivers.catalogue.sensors import SENSORS
+from drivers.catalogue.table import CHIPS
+from drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
+from drivers.chips.setting import SettingError
+from firmware_runtime.cli.trying import Watch, drive, switch_off, take
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from sim_doubles.benches.singles import ON_BUS, ON_PORT
+from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.serial_line import SerialLineDouble
+from tests.support.trial_pace import TrialPace
+
+MOVES: Mapping[str, dict[str, Any]] = {
+    "pca9685": {"channel": 3, "duty": 0.25},
+    "h_bridge": {"pwm": 8, "in1": 9, "in2": 10, "speed": -0.5},
+    "md25": {"left": 0.5, "right": -0.5},
+    "sabertooth": {"left": 0.5, "right": -0.5},
+}
+KEYS: Mapping[str, set[str]] = {
+    "mpu9250": {"acceleration_m_s2", "rate_rad_s", "field_t", "temperature_c"},
+    "ak8963": {"field_t"},
+    "srf08": {"distance_m"},
+    "maxbotix": {"distance_m"},
+    "cmps12": {"bearing_rad", "calibration"},
+    "hmc5883l": {"field_t"},
+}
+
+
+class Rig:
+    """One chip, its double and its line, on one clock."""
+
+    def __init__(self, name: str, pace: TrialPace, **said: Any) -> None:  # noqa: ANN401
+        chip = CHIPS[name]
+        options = {option.name.replace("-", "_"): option.default for option in chip.options}
+        options |= {"imu_address": 0x68} | said
+        self.pace = pace
+        self._ramp = SECOND if name == "md25" else 200 * MILLISECOND
+        if isinstance(chip, OnBus):
+            self.doubles: Sequence[Any] = ON_BUS[name](pace.clock, chip.address)
+            self.bus = I2cBusDouble("double", pace.clock, self.doubles)
+            self.chip = chip.build(self.bus, chip.address, options)
+        else:
+            target = ON_PORT[name](pace.clock)
+            self.doubles = [target]
+            self.chip = chip.build(SerialLineDouble("double", pace.clock, target), options)
+        self.shown: list[tuple[int, Reading]] = []
+        self.told: list[str] = []
+
+    @property
+    def sensor(self) -> Sensor:
+        assert isinstance(self.chip, Sensor)
+        return self.chip
+
+    @property
+    def actuator(self) -> Actuator:
+        assert isinstance(self.chip, Actuator)
+        return self.chip
+
+    def watch(self, span: int) -> Watch:
+        watch = Watch(self.sensor, self.pace, self.show, self.told.append)
+        watch.run(SECOND // 5, span)
+        return watch
+
+    def drive(self, span: int) -> bool:
+        assert not take(self.actuator.bring_up(), self.pace)
+        return drive(self.actuator, self.pace, span, self.show)
+
+    def show(self, at: int, reading: Reading) -> None:
+        self.shown.append((at, reading))
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether an output is on, or a motor turns once ramps are over, and before timeouts."""
+        (double, *_) = self.doubles
+        if hasattr(double, "duties"):
+            return any(double.duties)
+        return any(double.motors.speeds_rad_s(self.pace.now() + self._ramp))
+
+
+def test_every_chip_of_the_table_has_a_double() -> None:
+    assert {*ON_BUS, *ON_PORT} == set(CHIPS) == {*KEYS, *MOVES}
+    assert {chip.name for chip in SENSORS} == set(KEYS)
+    assert {chip.name for chip in ACTUATORS} == set(MOVES)
+
+
+@pytest.mark.parametrize("name", sorted(KEYS))
+def test_a_sensor_is_read_in_si_units_until_its_time_is_up(name: str) -> None:
+    rig = Rig(name, TrialPace())
+    watch = rig.watch(2 * SECOND)
+    assert watch.values == len(rig.shown) >= 8
+    for _, reading in rig.shown:
+        assert {quantity.key for quantity in reading} == KEYS[name]
+    assert rig.shown[0][1] != rig.shown[-1][1]
+    assert all(double.warnings == [] for double in rig.doubles)
+
+
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_an_actuator_moves_for_its_time_and_is_off_afterwards(name: str) -> None:
+    rig = Rig(name, TrialPace(), **MOVES[name])
+    assert rig.drive(5 * SECOND) is False
+    assert rig.is_moving
+    assert rig.shown[-1][0] == 5 * SECOND
+    assert switch_off(rig.actuator) == []
+    assert not rig.is_moving
+    assert all(double.warnings == [] for double in rig.doubles)
+
+
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_a_stop_ends_moving_at_once(name: str) -> None:
+    rig = Rig(name, TrialPace(stop_at=2 * SECOND), **MOVES[name])
+    assert rig.drive(50 * SECOND) is True
+    assert rig.pace.now() == 2 * SECOND
+    assert switch_off(rig.actuator) == []
+    assert not rig.is_moving
+
+
+@pytest.mark.parametrize(
+    ("pulse_us", "duty"), [(1500.0, 1500e-6 * 50.03), (2000.0, 2000e-6 * 50.03)]
+)
+def test_a_pulse_is_as_long_as_asked_for(pulse_us: float, duty: float) -> None:
+    rig = Rig("pca9685", TrialPace(), channel=0, pulse_us=pulse_us)
+    rig.drive(SECOND)
+    assert rig.doubles[0].duty(0) == pytest.approx(duty, abs=1 / 4096)
+
+
+def test_a_pwm_chip_that_loses_its_supply_ends_the_trial() -> None:
+    rig = Rig("pca9685", TrialPace(), channel=0, duty=0.5)
+    take(rig.actuator.bring_up(), rig.pace)
+    rig.actuator.move()
+    rig.bus.power_cycle()
+    with pytest.raises(NotReady):
+        drive(rig.actuator, rig.pace, SECOND, rig.show)
+
+
+def test_what_cannot_be_switched_off_at_first_is_switched_off_again() -> None:
+    rig = Rig("pca9685", TrialPace(), channel=0, duty=0.5)
+    rig.drive(SECOND)
+    rig.bus.faults = FaultScript([NackAddress(address=0x40, times=3)])
+    assert switch_off(rig.actuator) == []
+    assert not rig.is_moving
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("pca9685", {"channel": 0}),
+        ("pca9685", {"channel": 0, "duty": 0.1, "pulse_us": 1500.0}),
+        ("pca9685", {"channel": 0, "pulse_us": 1500.0, "frequency_hz": 1000.0}),
+        ("pca9685", {"channel": 0, "duty": 0.1, "frequency_hz": 5000.0}),
+        ("h_bridge", {"pwm": 8, "in1": 8, "in2": 9, "speed": 0.1}),
+        ("md25", {}),
+        ("sabertooth", {"left": 0.1, "switches": 200}),
+        ("maxbotix", {"family": "none"}),
+    ],
+)
+def test_options_that_do_not_fit_are_refused(name: str, said: dict[str, Any]) -> None:
+    with pytest.raises(SettingError):
+        Rig(name, TrialPace(), **said)
+
+
+def test_an_absent_sensor_is_an_error_and_not_waited_for() -> None:
+    rig = Rig("cmps12", TrialPace())
+    rig.bus.faults = FaultScript([NackAddress(address=0x61, times=None)])
+    with pytest.raises(NoAcknowledge):
+        rig.watch(10 * SECOND)
+
+
+def test_a_sensor_that_fails_meanwhile_is_told_and_brought_up_again() -> None:
+    rig = Rig("mpu9250", TrialPace())
+    away = NackAddress(address=0x68, since=3 * SECOND, until=5 * SECOND, times=None)
+    rig.bus.faults = FaultScript([away])
+    watch = rig.watch(8 * SECOND)
+    assert rig.told
+    assert any(at > 5 * SECOND for at, _ in rig.shown)
+    assert watch.values < 40
+
+
+def test_a_magnetometer_is_hidden_again_when_it_was_read_through_the_bypass() -> None:
+    rig = Rig("ak8963", TrialPace())
+    rig.watch(SECOND)
+    with pytest.raises(NoAcknowledge):
+        rig.bus.read(0x0C, 1)
