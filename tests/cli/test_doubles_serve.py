@@ -17,7 +17,7 @@ from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 @dataclass

@@ -14,7 +14,7 @@ from tests.support.waiting import PATIENCE_S
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 LIMIT_US = 100_000
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 def test_a_stall_takes_a_trace_that_shows_it(tmp_path: Path) -> None:

@@ -82,6 +82,7 @@ def test_the_same_seed_gives_identical_bytes(command: Callable[..., Any], tmp_pa
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 def test_a_real_time_run_on_time_gives_the_virtual_runs_trace(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:

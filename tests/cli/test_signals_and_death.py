@@ -16,7 +16,7 @@ from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 @contextmanager

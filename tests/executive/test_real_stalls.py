@@ -21,7 +21,7 @@ from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 PERIOD = 2 * MILLISECOND
 STALL_S = 0.5
 

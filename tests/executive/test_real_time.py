@@ -13,6 +13,7 @@ from firmware_runtime.telemetry.statistics import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import Robot
 
+pytestmark = pytest.mark.real_time
 UNTIL = 60 * MILLISECOND
 
 

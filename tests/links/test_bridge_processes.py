@@ -19,7 +19,7 @@ from tests.support.waiting import PATIENCE_S
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "bridge.md"
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 @pytest.fixture

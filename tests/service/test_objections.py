@@ -31,7 +31,7 @@ class Run:
         max_late_percent: float = 1,
         asked_at: int = ASKED_AT,
     ) -> None:
-        configuration = Configuration(policies=policies or {})
+        configuration = Configuration(policies=policies or {}, max_lag=asked_at)
         self.against: list[str] = []
         self._asked_at = asked_at
         self._executive = Executive(model or Robot(), clock, list, configuration)

@@ -84,6 +84,7 @@ def assert_consistent(statistics: Statistics) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 def test_a_file_written_at_full_speed_is_read_consistently_or_refused(
     written_at_full_speed: Path, work_ns: int
 ) -> None:
@@ -107,6 +108,7 @@ def test_a_file_written_at_full_speed_is_read_consistently_or_refused(
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 def test_a_flight_recorder_at_full_speed_gives_whole_entries(written_at_full_speed: Path) -> None:
     last = 0
     for _ in range(300):
