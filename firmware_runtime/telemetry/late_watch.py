@@ -85,6 +85,5 @@ class LateWatch:
         )
 
     def _worst(self, statistics: Statistics) -> frozenset[Late]:
-        rows = statistics.as_json()["worst"]
-        late = (Late(row["model"], row["t_ns"], round(row["lateness_us"] * 1000)) for row in rows)
+        late = (Late(*each) for each in statistics.late_activations())
         return frozenset(each for each in late if each.lateness_ns > self._limit)

@@ -4,6 +4,7 @@ Totals over models are not in the cells: they are the sums of the models' counte
 histograms of their lateness, made here.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from time import monotonic_ns
@@ -90,6 +91,13 @@ class Statistics:
         for index in range(len(self.layout.models)):
             merged.merge(Histogram(self.cells[self.layout.lateness(index)]))
         return merged
+
+    def late_activations(self) -> Iterator[tuple[str, int, int]]:
+        """Model, deadline and lateness, both in ns, of the worst activations, in no order."""
+        for number in range(self.layout.worst if self.layout.models else 0):
+            entry = self._fields(self.layout.place(number), WORST)
+            if entry["lateness_ns"] > 0:
+                yield self.layout.models[entry["model"]], entry["t_ns"], entry["lateness_ns"]
 
     def faults(self) -> dict[str, Any]:
         """What models reported, by path and kind; a model without faults is left out."""

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.telemetry.late_watch import Late, LateWatch
+from firmware_runtime.telemetry.statistics import Statistics
 from tests.support.written_run import LAYOUT, WrittenRun
 
 LIMIT = 2 * MILLISECOND
@@ -101,3 +102,12 @@ def test_the_watch_fires_only_for_lateness_over_the_limit(late: list[int], kept:
         told = watch.new_in(run.statistics()) is not None
         assert told <= (each > LIMIT)
         assert told or each <= LIMIT * 33 // 32 + 1
+
+
+def test_a_look_reads_the_cells_and_builds_no_document(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It happens ten times a second, beside the run."""
+    monkeypatch.delattr(Statistics, "as_json")
+    run = late_run()
+    watch = LateWatch(LIMIT, run.statistics())
+    at = activation(run, 3 * MILLISECOND)
+    assert watch.new_in(run.statistics()) == Late("imu", at, 3 * MILLISECOND)
