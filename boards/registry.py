@@ -3,6 +3,7 @@
 import hashlib
 import importlib
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,7 @@ from boards.variants import drop_replaced
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.budget import BusLoad
+from firmware_runtime.spelling import did_you_mean
 
 _FOLDER = Path(__file__).parent
 FILE = "board.toml"
@@ -106,6 +108,15 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
     return _board(source, assignments, table, faults)
 
 
+def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
+    """Read a user's copy of the settings of a board. Raises BoardError, also if it is another's."""
+    board = load(str(copy), assignments)
+    if board.name != name:
+        fault = f"board: {board.name!r}: expected {name!r}, by the file's name"
+        raise BoardError(str(copy), [fault])
+    return board
+
+
 def load_table(source: Path) -> Board:
     """Read a board's `table` again, kept as JSON. Raises BoardError, also if there is none."""
     try:
@@ -183,7 +194,16 @@ def _locate(board: str) -> Path:
         path /= FILE
     if path.is_file():
         return path
-    raise BoardError(board, [f"unknown board; expected one of {_listing()}, or a {FILE} file"])
+    raise BoardError(board, [_not_found(board)])
+
+
+def _not_found(board: str) -> str:
+    expected = f"expected one of {_listing()}, or a {FILE} file"
+    if not (os.sep in board or Path(board).suffix or os.path.exists(board)):  # noqa: PTH110
+        return f"unknown board; {expected}{did_you_mean(board, names())}"
+    if os.path.isdir(board):  # noqa: PTH112 -- pathlib's raise where a folder is closed to this user
+        return f"no {FILE} in this folder; {expected}"
+    return f"no such file; {expected}"
 
 
 def _read(source: Path) -> str:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 import msgspec
 
 from boards.variants import Table, foreign_keys, is_struct
+from firmware_runtime.spelling import did_you_mean
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -124,7 +125,7 @@ def convert(
     values: dict[str, Any] = {}
     for key in table:
         if key not in fields:
-            known = ", ".join(fields)
+            known = f"{', '.join(fields)}{did_you_mean(key, fields)}"
             faults.append(f"{_join(path, key)}: unknown key; expected one of {known}")
     for key, reason in foreign_keys(table, schema):
         faults.append(f"{_join(path, key)}: has no effect; {reason}")

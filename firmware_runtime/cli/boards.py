@@ -4,6 +4,7 @@ import argparse
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.chosen_board import settings_in_force
 from firmware_runtime.cli.status import Status
 
 
@@ -17,4 +18,6 @@ def execute(_arguments: argparse.Namespace) -> int:
     for name in boards.registry.names():
         board = boards.registry.load(name)
         print(f"{board.name:12} {board.settings.description}\n{'':12} {board.source}")
+        if copy := settings_in_force(name):
+            print(f"{'':12} in force on this machine: {copy}")
     return Status.OK

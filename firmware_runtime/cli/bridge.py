@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 from time import monotonic_ns
 
-import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import UntilSignal, until_signal
 from firmware_runtime.devs.time import SECOND
@@ -61,7 +61,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Carry datagrams until a signal comes."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     route = _route(arguments, arguments.statistics or default_path(board.name))
     notices = Notices.from_environment()
 

@@ -2,9 +2,9 @@
 
 import argparse
 
-import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 
 
@@ -16,7 +16,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; BoardError lists the faults if there are any."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     bench_for(board, lambda: 0)
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():

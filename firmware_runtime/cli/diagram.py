@@ -6,6 +6,7 @@ from pathlib import Path
 import boards.registry
 from boards.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.component import Component
 from firmware_runtime.diagram.draw import Form, diagram
@@ -36,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
     path: Path = arguments.output
     if path.suffix not in FORMS:
         raise BoardError(str(path), [f"ends in {path.suffix!r}; expected .svg or .mmd"])
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     model = _model(board, whole=arguments.whole)
     try:
         path.write_text(diagram(model, arguments.state, FORMS[path.suffix]), encoding="utf-8")

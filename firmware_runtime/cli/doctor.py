@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 from firmware_runtime.doctor.check import Result
 from firmware_runtime.doctor.demands import demands_of
@@ -48,7 +48,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Carry out every check and print what was found."""
-    demands = demands_of(boards.registry.load(arguments.board)) if arguments.board else None
+    demands = demands_of(chosen_board(arguments.board)) if arguments.board else None
     results = examine(Machine(demands=demands))
     grade = worst([result.finding for result in results])
     if arguments.json:

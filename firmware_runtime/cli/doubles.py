@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output_log, add_verb
 from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.doubles_fault import add_fault_to
 from firmware_runtime.cli.doubles_usbip import add_usbip_to
 from firmware_runtime.cli.status import Status
@@ -39,7 +39,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Serve until a signal comes."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     clock = RealClock()
     bench = bench_for(board, clock)
     with OutputLog(arguments.log, bench) as log:

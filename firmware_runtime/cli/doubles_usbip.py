@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-import boards.registry
 from boards.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output_log, add_verb
 from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.signals import stop_on_signals
@@ -42,7 +42,7 @@ def add_usbip_to(actions: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Serve until a signal comes."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     _refuse_ports(board)
     load_modules()
     path = arguments.socket or Path(f"/run/{board.name}.doubles")

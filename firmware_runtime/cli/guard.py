@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.outputs import Outputs
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.status import Status
@@ -48,7 +48,7 @@ def add_doubles(verb: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Watch until a signal comes; a run that still goes on then is left alone."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     path = arguments.statistics or default_path(board.name)
     outputs = Outputs(board, arguments.doubles, path)
     notices = Notices.from_environment()

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import version
 
+from firmware_runtime.cli.parser import Parser
 from firmware_runtime.cli.readers_gone import (
     OutputError,
     not_printed,
@@ -92,7 +93,7 @@ def _carried_out(parsed: argparse.Namespace) -> int:
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The command line with the verb that `words` begin with, or with all if that is none."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="firmware-runtime",
         description="Run DEVS models as the firmware of a robot.",
         epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, or "
@@ -102,7 +103,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
-        "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"
+        "-V", "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"
     )
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
     asked_for = [VERBS[word] for word in words[:1] if word in VERBS]

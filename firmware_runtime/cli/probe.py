@@ -8,6 +8,7 @@ from typing import Any
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.fitting import Fit, fit
 from firmware_runtime.cli.probing import ProbedBus, probe_bus, probe_device, probe_machine
 from firmware_runtime.cli.single import device_of
@@ -59,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _doubles(name: str) -> list[ProbedBus]:
-    board = boards.registry.load(name)
+    board = chosen_board(name)
     bench = bench_for(board, RealClock())
     return [
         probe_bus(bus, board.settings.buses[name].device, f"{name}, doubles of {board.name}")

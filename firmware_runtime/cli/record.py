@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from time import monotonic_ns
 
-import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import UntilSignal, until_signal
 from firmware_runtime.devs.time import MICROSECOND
@@ -54,7 +54,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Record until a signal comes."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     notices = Notices.from_environment()
 
     def tell(what: str) -> None:

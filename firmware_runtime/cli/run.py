@@ -9,6 +9,7 @@ from pathlib import Path
 
 import boards.registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go, tell
@@ -97,7 +98,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
     choose_clock(arguments)
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     if arguments.events is not None:
         return run_event_file(arguments, board)
     clock = clock_of(arguments)

@@ -6,9 +6,9 @@ from contextlib import suppress
 from pathlib import Path
 from time import monotonic_ns
 
-import boards.registry
 from boards.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.guard import add_doubles
 from firmware_runtime.cli.outputs import Outputs, switched_off
 from firmware_runtime.cli.readers_gone import readers_may_go
@@ -76,7 +76,7 @@ def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path | N
     for a file that is not sound, unless a run has left something.
     """
     try:
-        stated = boards.registry.load(arguments.board, arguments.assignments)
+        stated = chosen_board(arguments.board, arguments.assignments)
     except BoardError as error:
         statistics = _statistics(arguments, Path(arguments.board).stem)
         left = kept_settings(statistics)

@@ -2,9 +2,9 @@
 
 import argparse
 
-import boards.registry
 from boards.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.tree import tree
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
@@ -18,7 +18,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the tree; no bus is opened."""
-    board = boards.registry.load(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
     buses = {name: AbsentBus(name) for name in board.loads}
     ports = {name: AbsentPort(name) for name in board.ports}
     robot = board.build(Lines(buses, ports))

@@ -7,7 +7,6 @@ from enum import StrEnum
 
 from boards import registry
 from boards.registry import Board
-from firmware_runtime.errors import BoardError
 from firmware_runtime.installation.places import settings_path
 from firmware_runtime.installation.plan import File
 from firmware_runtime.installation.tree import Tree
@@ -44,11 +43,7 @@ def settings_in_force(board: Board, tree: Tree) -> Board:
     copy = settings_path(board.name)
     if not tree.exists(copy):
         return board
-    users = registry.load(str(tree.where(copy)))
-    if users.name != board.name:
-        fault = f"board: {users.name!r}: expected {board.name!r}, by the file's name"
-        raise BoardError(str(users.source), [fault])
-    return users
+    return registry.load_copy(tree.where(copy), board.name)
 
 
 def changes(plan: Sequence[File], tree: Tree) -> list[Change]:

@@ -2,6 +2,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +111,56 @@ def test_an_unknown_board_is_refused_with_those_there_are(
     assert ended.status == 2
     assert "submarine: 1 fault" in ended.error
     assert "expected one of detective, tachobot" in ended.error
+
+
+@pytest.mark.parametrize("board", ["tachbot.toml", "./tachobot", "boards/none/board.toml"])
+def test_a_file_that_is_not_there_is_no_unknown_board(
+    command: Callable[..., Any], board: str
+) -> None:
+    ended = command("check", board)
+    assert ended.status == 2
+    assert "no such file" in ended.error
+    assert "unknown board" not in ended.error
+
+
+def test_a_folder_without_a_board_file_is_refused_as_such(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    ended = command("check", tmp_path)
+    assert ended.status == 2
+    assert "no board.toml in this folder" in ended.error
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (("chek", "tachobot"), "check"),
+        (("check", "tachobt"), "tachobot"),
+        (("check", "tachobot", "--set", "controler.yaw.kp=1"), "controller"),
+        (("check", "tachobot", "--set", "controller.yaw.kpp=1"), "kp"),
+        (("service", "statis"), "status"),
+        (("service", "logs", "detectiv"), "detective"),
+        (("run", "tachobot", "--doubles", "--clock", "virtul"), "virtual"),
+        (("bench", "timng"), "timing"),
+    ],
+)
+def test_what_was_probably_meant_is_said(
+    command: Callable[..., Any], words: tuple[str, ...], meant: str
+) -> None:
+    ended = command(*words)
+    assert ended.status == 2
+    assert f"; did you mean {meant}?" in ended.error
+
+
+def test_what_is_like_nothing_is_not_guessed_at(command: Callable[..., Any]) -> None:
+    ended = command("check", "submarine")
+    assert "did you mean" not in ended.error
+
+
+@pytest.mark.parametrize("option", ["-V", "--version"])
+def test_the_version_is_printed(command: Callable[..., Any], option: str) -> None:
+    ended = command(option)
+    assert (ended.status, ended.out) == (0, f"firmware-runtime {version('firmware-runtime')}\n")
 
 
 def test_malformed_toml_is_refused_with_its_line(
