@@ -96,8 +96,8 @@ def _inertial(bus: I2cBus, address: int) -> str:
     chip = Mpu9250(bus, address)
     chip.identify()
     found = bus.write_read(address, bytes((mpu9250.WHO_AM_I,)), 1)[0]
-    variant = mpu9250.KNOWN.get(found) or mpu9250.COMPATIBLE[found]
-    return f"WHO_AM_I reads {found:02x}, {variant}"
+    variant = {**mpu9250.KNOWN, **mpu9250.COMPATIBLE}[found]
+    return f"WHO_AM_I reads {found:02x}" + (f", {variant}" if found != 0x71 else "")
 
 
 ALL_CALL: Final = 0x70
@@ -167,7 +167,7 @@ IDENTITIES: Final[tuple[Identity, ...]] = (
     Identity("MD25", md25.ADDRESSES, _by_driver(Md25, md25.REVISION, md25.SETTINGS.size)),
     Identity("CMPS12", cmps12.ADDRESSES, _by_driver(Cmps12, cmps12.VERSION, cmps12.IDENTITY.size)),
     Identity("MPU-9250", (0x68, 0x69), _inertial, certain=True),
-    Identity("every PCA9685's all-call address", (ALL_CALL,), _all_call, usable=False),
+    Identity("the all-call address of every PCA9685", (ALL_CALL,), _all_call, usable=False),
     Identity("SRF08", range(0x70, 0x78), _sonar),
 )
 """In order of addresses. A PCA9685 can be strapped to any from 0x40 on; where other chips that take

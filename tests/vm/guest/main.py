@@ -3,14 +3,16 @@
 from pathlib import Path
 from typing import Final
 
-from tests.vm.guest import adapter, death, end, journal, service, setup
+from tests.vm.guest import adapter, contact, death, end, journal, service, setup
 from tests.vm.guest.machine import attempt
 from tests.vm.guest.report import Check, carry_out, say
 
 CHECKS: Final[tuple[Check, ...]] = (
     *setup.CHECKS,
     *adapter.CHECKS,
+    *contact.CHECKS,
     *service.CHECKS,
+    *contact.BESIDE_A_RUN,
     *journal.CHECKS,
     *death.CHECKS,
     *service.TWO_ROBOTS,

@@ -106,6 +106,10 @@ class Robot:
             {line["output"]: line["value"] for line in self._lines() if "output" in line}.values()
         )
 
+    def levels(self, output: str) -> list[float]:
+        """Every level that an output took, in order."""
+        return [line["value"] for line in self._lines() if line.get("output") == output]
+
     def off_after_ms(self, since_ns: int) -> float:
         """Wait until all outputs are off; how long after an instant the last one went off."""
         wait_until(self.is_off, "all outputs are off")
@@ -120,7 +124,7 @@ def _changed(text: str, key: str, value: object) -> str:
     """TOML with another value at `table.key`. Raises Failed if it has no such key."""
     table, _, name = key.rpartition(".")
     literal = json.dumps(value)
-    pattern = rf"(?ms)(^\[{re.escape(table)}\][^\[]*?^{name} = )[^#\n]*"
+    pattern = rf"(?m)(^\[{re.escape(table)}\].*\n(?:(?!\[).*\n)*?{name} = )[^#\n]*"
     changed, count = re.subn(pattern, lambda found: found[1] + literal + " ", text, count=1)
     if count != 1:
         raise Failed(f"board.toml has no {key}")
