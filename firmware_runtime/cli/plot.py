@@ -5,7 +5,7 @@ from pathlib import Path
 from firmware_runtime.cli.session import Session
 from firmware_runtime.errors import BoardError
 from sim_doubles.benches.bench import Drawn
-from sim_doubles.worlds.arena_picture_file import write_picture
+from sim_doubles.worlds.arena_picture_file import require_renderer, write_picture
 
 ENDINGS = (".svg", ".png")
 
@@ -19,15 +19,23 @@ def check_plot(session: Session, path: Path) -> None:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
     if not path.absolute().parent.is_dir():
         faults.append(f"--plot: {path.parent} is no directory, expected one that can be written")
+    try:
+        require_renderer(path)
+    except ValueError as error:
+        faults.append(f"--plot: {error}")
     if faults:
         raise BoardError(session.board.name, faults)
 
 
-def write_plot(session: Session, path: Path) -> None:
-    """Draw what happened so far. Raises BoardError when the file cannot be written."""
+def write_plot(session: Session, path: Path, reason: str) -> None:
+    """Draw what happened until the run was over, for that reason. Raises BoardError.
+
+    That is when the file cannot be written.
+    """
     if not isinstance(session.bench, Drawn):
         return
+    until, own = session.world_now(), session.robot.result()
     try:
-        write_picture(path, session.bench.draw(session.world_now()))
+        write_picture(path, session.bench.draw(until, own, reason))
     except (OSError, ValueError) as error:
         raise BoardError(session.board.name, [f"--plot: {error}"]) from error

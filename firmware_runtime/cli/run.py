@@ -111,27 +111,28 @@ def execute(arguments: argparse.Namespace) -> int:
     )
     executive = session.executive
     try:
-        with _plotting(session, arguments.plot):
-            report = Report(session, arguments)
-            with (
-                tracing(session.executive.simulator, arguments.trace),
-                _serving(session) as reload,
-                stop_on_signals(executive.request_stop, reload, executive.give_up),
-            ):
-                report.begin()
-                session.keep_settings()
-                outcome = executive.run(report.until)
-                if not outcome.faults:
-                    session.forget_settings()
-            if isinstance(outcome.error, StatisticsFileError):
-                raise outcome.error  # the run never began: bad input, like a board's
-            status: int = _status(outcome, session)
-            try:
-                with readers_may_go():
-                    report.end(outcome)
-            except OutputError as error:
-                not_printed(error)
-                status = status or Status.NOT_PRINTED
+        draw = _plotting(session, arguments.plot)
+        report = Report(session, arguments)
+        with (
+            tracing(session.executive.simulator, arguments.trace),
+            _serving(session) as reload,
+            stop_on_signals(executive.request_stop, reload, executive.give_up),
+        ):
+            report.begin()
+            session.keep_settings()
+            outcome = executive.run(report.until)
+            if not outcome.faults:
+                session.forget_settings()
+        if isinstance(outcome.error, StatisticsFileError):
+            raise outcome.error  # the run never began: bad input, like a board's
+        status: int = _status(outcome, session)
+        try:
+            with readers_may_go():
+                report.end(outcome)
+        except OutputError as error:
+            not_printed(error)
+            status = status or Status.NOT_PRINTED
+        draw(outcome.reason)
     finally:
         session.close()
     return status
@@ -160,19 +161,16 @@ def _statistics_path(arguments: argparse.Namespace, board: boards.registry.Board
     return default_path(board.name)
 
 
-@contextmanager
-def _plotting(session: Session, path: Path | None) -> Iterator[None]:
-    """Refuse a picture that cannot be made; draw it when the block is over.
+def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
+    """What draws the run when it is over, and why it was; refuses a picture that cannot be made.
 
-    What draws is imported only then.
+    What draws is imported only if there is something to draw.
     """
     if path is None:
-        yield
-        return
+        return lambda _reason: None
     plot = import_module("firmware_runtime.cli.plot")
     plot.check_plot(session, path)
-    yield
-    plot.write_plot(session, path)
+    return lambda reason: plot.write_plot(session, path, reason)
 
 
 @contextmanager

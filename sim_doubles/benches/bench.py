@@ -65,5 +65,8 @@ class Bench(Doubles, Protocol):
 class Drawn(Protocol):
     """A bench that can show a run as a picture."""
 
-    def draw(self, until: int) -> str:
-        """The run up to an instant, as SVG."""
+    def draw(self, until: int, own: Mapping[str, object], reason: str) -> str:
+        """The run up to an instant, as SVG, and how it ended.
+
+        `own` is what the robot itself knows about that, `reason` why the run was over.
+        """

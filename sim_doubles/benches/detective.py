@@ -122,9 +122,17 @@ class DetectiveBench:
         """The next step of a tread's ramp, or the instant at which silence stops the treads."""
         return self.motors.next_change_at(at)
 
-    def draw(self, until: int) -> str:
-        """A picture of the run up to an instant, as SVG."""
-        return draw_run(self.log, until, "Detective robot in its arena")
+    def draw(self, until: int, own: Mapping[str, object], reason: str) -> str:
+        """A picture of the run up to an instant and of its outcome, as SVG."""
+        title = "Detective robot in its arena"
+        outcome = self._outcome(self.result(until, own), reason)
+        return draw_run(self.log, until, title, outcome, "movementController")
+
+    def _outcome(self, result: Mapping[str, object], reason: str) -> str:
+        found = "found the target" if result["found"] else "did not find the target"
+        hit = ", hit something on its way" if self.arena.collided else ""
+        stands = f"stands {result['stopped_m']:.2f} m from it after {result['time_s']:.1f} s"
+        return f"It {found}{hit}, and {stands}: {reason}."
 
     def _watch(self, system: Component, name: str) -> None:
         """Let a controller's states go into the log."""

@@ -4,6 +4,7 @@ It needs nothing but Python. Text is set in the reader's own letters, colours fo
 light or dark scheme.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 from sim_doubles.worlds.arena_geometry import Point
@@ -23,8 +24,8 @@ _MARGIN: Final = 20.0
 _KEY_LINES: Final = (
     ("target", "the target"),
     ("goal", "0.5 m around it"),
-    ("vehicle", "the vehicle, its front"),
-    ("path", "its path"),
+    ("vehicle solid", "the vehicle, its front"),
+    ("vehicle ghost", "where it was before"),
     ("sweep", "radar, no echo"),
     ("radar", "radar, echo"),
     ("body", "body sonar, last echo"),
@@ -33,24 +34,34 @@ _KEY_LINES: Final = (
 )
 
 
-def draw_run(log: ArenaLog, until: int, title: str) -> str:
+def draw_run(
+    log: ArenaLog, until: int, title: str, outcome: str = "", leading: str | None = None
+) -> str:
     """The run up to instant `until` as the text of an SVG file.
 
-    The path has the colours of the states of the model that entered the log first.
+    `outcome` says how it ended. The path has the colours of the states of the model `leading`, of
+    the one that entered the log first if none is named.
     """
     page = Page(_WIDTH)
     models = log.stays(until)
-    leading = next(iter(models.values()), [])
-    page.text((_MARGIN, 36.0), title, "title")
-    ArenaMap(page, _MAP, log, until).draw(leading, hues_of(leading, until))
-    _draw_key(page)
-    bottom = Timeline(page, _TIMELINE, log, until).draw(models)
-    return page.render(bottom + _MARGIN, title)
+    hues = hues_of(models, until)
+    leading = next(iter(models), "") if leading is None else leading
+    page.text((_MARGIN, 30.0), title, "title")
+    page.text((_MARGIN, 48.0), outcome, "note")
+    drawn = ArenaMap(page, _MAP, log, until)
+    drawn.draw(models.get(leading, []), hues.get(leading, {}))
+    _draw_key(page, drawn.path_hues)
+    bottom = Timeline(page, _TIMELINE, log, until).draw(models, hues)
+    return page.render(bottom + _MARGIN, f"{title}: {outcome}" if outcome else title)
 
 
-def _draw_key(page: Page) -> None:
-    """Say what the figures on the map stand for."""
-    for index, (figure, words) in enumerate(_KEY_LINES):
+def _draw_key(page: Page, path_hues: Mapping[str, str]) -> None:
+    """Say what the figures on the map, and the colours of the path, stand for."""
+    paths = [
+        (f"path {hue}", f"its path: {state}" if state else "its path")
+        for state, hue in path_hues.items()
+    ]
+    for index, (figure, words) in enumerate((*_KEY_LINES[:4], *paths, *_KEY_LINES[4:])):
         x, y = _KEY.left + 14, _KEY.top + 14 + 28 * index
         _draw_figure(page, figure, (x, y))
         page.text((x + 24, y + 4), words, "small")
@@ -62,13 +73,12 @@ def _draw_figure(page: Page, figure: str, at: Point) -> None:
     if figure == "target":
         page.circle(at, 7, "target")
     elif figure == "goal":
-        page.circle(at, 9, "goal-zone")
         page.circle(at, 9, "goal")
-    elif figure == "vehicle":
-        page.circle(at, 9, "vehicle")
-        page.polygon([(x + 8.5, y), (x + 4, y - 3), (x + 4, y + 3)], "nose")
-    elif figure == "path":
-        page.line((x - 10, y), (x + 10, y), "path hue0")
+    elif figure.startswith("vehicle"):
+        page.circle(at, 9, figure)
+        page.polygon([(x + 8.5, y), (x + 4, y - 3), (x + 4, y + 3)], f"nose {figure[8:]}")
+    elif figure.startswith("path"):
+        page.line((x - 10, y), (x + 10, y), figure)
     elif figure == "line":
         page.line((x - 10, y), (x + 10, y), "line")
     elif figure == "sweep":

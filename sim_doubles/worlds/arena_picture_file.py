@@ -2,11 +2,11 @@
 
 from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from firmware_runtime.extras import install_command
 
-__all__ = ["write_picture"]
+__all__ = ["require_renderer", "write_picture"]
 
 _PNG_ZOOM: Final = 2
 
@@ -24,12 +24,21 @@ def write_picture(path: Path, svg: str) -> None:
         raise ValueError(f"picture {path}: ends in {path.suffix!r}, expected .svg or .png")
 
 
+def require_renderer(path: Path) -> None:
+    """Raise ValueError if this picture needs what is not installed."""
+    if path.suffix == ".png":
+        _renderer()
+
+
 def _png(svg: str) -> bytes:
+    return bytes(_renderer().svg_to_bytes(svg_string=svg, zoom=_PNG_ZOOM))
+
+
+def _renderer() -> Any:  # noqa: ANN401 -- a module that need not be there
     try:
-        resvg = import_module("resvg_py")
+        return import_module("resvg_py")
     except ImportError as error:
         raise ValueError(
             f"picture: PNG needs resvg, expected the extra plot: {install_command('plot')}; "
             "SVG needs nothing"
         ) from error
-    return bytes(resvg.svg_to_bytes(svg_string=svg, zoom=_PNG_ZOOM))

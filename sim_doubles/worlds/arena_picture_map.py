@@ -1,7 +1,8 @@
 """The map of a run: where the vehicle went, what it saw, and what stands about."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
@@ -23,6 +24,8 @@ _CHEVRON: Final = ((0.75, 0.0), (-0.55, 0.6), (-0.25, 0.0), (-0.55, -0.6))
 _NOSE: Final = ((1.0, 0.0), (0.5, 0.2), (0.5, -0.2))
 _ELSEWHERE_M: Final = 0.1
 _TURNED_RAD: Final = 0.3
+_MOVED: Final = 3.0
+"""Pixels of the path in a state that are seen."""
 _LONG_STAY: Final = 400 * MILLISECOND
 
 
@@ -38,16 +41,19 @@ class ArenaMap:
         self._until = until
         self._poses = [self._arena.pose(at) for at in [*range(0, until, _SAMPLE), until]]
         self._x, self._y = self._axes()
+        self.path_hues: dict[str, str] = {}
+        """The states in which the vehicle moved, and the colour class of each on the path."""
 
     def draw(self, stays: list[Stay], hues: dict[str, str]) -> None:
         """Draw everything; the path has the colours of these states."""
         self._page.begin_clip(self._box)
         self._draw_grid()
         self._draw_sweep()
+        self._draw_beams()
         self._draw_things()
         self._draw_path(stays, hues)
         self._draw_arrows()
-        self._draw_echoes()
+        self._draw_edges()
         self._draw_vehicles(stays)
         self._page.end_clip()
         self._draw_frame()
@@ -101,7 +107,6 @@ class ArenaMap:
         for x1, y1, x2, y2 in self._parameters.walls:
             self._page.line(self._at(x1, y1), self._at(x2, y2), "wall")
         target, *obstacles = self._parameters.circles
-        self._draw_disc(target, GOAL_M[1], "goal-zone")
         self._draw_disc(target, GOAL_M[1], "goal")
         self._draw_disc(target, 0.0, "target")
         for obstacle in obstacles:
@@ -115,7 +120,11 @@ class ArenaMap:
         for state, since, until in stays or [Stay("", 0, self._until)]:
             instants = [since, *range(since + _SAMPLE, until, _SAMPLE), until]
             points = [self._at(*self._arena.pose(at)[:2]) for at in instants]
-            self._page.polyline(points, f"path {hues.get(state, 'hue-brief')}")
+            hue = hues.get(state, "hue-brief")
+            self._page.polyline(points, f"path {hue}")
+            if hue != "hue-brief" or not hues:
+                moved = sum(math.dist(*pair) for pair in pairwise(points)) > _MOVED
+                self.path_hues.update({state: hue} if moved else {})
 
     def _draw_arrows(self) -> None:
         """An arrow head on the path every so many pixels."""
@@ -127,12 +136,23 @@ class ArenaMap:
                 gone -= _ARROW_APART
                 self._page.polygon(self._turned(pose, _ARROW, _CHEVRON), "nose")
 
-    def _draw_echoes(self) -> None:
-        """The radar's beams that brought an echo, and the body's last one."""
-        for ping in self._log.radar_pings:
-            self._draw_echo(ping, "radar")
-        for ping in self._log.body_pings[-1:]:
-            self._draw_echo(ping, "body")
+    def _echoes(self) -> Iterator[tuple[str, list[Ping]]]:
+        """The radar's pings that brought an echo, and the body's last one if it did."""
+        for css, pings in (("radar", self._log.radar_pings), ("body", self._log.body_pings[-1:])):
+            yield css, [ping for ping in pings if ping.echo_m < math.inf]
+
+    def _draw_beams(self) -> None:
+        """What the echoes came along, as one figure a sonar, on paper, so that no colours mix."""
+        for css, pings in self._echoes():
+            beams = " ".join(self._sector(ping, ping.echo_m) for ping in pings)
+            for each in ("paper", f"beam {css}"):
+                self._page.path(beams, each)
+
+    def _draw_edges(self) -> None:
+        """Where the echoes came from: somewhere on the far edges of the beams."""
+        for css, pings in self._echoes():
+            for ping in pings:
+                self._page.path(f"M{self._arc(ping, ping.echo_m)}", f"edge {css}-edge")
 
     def _draw_vehicles(self, stays: list[Stay]) -> None:
         """The vehicle at the start, where it entered a state for long, and at the end."""
@@ -158,12 +178,6 @@ class ArenaMap:
         page.text_upwards((box.left - 40, box.top + box.height / 2), "y, north (m)", "note")
 
     # Figures
-
-    def _draw_echo(self, ping: Ping, css: str) -> None:
-        """The beam up to its echo, which came from somewhere on the far edge."""
-        if ping.echo_m < math.inf:
-            self._page.path(self._sector(ping, ping.echo_m), f"beam {css}")
-            self._page.path(f"M{self._arc(ping, ping.echo_m)}", f"edge {css}-edge")
 
     def _sector(self, ping: Ping, range_m: float) -> str:
         """The beam up to a range, in SVG's path language."""

@@ -33,7 +33,7 @@ _COLOURS: Final = {
     ".body": ("fill", "#d4870b", "#e3b341"),
     ".body-edge": ("stroke", "#d4870b", "#e3b341"),
     ".vehicle": ("stroke", "#1f2328", "#e6edf3"),
-    ".solid": ("fill", "#ffffffc0", "#0d1117c0"),
+    ".solid": ("fill", "#ffffff", "#0d1117"),
     ".nose": ("fill", "#1f2328", "#e6edf3"),
     ".line": ("stroke", "#1f2328", "#e6edf3"),
     ".on-hue": ("fill", "#ffffff", "#0d1117"),

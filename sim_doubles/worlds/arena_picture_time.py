@@ -1,6 +1,7 @@
 """What happened when: the distance to the target, the echoes and the states, over time."""
 
 import math
+from collections.abc import Mapping
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -17,15 +18,23 @@ _BRIEF: Final = 0.005
 """States that last a smaller share of the run have no colour of their own."""
 
 
-def hues_of(stays: list[Stay], until: int) -> dict[str, str]:
-    """A colour class for each state, those that last longest first; the brief ones share one."""
-    lasting: dict[str, int] = {}
-    for stay in stays:
-        lasting[stay.state] = lasting.get(stay.state, 0) + stay.until - stay.since
-    long = [state for state, span in lasting.items() if span >= _BRIEF * until]
+def hues_of(models: Mapping[str, list[Stay]], until: int) -> dict[str, dict[str, str]]:
+    """A colour class for each state of each model, no two alike as long as there are colours.
+
+    States that last longest come first; the brief ones share a colour.
+    """
+    lasting: dict[tuple[str, str], int] = {}
+    for model, stays in models.items():
+        for stay in stays:
+            key = model, stay.state
+            lasting[key] = lasting.get(key, 0) + stay.until - stay.since
+    long = [key for key, span in lasting.items() if span >= _BRIEF * until]
     long.sort(key=lasting.__getitem__, reverse=True)
-    hues = {state: f"hue{index}" for index, state in enumerate(long[:HUES])}
-    return {state: hues.get(state, "hue-brief") for state in lasting}
+    hues = {key: f"hue{index}" for index, key in enumerate(long[:HUES])}
+    return {
+        model: {stay.state: hues.get((model, stay.state), "hue-brief") for stay in stays}
+        for model, stays in models.items()
+    }
 
 
 class Timeline:
@@ -38,12 +47,12 @@ class Timeline:
         self._strip = box._replace(height=_STRIP)
         self._time = Axis(0.0, max(until, MILLISECOND) / SECOND, box.left, box.right)
 
-    def draw(self, models: dict[str, list[Stay]]) -> float:
+    def draw(self, models: Mapping[str, list[Stay]], hues: Mapping[str, dict[str, str]]) -> float:
         """Draw everything; return the y below it."""
         self._draw_distance()
         bottom = self._strip.bottom + _GAP
         for model, stays in models.items():
-            bottom = self._draw_model(bottom, model, stays)
+            bottom = self._draw_model(bottom, model, stays, hues[model])
         for seconds in self._time.ticks(60.0):
             place = (self._time.pixel(seconds), bottom + 12)
             self._page.text(place, f"{seconds:g}", "small note", "middle")
@@ -86,9 +95,10 @@ class Timeline:
 
     # The states
 
-    def _draw_model(self, top: float, model: str, stays: list[Stay]) -> float:
+    def _draw_model(
+        self, top: float, model: str, stays: list[Stay], hues: Mapping[str, str]
+    ) -> float:
         """Draw a model's states, below it the names that found no room; return the y below."""
-        hues = hues_of(stays, self._until)
         self._page.text((self._time.begin - 10, top + 16), model, "small", "end")
         named: set[str] = set()
         for stay in stays:

@@ -1,4 +1,5 @@
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -170,6 +171,28 @@ def test_a_run_can_be_drawn(command: Callable[..., Any], tmp_path: Path, ending:
     path = tmp_path / f"run.{ending}"
     assert command(*VIRTUAL, "--plot", path).status == 0
     assert path.read_bytes().startswith(b"<svg" if ending == "svg" else b"\x89PNG")
+    if ending == "svg":
+        assert "It found the target" in path.read_text()
+
+
+def test_a_picture_of_a_failed_mission_says_so_and_why(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "run.svg"
+    stuck = ("--set", "world.body_compass_stuck_s=5")
+    ended = command(*VIRTUAL, *stuck, "--plot", path, "--json")
+    assert ended.status == 1
+    assert "It did not find the target" in path.read_text()
+    assert json.loads(ended.out)["ended"]["reason"] in path.read_text()
+
+
+def test_a_png_without_its_extra_is_refused_before_the_run(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    ended = command(*VIRTUAL, "--plot", tmp_path / "run.png")
+    assert (ended.status, ended.out) == (2, "")
+    assert "expected the extra plot" in ended.error
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,9 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
 from sim_doubles.worlds.arena_picture import draw_run
-from sim_doubles.worlds.arena_picture_file import write_picture
+from sim_doubles.worlds.arena_picture_file import require_renderer, write_picture
 from sim_doubles.worlds.arena_picture_page import Axis
+from sim_doubles.worlds.arena_picture_time import hues_of
 from tests.support.arena_mission import ArenaMission
 from tests.support.arena_rig import ArenaRig
 
@@ -39,6 +40,20 @@ def svg(mission: ArenaMission) -> ET.Element:
 def shapes(svg: ET.Element, css: str) -> list[ET.Element]:
     """Everything that has this class."""
     return [element for element in svg.iter() if css in element.get("class", "").split()]
+
+
+def key_of(svg: ET.Element) -> list[ET.Element]:
+    """The shapes of the key, right of the map."""
+    frame = shapes(svg, "frame")[0]
+    edge = float(frame.get("x", "")) + float(frame.get("width", ""))
+    return [shape for shape in svg if left_of(shape) > edge]
+
+
+def left_of(shape: ET.Element) -> float:
+    """Where a shape begins, roughly: its centre, its corner or its first point."""
+    stated = shape.get("cx") or shape.get("x")
+    found = re.match(r"M([-\d.]+)", shape.get("d", ""))
+    return float(stated or (found[1] if found else 0.0))
 
 
 def texts(svg: ET.Element) -> list[str | None]:
@@ -84,7 +99,10 @@ def test_radar_echoes_are_drawn_one_by_one_and_the_rest_as_one_fan(
 def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     mission: ArenaMission, svg: ET.Element
 ) -> None:
-    target, vehicle = shapes(svg, "target")[0], shapes(svg, "vehicle")[-2]
+    target, vehicle = (
+        shapes(svg, "target")[0],
+        next(each for each in shapes(svg, "solid") if each not in key_of(svg)),
+    )
     scale = float(target.get("r", "")) / 0.10
     end = mission.rig.arena.pose(mission.at)
     east, north = (float(target.get("cx", "")), float(target.get("cy", "")))
@@ -92,10 +110,46 @@ def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     assert north - float(vehicle.get("cy", "")) == pytest.approx((end.y_m - 1.2) * scale, abs=1.0)
 
 
+def test_the_outcome_is_told_below_the_title(mission: ArenaMission) -> None:
+    svg = ET.fromstring(draw_run(mission.log, mission.at, "title", "It found the target."))  # noqa: S314
+    assert "It found the target." in texts(svg)
+    assert svg.get("aria-label") == "title: It found the target."
+
+
+def test_the_key_has_the_colours_of_the_map(svg: ET.Element) -> None:
+    """Every class on the map is in the key; the path's by state, those it moved in."""
+    key = {css for shape in key_of(svg) for css in shape.get("class", "").split()}
+    hues = {css for path in shapes(svg, "path") for css in path.get("class", "").split()}
+    assert hues - {"hue-brief"} > {"path"}
+    moved = {text for text in texts(svg) if text and text.startswith("its path: ")}
+    assert moved == {"its path: search", "its path: approach"}
+    drawn = {css for shape in shapes(svg, "beam") for css in shape.get("class", "").split()}
+    assert drawn <= key
+    assert "goal-zone" not in key
+
+
+def test_beams_are_one_figure_a_sonar_on_paper_so_that_no_colours_mix(svg: ET.Element) -> None:
+    order = [each.get("class") for each in svg.iter() if each.tag.endswith("path")]
+    for css in ("radar", "body"):
+        first = order.index(f"beam {css}")
+        assert order[first - 1] == "paper"
+        assert order.count(f"beam {css}") == 2  # one of them in the key
+    assert order.index("beam body") < order.index("path hue0")
+
+
+def test_states_of_two_models_never_share_a_colour() -> None:
+    log = ArenaLog(ArenaRig().arena)
+    for model in ("radar", "treads"):
+        log.enter(0, model, "Idle")
+        log.enter(2 * SECOND, model, "Busy")
+    hues = hues_of(log.stays(9 * SECOND), 9 * SECOND)
+    assert len({hue for states in hues.values() for hue in states.values()}) == 4
+
+
 def test_the_map_holds_the_whole_path(svg: ET.Element) -> None:
     frame = shapes(svg, "frame")[0]
     left, width = float(frame.get("x", "")), float(frame.get("width", ""))
-    *states, _key = shapes(svg, "path")
+    states = [path for path in shapes(svg, "path") if path not in key_of(svg)]
     xs = [float(x) for path in states for x in re.findall(r"[ML]([\d.]+),", path.get("d", ""))]
     assert len(states) == 5
     assert all(left < x < left + width for x in xs)
@@ -153,6 +207,13 @@ def test_png_is_written_by_resvg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     write_picture(tmp_path / "run.png", "<svg/>")
     assert (tmp_path / "run.png").read_bytes() == b"\1\2"
     assert asked == [{"svg_string": "<svg/>", "zoom": 2}]
+
+
+def test_only_a_png_needs_a_renderer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    require_renderer(Path("run.svg"))
+    with pytest.raises(ValueError, match="expected the extra plot"):
+        require_renderer(Path("run.png"))
 
 
 def test_png_without_the_extra_is_refused_with_its_name(
