@@ -1,4 +1,9 @@
-"""What all motor models share: orders are obeyed, and anything that goes wrong ends in a stop."""
+"""What all motor models share: orders are obeyed, and anything that goes wrong begins with a stop.
+
+A chip that loses its supply, or a bus that fails for a moment, must not leave a vehicle standing
+where nothing would ever order it about again: the command is written again once the chip is up. A
+chip that fails again and again is given up; then only a new command is obeyed.
+"""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable
@@ -7,12 +12,15 @@ from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
 from drivers.permit import ASK_AGAIN_AFTER, Permit, always
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NotReady
 
 CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0
 """Motor signals, as in the detective robot's paper."""
 STOP_AGAIN_AFTER = 50 * MILLISECOND
 """Ns until a stop that nobody acknowledged is written again."""
+FAULTS_BEFORE_FORGETTING = 10
+"""Faults in a row after which a command is not written again."""
 
 
 class Motors(HardwareModel):
@@ -22,14 +30,16 @@ class Motors(HardwareModel):
     still, driving --order?--> obeying (0), written --> reporting (0) --> driving, or still
     driving (refresh) --> written again --> reporting (0) --> driving
     an order refused, or none for order_timeout --> stopped --> reporting (0) --fault!--> still
-    the chip silent --> stopped --> reporting (0) --fault!--> bring_up
+    the chip silent, or reset --> stopped --> reporting (0) --fault!--> bring_up --> obeying (0)
     the stop not acknowledged --> reporting (0) --fault!--> stopping (STOP_AGAIN_AFTER) --> stopped
 
     obeying, driving without leave --> stopped --> reporting (0) --> forbidden (ASK_AGAIN_AFTER)
     forbidden, given leave --> obeying (0)
 
-    A fault forgets what was ordered. An order that comes while the chip is not up, not stopped yet,
-    or while leave to move (`permit`) is withheld, is kept.
+    A refusal forgets what was ordered, and so do FAULTS_BEFORE_FORGETTING faults in a row. Once an
+    order has failed, faults are in a row until the chip has taken two orders one after the other.
+    An order that comes while the chip is not up, not stopped yet, or while leave to move (`permit`)
+    is withheld, is kept.
     """
 
     def __init__(
@@ -51,6 +61,10 @@ class Motors(HardwareModel):
         self._is_stop_due = False
         self._is_bring_up_due = False
         self._is_forbidden = False
+        self._is_repeated = False
+        self._has_taken_order = False
+        self._is_doubtful = False
+        self._faults_in_a_row = 0
 
     # What a subclass knows ------------------------------------------------------------------------
 
@@ -77,8 +91,13 @@ class Motors(HardwareModel):
     # The DEVS functions -------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Obey an order that came meanwhile, else stand still."""
+        """Obey the order that failed, or a newer one; else stand still."""
         self._is_bring_up_due = False
+        if not self._is_doubtful:
+            self._faults_in_a_row = 0
+        elif self._is_repeated and self._faults_in_a_row >= FAULTS_BEFORE_FORGETTING:
+            self._is_repeated = self._has_order = False
+            self.forget_order()
         self._settle()
 
     def proceed(self) -> None:
@@ -101,6 +120,7 @@ class Motors(HardwareModel):
         except NotReady as error:
             self._refusal = error
         self._has_order = True
+        self._is_repeated = False
         if self.phase in {"still", "driving"}:
             self.activate("obeying")
         else:
@@ -109,6 +129,13 @@ class Motors(HardwareModel):
     def exit(self) -> None:
         """Leave the motors stopped."""
         self.write_stop()
+
+    def note(self, error: FirmwareRuntimeError) -> None:
+        """Keep a fault for the next output; one that follows a bring-up is still in a row."""
+        super().note(error)
+        self._has_taken_order = False
+        self._faults_in_a_row += 1
+        self.faults[-1] = self.faults[-1]._replace(consecutive=self._faults_in_a_row)
 
     # ---------------------------------------------------------------------------------------------
 
@@ -122,7 +149,9 @@ class Motors(HardwareModel):
 
     def _obey(self) -> None:
         self._has_order = self._is_forbidden = False
-        self._since_order = 0
+        if not self._is_repeated:
+            self._since_order = 0
+        self._is_repeated = False
         if self._refusal is None:
             self._write_order()
         else:
@@ -140,11 +169,21 @@ class Motors(HardwareModel):
         try:
             self.write_order()
         except HalError as error:
-            self._is_bring_up_due = True
-            self._refuse(error)
+            self._fail(error)
         else:
             self.consecutive_faults = 0
+            if self._has_taken_order:
+                self._is_doubtful = False
+                self._faults_in_a_row = 0
+            self._has_taken_order = True
             self.activate("reporting")
+
+    def _fail(self, error: HalError) -> None:
+        """Stop, bring the chip up, then write the same again."""
+        self.note(error)
+        self._is_bring_up_due = True
+        self._stop()
+        self._has_order = self._is_repeated = self._is_doubtful = True
 
     def _refuse(self, error: HalError) -> None:
         self.note(error)

@@ -4,9 +4,13 @@ from boards.ending import Ending
 from drivers.compass import PERIODIC
 from drivers.fault import Fault
 from drivers.motors import STILL
+from drivers.permit import Permit, always
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import SECOND
 
+LOOK_EVERY = SECOND
+"""Ns from one look at the time a mission has taken to the next."""
 STOPS = 2
 """Both treads stop once when the radar sees the target, and once in front of it."""
 
@@ -15,13 +19,18 @@ class Mission(Atomic):
     """Wakes the sensors, gives the start signal, watches faults and the treads' orders.
 
     waking (0) --sonars! 1, compasses! periodic--> starting (start_after) --in1! 1--> watching
+    watching (a second, again and again) --> watching
     watching, both treads stopped twice --> ending (0) --ended!--> ended
+    watching, `longest` spent with leave to move --> ending (0) --ended!, failed!--> ended
     watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
 
-    `failed` shuts the gate of every motor: see `Gate`.
+    `failed` shuts the gate of every motor: see `Gate`. Time without leave to move (`permit`) does
+    not count: a robot that is not armed yet gets nowhere.
     """
 
-    def __init__(self, name: str, start_after: int, faults: int) -> None:
+    def __init__(
+        self, name: str, start_after: int, faults: int, longest: int, permit: Permit = always
+    ) -> None:
         super().__init__(name)
         self.fault = self.in_port("fault", Fault)
         self.right = self.in_port("right", int)
@@ -33,9 +42,12 @@ class Mission(Atomic):
         self.ended = self.out_port("ended", Ending)
         self.start_after = start_after
         self.faults = faults
+        self.longest = longest
+        self.permit = permit
         self.ending: Ending | None = None
         self._orders = [STILL, STILL]
         self._stops = 0
+        self._spent = 0
 
     def initialize(self) -> None:
         """Wake the sensors at once."""
@@ -57,8 +69,10 @@ class Mission(Atomic):
         """Go on to the next phase."""
         if self.phase == "waking":
             self.hold_in("starting", self.start_after)
+        elif self.phase == "ending":
+            self.passivate("ended")
         else:
-            self.passivate("ended" if self.phase == "ending" else "watching")
+            self._watch_on()
 
     def external(self, elapsed: int) -> None:
         """Look at faults and orders; either may end the mission, once."""
@@ -69,6 +83,17 @@ class Mission(Atomic):
                 self.activate("ending")
                 return
         self.continue_(elapsed)
+
+    def _watch_on(self) -> None:
+        """Look at the time once a second; longer than `longest` no mission takes."""
+        if self.phase == "watching" and self.permit():
+            self._spent += LOOK_EVERY
+        if self._spent >= self.longest:
+            reason = f"the target was not reached within {self.longest / SECOND:g} s"
+            self.ending = Ending(reason, failed=True)
+            self.activate("ending")
+        else:
+            self.hold_in("watching", LOOK_EVERY)
 
     def _follow(self, *orders: InPort[int]) -> None:
         """Count how often both treads came to a stop."""

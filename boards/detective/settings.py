@@ -110,6 +110,8 @@ class MissionTable(Settings, frozen=True):
     """Faults of one device in a row that count as its failure."""
     on_failure: Literal["end", "wait"]
     """`end`: treads and radar stop and the run ends. `wait`: they stop and stay stopped."""
+    longest_s: Seconds = 220.0
+    """A mission that has not reached its target after so long has failed."""
 
 
 class ArenaTable(Settings, frozen=True):

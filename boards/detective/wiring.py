@@ -42,7 +42,15 @@ class DetectiveRobot(Coupled):
         self.radar_compass = self.add(_compass("radar_compass", settings, lines))
         self.body_compass = self.add(_compass("body_compass", settings, lines))
         self.model = self.add(Detective("model", _parameters(settings)))
-        self.mission = self.add(Mission("mission", seconds(mission.start_s), mission.faults))
+        self.mission = self.add(
+            Mission(
+                "mission",
+                seconds(mission.start_s),
+                mission.faults,
+                seconds(mission.longest_s),
+                lines.permit,
+            )
+        )
         self._wire()
 
     @property

@@ -3,6 +3,7 @@ import re
 
 import pytest
 
+from drivers.motors import FAULTS_BEFORE_FORGETTING
 from drivers.treads import TreadSpeeds
 from firmware_runtime.devs.time import MILLISECOND
 from tests.support.atomic_bench import AtomicBench
@@ -62,16 +63,60 @@ def test_a_chip_that_did_not_take_the_stop_of_a_bad_order_is_brought_up_again(
     assert driver.times("step") == [0, 100]
 
 
-def test_a_write_that_fails_stops_at_once_and_forgets_the_order(
+def test_a_write_that_fails_stops_at_once_and_is_repeated_once_the_chip_is_up(
     bench: AtomicBench, driver: ScriptedDriver
 ) -> None:
     driver.drives = [None, SILENT, None]
     bench.put(50, right=1, left=1)
-    bench.run(1000)
-    assert driver.driven == [((0.5, 0.5), 50), ((0.5, 0.5), 250), (STOP, 250)]
+    bench.run(300)
+    assert driver.driven == [
+        ((0.5, 0.5), 50),
+        ((0.5, 0.5), 250),
+        (STOP, 250),
+        ((0.5, 0.5), 260),
+    ]
     assert [(at, fault.kind) for at, fault in bench.said["fault"]] == [(250, "NoAcknowledge")]
     assert driver.times("step") == [0, 250]
+    assert bench.model.phase == "driving"
+
+
+def test_a_chip_that_resets_whenever_it_drives_is_given_up(
+    bench: AtomicBench, driver: ScriptedDriver
+) -> None:
+    """As a supply does that cannot feed the motors: each order is taken once, and then lost."""
+    driver.drives = [None, SILENT] * 100
+    bench.put(50, right=1, left=1)
+    bench.run(20_000)
+    consecutive = [fault.consecutive for _, fault in bench.said["fault"]]
+    assert consecutive == list(range(1, FAULTS_BEFORE_FORGETTING + 1))
     assert bench.model.phase == "still"
+    assert driver.driven[-1][0] == STOP
+
+
+def test_after_that_a_new_order_is_obeyed(bench: AtomicBench, driver: ScriptedDriver) -> None:
+    driver.drives = [*([None, SILENT] * FAULTS_BEFORE_FORGETTING), None]
+    bench.put(50, right=1, left=1)
+    bench.put(19_000, right=2)
+    bench.run(20_000)
+    assert bench.model.phase == "driving"
+    assert driver.driven[-1][0] == (0.0, -0.5)
+
+
+def test_two_orders_taken_end_a_row_of_faults(bench: AtomicBench, driver: ScriptedDriver) -> None:
+    driver.drives = [None, SILENT, None, None, SILENT, None]
+    bench.put(50, right=1, left=1)
+    bench.run(2000)
+    assert [fault.consecutive for _, fault in bench.said["fault"]] == [1, 1]
+
+
+def test_a_command_is_not_repeated_beyond_its_timeout(driver: ScriptedDriver) -> None:
+    bench = bench_of(driver, settings(order_timeout=500 * MILLISECOND))
+    driver.drives = [None, None, SILENT, None]
+    bench.put(50, right=1, left=1)
+    bench.run(5000)
+    assert [fault.kind for _, fault in bench.said["fault"]] == ["NoAcknowledge", "NotReady"]
+    assert driver.driven[-1][0] == STOP
+    assert driver.driven[-1][1] <= 50 + 500 + 50
 
 
 def test_a_stop_is_repeated_until_it_is_acknowledged_and_then_the_chip_brought_up(
@@ -98,7 +143,7 @@ def test_an_order_while_the_stop_is_pending_is_obeyed_after_it(
     bench.put(50, right=1, left=1)
     bench.put(270, right=2)
     bench.run(400)
-    assert driver.driven[-2:] == [(STOP, 300), ((0.0, -0.5), 310)]
+    assert driver.driven[-2:] == [(STOP, 300), ((0.5, -0.5), 310)]
 
 
 def test_orders_are_obeyed_again_after_a_fault(bench: AtomicBench, driver: ScriptedDriver) -> None:
