@@ -115,6 +115,8 @@ class ExecutiveSettings(Settings, frozen=True):
     """Of real time, over three seconds, that may go into steps or into processor time; 100: any."""
     overload: Literal["yield", "stop"] = "yield"
     """Above that: `yield` gives up SCHED_FIFO and, where there was one, disarms; `stop` ends."""
+    bring_up_s: Annotated[float, Meta(ge=1, le=600)] = 60.0
+    """Time that a service may take for each stage of its start, s."""
     watchdog_s: Annotated[float, Meta(ge=0.5, le=60)] = 2.0
     """Time without a finished step after which systemd ends the service, s; longer than stall_s."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16

@@ -13,12 +13,14 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go, tell
+from firmware_runtime.cli.restarting import counted
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.settings_in_force import settings_path
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.tracing import tracing
+from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.signals import stop_on_signals
@@ -30,13 +32,21 @@ from firmware_runtime.service.journal import Journal
 from firmware_runtime.service.notices import Notices
 from firmware_runtime.service.overload import ANY_LOAD, Overload
 from firmware_runtime.service.reloading import Reloading
+from firmware_runtime.service.restarts import Restarts, starts_path
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.spans import spans_path
 from firmware_runtime.telemetry.statistics import RunState
 from firmware_runtime.telemetry.takeovers import takeovers_path
 
-_BESIDE_STATISTICS = (spans_path, takeovers_path, settings_path, control_path, ports_path)
+_BESIDE_STATISTICS = (
+    spans_path,
+    takeovers_path,
+    settings_path,
+    control_path,
+    ports_path,
+    starts_path,
+)
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -101,21 +111,34 @@ def execute(arguments: argparse.Namespace) -> int:
     board = chosen_board(arguments.board, arguments.assignments)
     if arguments.events is not None:
         return run_event_file(arguments, board)
-    clock = clock_of(arguments)
-    session = Session(
-        board,
-        clock,
-        doubles=arguments.doubles,
-        statistics_path=_statistics_path(arguments, board),
-        arming=_arming(arguments, board),
-    )
+    path, notices = _statistics_path(arguments, board), Notices.from_environment()
+    within = seconds(board.settings.executive.bring_up_s)
+
+    def run(restarts: Restarts | None) -> int:
+        notices.progress("starts: finds its chips", within)
+        session = Session(
+            board,
+            clock_of(arguments),
+            doubles=arguments.doubles,
+            statistics_path=path,
+            arming=_arming(arguments, board),
+        )
+        notices.progress("starts: takes its first step", within)
+        if restarts is not None:
+            session.executive.attendants.append(restarts)
+        return _run(arguments, session, notices)
+
+    return counted(run, path, notices, within)
+
+
+def _run(arguments: argparse.Namespace, session: Session, notices: Notices) -> int:
     executive = session.executive
     try:
         draw = _plotting(session, arguments.plot)
         report = Report(session, arguments)
         with (
             tracing(session.executive.simulator, arguments.trace),
-            _serving(session) as reload,
+            _serving(session, notices) as reload,
             stop_on_signals(executive.request_stop, reload, executive.give_up),
         ):
             report.begin()
@@ -174,9 +197,9 @@ def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
 
 
 @contextmanager
-def _serving(session: Session) -> Iterator[Callable[[], None] | None]:
+def _serving(session: Session, notices: Notices) -> Iterator[Callable[[], None] | None]:
     """Tell systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
-    notices, journal = Notices.from_environment(), Journal.from_environment()
+    journal = Journal.from_environment()
     executive = session.executive
     chronicle: Chronicle | None = None
     if notices.is_there or journal.is_there:

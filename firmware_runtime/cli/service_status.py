@@ -11,13 +11,15 @@ from firmware_runtime.cli.board_name import add_board_name
 from firmware_runtime.cli.service_errors import explained
 from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.cli.status import Status
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.installation.errors import StepFailed
 from firmware_runtime.installation.places import GUARD, RUNTIME, instance
 from firmware_runtime.installation.states import UnitState, state_of
 from firmware_runtime.installation.target import require_systemd, target
 from firmware_runtime.installation.uninstall import installed_boards
+from firmware_runtime.service.restarts import pause_after, read_starts
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.paths import find_statistics
+from firmware_runtime.telemetry.paths import find_statistics, places
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 
 SCHEMA = 1
@@ -63,6 +65,7 @@ def _as_json(states: dict[str, dict[str, UnitState]]) -> dict[str, object]:
         "boards": {
             board: {
                 **{name: asdict(unit) for name, unit in units.items()},
+                "failed_starts": _failed_starts(board),
                 "statistics": _summary_or_none(board),
             }
             for board, units in states.items()
@@ -81,7 +84,16 @@ def _lines(board: str, units: dict[str, UnitState]) -> Iterator[str]:
             yield f"{'':12}ended with {unit.result}"
         if unit.says:
             yield f"{'':12}{unit.says}"
+    if failed := _failed_starts(board):
+        pause_s = pause_after(failed) / SECOND
+        yield f"  starts      {failed} failed in a row before this one, which waited {pause_s:g} s"
     yield f"  statistics  {_summary_or_reason(board)}"
+
+
+def _failed_starts(board: str) -> int:
+    """Starts in a row that failed before the one under way; 0 after a minute of health."""
+    found = (read_starts(path) for path in places(board))
+    return next((starts.failed for starts in found if starts is not None), 0)
 
 
 def _summary(board: str) -> str:

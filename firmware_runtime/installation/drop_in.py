@@ -49,15 +49,15 @@ def device_nodes(board: Board) -> list[str]:
 
 
 def _scheduling(service: str, priority: int) -> Iterator[str]:
-    """The guard comes before the run, and only the run can ask for more than it is given."""
-    if priority == 0:
-        yield from ("CPUSchedulingPolicy=other", "LimitRTPRIO=0")
-        return
-    own = min(priority + 1, _HIGHEST) if service == GUARD else priority
-    yield from (f"CPUSchedulingPriority={own}", f"LimitRTPRIO={own}")
+    """The guard comes before the run from its start; the run asks when it has come up."""
+    own = min(priority + 1, _HIGHEST) if service == GUARD and priority > 0 else priority
+    yield f"LimitRTPRIO={own}"
+    if service == GUARD:
+        yield f"CPUSchedulingPriority={own}" if own > 0 else "CPUSchedulingPolicy=other"
 
 
 def _of_the_run(executive: ExecutiveSettings) -> Iterator[str]:
+    yield f"TimeoutStartSec={executive.bring_up_s:g}s"
     yield f"WatchdogSec={executive.watchdog_s:g}s"
     if executive.keep_cpu_awake:
         yield f"DeviceAllow={_CPU_LATENCY} w"

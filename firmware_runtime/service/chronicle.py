@@ -1,7 +1,8 @@
 """What a run tells systemd and the journal: an attendant, quiet unless something happened.
 
-- READY after the first step, when devices have answered; the watchdog is fed by the loop itself,
-  between two steps, as long as logical time keeps up, and by nothing else.
+- READY after the first step, when devices have answered. From then on the watchdog is fed by the
+  loop itself, between two steps, as long as logical time keeps up, and by nothing else; before it
+  there is none, since the first sign of life would begin it.
 - STATUS, once a second where there is time: the one-line summary.
 - The journal: a line for each episode of overruns when it is over, or the run is, one for each kind
   of fault, repeated only with its number (`fault_journal`), and a summary a minute, which a loop
@@ -53,7 +54,7 @@ class Chronicle:
         if not self._is_ready and self._executive.cells[STEPS] > 0:
             self._is_ready = True
             self._notices.ready()
-        if self._executive.progress.keeps_up:
+        if self._is_ready and self._executive.progress.keeps_up:
             self._notices.alive()
         self._faults.attend(now)
         for account, told in self._told.items():

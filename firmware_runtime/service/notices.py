@@ -45,6 +45,10 @@ class Notices:
         """The service works from now on."""
         self._is_ready_owed = not self._notify("READY=1")
 
+    def progress(self, what: str, within: int) -> None:
+        """The start goes on, with this stage, and takes no longer than `within` ns from now."""
+        self._notify(f"EXTEND_TIMEOUT_USEC={within // MICROSECOND}\nSTATUS={what}")
+
     def reloading(self) -> None:
         """Settings are read again; `ready` says that it is over."""
         self._notify(f"RELOADING=1\nMONOTONIC_USEC={monotonic_ns() // MICROSECOND}")

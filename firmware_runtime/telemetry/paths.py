@@ -64,6 +64,11 @@ def all_statistics(board: str | None = None) -> dict[str, Path]:
     return {} if board is None else {board: default_path(board)}
 
 
+def places(board: str) -> Iterator[Path]:
+    """Where a board's statistics may be, whether they are there or not; nothing is made."""
+    return (directory / f"{board}{SUFFIX}" for directory in _directories())
+
+
 def _directories() -> Iterator[Path]:
     if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
         yield Path(stated)

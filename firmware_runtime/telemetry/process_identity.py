@@ -16,19 +16,19 @@ _ENDED = -1
 def this_process() -> dict[str, Any]:
     """The identity of the calling process, as a file's header carries it."""
     pid = os.getpid()
-    return {"pid": pid, "started_ticks": _started_ticks(pid), "boot_id": _boot_id()}
+    return {"pid": pid, "started_ticks": _started_ticks(pid), "boot_id": boot_id()}
 
 
 def is_running(identity: Mapping[str, Any]) -> bool:
     """Whether the process of that identity still exists on this machine."""
-    boot_ids = {identity["boot_id"], _boot_id()} - {""}
+    boot_ids = {identity["boot_id"], boot_id()} - {""}
     if len(boot_ids) > 1:
         return False
     started = _started_ticks(identity["pid"])
     return _exists(identity["pid"]) if started is None else started == identity["started_ticks"]
 
 
-def _boot_id() -> str:
+def boot_id() -> str:
     """The present boot's identity; empty where a service may not see it (ProcSubset=pid)."""
     try:
         return _BOOT_ID.read_text().strip()

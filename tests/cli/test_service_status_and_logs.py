@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.service.restarts import Restarts
 from tests.support.systemd_machine import ACTIVE, GUARD, RUN, SystemdMachine
 from tests.support.written_run import WrittenRun
 
@@ -64,6 +65,20 @@ def test_what_is_not_active_is_told_by_the_exit_status(
 ) -> None:
     machine.programs.add("systemctl", out=printed)
     assert command("service", "status", "tachobot").status == 6
+
+
+@pytest.mark.usefixtures("machine")
+def test_starts_that_failed_in_a_row_are_told(command: Command, state_directory: Path) -> None:
+    def failed_starts() -> int:
+        told = json.loads(command("service", "status", "tachobot", "--json").out)
+        return int(told["boards"]["tachobot"]["failed_starts"])
+
+    assert failed_starts() == 0
+    for _ in range(5):
+        Restarts(state_directory / "tachobot.stats").begin()
+    assert failed_starts() == 4
+    shown = command("service", "status", "tachobot").out
+    assert "starts      4 failed in a row before this one, which waited 4 s" in shown
 
 
 def test_how_a_service_ended_is_told(command: Command, machine: SystemdMachine) -> None:

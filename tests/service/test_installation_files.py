@@ -119,7 +119,7 @@ def test_drop_ins_follow_the_users_settings(tmp_path: Path) -> None:
     install("tachobot", tmp_path)
     drop_in = tmp_path / UNITS / "firmware-runtime@tachobot.service.d/board.conf"
     assert "DeviceAllow=/dev/i2c-7 rw" in drop_in.read_text()
-    assert "CPUSchedulingPriority=41" in drop_in.read_text()
+    assert "LimitRTPRIO=41" in drop_in.read_text()
 
 
 def test_broken_settings_of_the_user_are_refused_before_anything_is_written(

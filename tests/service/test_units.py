@@ -122,10 +122,11 @@ def test_the_guard_starts_before_the_run_and_outlives_it() -> None:
     assert not {"PartOf", "BindsTo", "StopPropagatedFrom"} & set(guard["Unit"])
 
 
-def test_the_guard_has_the_higher_priority() -> None:
+def test_the_guard_has_the_higher_priority_and_only_the_guard_starts_with_it() -> None:
     run, guard = Unit(RUNTIME)["Service"], Unit(GUARD)["Service"]
-    for setting in ("CPUSchedulingPriority", "LimitRTPRIO"):
-        assert int(guard[setting]) == int(run[setting]) + 1
+    assert int(guard["LimitRTPRIO"]) == int(run["LimitRTPRIO"]) + 1
+    assert guard["CPUSchedulingPriority"] == guard["LimitRTPRIO"]
+    assert "CPUSchedulingPolicy" not in run
     assert int(guard["OOMScoreAdjust"]) < int(run["OOMScoreAdjust"])
 
 
@@ -133,7 +134,8 @@ def test_guard_and_run_live_in_the_same_sandbox() -> None:
     """But for what the guard has no use for, they differ in nothing that restricts them."""
     own = {
         "ExecStart", "ExecReload", "ExecStopPost", "Restart", "RestartSec", "SuccessExitStatus",
-        "CPUSchedulingPriority", "LimitRTPRIO", "OOMScoreAdjust", "SystemCallFilter", "WatchdogSec",
+        "CPUSchedulingPolicy", "CPUSchedulingPriority", "LimitRTPRIO", "OOMScoreAdjust",
+        "SystemCallFilter", "WatchdogSec",
     }  # fmt: skip
     run, guard = (dict(Unit(service)["Service"]) for service in (RUNTIME, GUARD))
     assert {k: v for k, v in run.items() if k not in own} == {

@@ -1,0 +1,57 @@
+"""Starts of a service, one after the other: the next one waits, and says for how long."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from firmware_runtime.cli.status import Status
+from firmware_runtime.cli.until_signal import until_signal
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import BoardError
+from firmware_runtime.service.notices import Notices
+from firmware_runtime.service.restarts import Restarts
+from firmware_runtime.telemetry.errors import StatisticsFileError
+
+_GOOD = {Status.OK, Status.BAD_INPUT, Status.INTERRUPTED, Status.TERMINATED, Status.NOT_PRINTED}
+"""No start that failed: what was asked for, or what no other start mends."""
+
+
+def counted(
+    run: Callable[[Restarts | None], int], statistics: Path | None, notices: Notices, within: int
+) -> int:
+    """Run where a manager starts it again and again: wait if the last starts failed, and count.
+
+    `within` is how long the start may take after the wait, ns. SIGTERM ends the wait.
+    """
+    if statistics is None or not notices.is_there:
+        return run(None)
+    restarts = Restarts(statistics)
+    if _is_told_to_stop(restarts, notices, within):
+        _forget(restarts)
+        return Status.TERMINATED
+    with suppress(OSError):  # no place for statistics either: the run says so itself
+        restarts.begin()
+    try:
+        status = run(restarts)
+    except (BoardError, StatisticsFileError):
+        _forget(restarts)
+        raise
+    if status in _GOOD:
+        _forget(restarts)
+    return status
+
+
+def _is_told_to_stop(restarts: Restarts, notices: Notices, within: int) -> bool:
+    """Wait as long as this start must; whether a signal came meanwhile."""
+    if restarts.wait == 0:
+        return False
+    wait_s = restarts.wait / SECOND
+    said = f"the last {restarts.failed} starts failed: waits {wait_s:g} s, outputs are off"
+    with until_signal() as signal:
+        notices.progress(said, restarts.wait + within)
+        return signal.wait(wait_s)
+
+
+def _forget(restarts: Restarts) -> None:
+    with suppress(OSError):
+        restarts.forget()
