@@ -27,6 +27,7 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
 
 R = TypeVar("R")
@@ -83,20 +84,23 @@ class WatchedTachobot:
     def __init__(self, board: Board) -> None:
         self.ticks = -1
         self.stopwatch = watch = Stopwatch(RUNTIME)
-        self._executive: Executive | None = None
-        bench = bench_for(board, self._world_now)
+        world_now = WorldClock()
+        bench = bench_for(board, world_now)
         watch.watch(bench.buses[BUS], f"double {BUS}", "transaction")
-        bus = AccountedBus(bench.buses[BUS], round(board.settings.buses[BUS].speed_hz))
+        speed_hz = round(board.settings.buses[BUS].speed_hz)
+        bus = AccountedBus(bench.buses[BUS], speed_hz, time=world_now)
         robot = board.build(Lines({BUS: bus}, {}))
         bench.attach(robot.model)
         assert isinstance(robot.model, Tachobot)  # noqa: S101 -- the board says so
         self._watch_models(robot.model)
         clock = MonotonicClock()
         watch.watch(clock, WAITING, "wait")
-        self._executive = Executive(robot.model, clock, robot.make_safe, _configuration(board, bus))
-        self._executive.simulator.listen(robot.model.imu.sample, self._count)
+        executive = Executive(
+            robot.model, clock, robot.make_safe, _configuration(board, bus), world_now
+        )
+        executive.simulator.listen(robot.model.imu.sample, self._count)
         robot.find_chips()
-        self.run = self._executive.run
+        self.run = executive.run
 
     def _watch_models(self, model: Tachobot) -> None:
         watch = self.stopwatch.watch
@@ -111,9 +115,6 @@ class WatchedTachobot:
         if self.ticks < 0:
             self.stopwatch.clear()
         self.ticks += 1
-
-    def _world_now(self) -> int:
-        return 0 if self._executive is None else self._executive.world_now()
 
 
 def _configuration(board: Board, bus: AccountedBus) -> Configuration:

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, TypeAlias
 from msgspec import Meta, Struct
 
 from boards.variants import only
+from firmware_runtime.devs.time import MICROSECOND
 
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
@@ -33,6 +34,13 @@ class BusSettings(Settings, frozen=True):
     """Clock rate the kernel was configured for; this project cannot set it."""
     attempts: Annotated[int, Meta(ge=1, le=10)] = 3
     """How often a transaction is tried before its failure counts as a fault."""
+    overhead_us: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    """Time that adapter and kernel take for a transaction beside its bits."""
+
+    @property
+    def overhead_ns(self) -> int:
+        """The same in whole nanoseconds."""
+        return round(self.overhead_us * MICROSECOND)
 
 
 class PortSettings(Settings, frozen=True):

@@ -9,6 +9,7 @@ from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
 from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.line_time import Line
 
 STOP, ONCE, PERIODIC = 0, 1, 2
 """Requests: no more headings, one heading now, a heading now and every period."""
@@ -22,6 +23,10 @@ class BearingSensor(Protocol):
     @property
     def place(self) -> str:
         """Which chip this is, for the sentence of a fault."""
+
+    @property
+    def line(self) -> Line:
+        """What it is connected by."""
 
     @property
     def measurement(self) -> tuple[Step, ...]:
@@ -67,7 +72,7 @@ class Compass(HardwareModel):
     """
 
     def __init__(self, name: str, chip: BearingSensor, settings: CompassSettings) -> None:
-        super().__init__(name, chip.bring_up)
+        super().__init__(name, chip.bring_up, chip.line)
         if settings.period <= 0 or settings.stuck_after < 2:
             raise SettingError(
                 f"{name}: period of {settings.period} ns, stuck after {settings.stuck_after} "
@@ -143,7 +148,7 @@ class Compass(HardwareModel):
         try:
             wait = self._measurement.take()
             if wait is not None:
-                self.hold_in("measuring", wait)
+                self.hold_after_transfer("measuring", wait)
                 return
             bearing = self.chip.read_bearing()
         except HalError as error:

@@ -49,7 +49,7 @@ class Esc(HardwareModel):
     def __init__(
         self, name: str, chip: Pca9685, settings: EscSettings, permit: Permit = always
     ) -> None:
-        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz))
+        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line)
         self.arm = self.in_port("arm", bool)
         self.throttle = self.in_port("throttle", float)
         self.armed_out = self.out_port("armed", bool)
@@ -134,7 +134,7 @@ class Esc(HardwareModel):
             self._fail(error)
         else:
             self._since_look = 0
-            self.hold_in("arming", self.settings.arming)
+            self.hold_after_transfer("arming", self.settings.arming)
 
     def _obey(self, throttle: float) -> None:
         if not math.isfinite(throttle):

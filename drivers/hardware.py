@@ -1,4 +1,8 @@
-"""What hardware models over one chip share: it is brought up first, and faults have a port."""
+"""What hardware models over one chip share: it is brought up first, and faults have a port.
+
+A chip that needs time needs it from the end of a transaction, and a transaction takes time on the
+wire. So a phase that waits for a chip is entered by `hold_after_transfer`, not by `hold_in`.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
@@ -9,20 +13,24 @@ from drivers.fault import Fault
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.line_time import Line
 
 
 class HardwareModel(Atomic, ABC):
     """Brings its chip up, then leaves the phases to the subclass; sends all faults noted.
 
+    `line` is the bus or port that the chip is on.
+
     bring_up (the steps' waits) --> the subclass's own phases
     bring_up, a step failed --> bring_up_failed (0) --fault!--> bring_up (RETRY_AFTER)
     """
 
-    def __init__(self, name: str, bring_up: Callable[[], Iterable[Step]]) -> None:
+    def __init__(self, name: str, bring_up: Callable[[], Iterable[Step]], line: Line) -> None:
         super().__init__(name)
         self.fault_out = self.out_port("fault", Fault)
         self.faults: list[Fault] = []
         self.consecutive_faults = 0
+        self._line = line
         self._bring_up = BringUp(bring_up)
 
     @abstractmethod
@@ -60,6 +68,10 @@ class HardwareModel(Atomic, ABC):
         else:
             self.proceed()
 
+    def hold_after_transfer(self, phase: str, duration: int) -> None:
+        """Stay in a phase until `duration` ns after the last transfer has ended on the wire."""
+        self.hold_in(phase, self._line.elapsed() + duration)
+
     def bring_up_again(self) -> None:
         """Leave whatever phase it is in for the first step of the bring-up."""
         self._bring_up.restart()
@@ -80,5 +92,7 @@ class HardwareModel(Atomic, ABC):
         if wait is None:
             self.consecutive_faults = 0
             self.begin()
+        elif wait == 0:
+            self.activate("bring_up")
         else:
-            self.hold_in("bring_up", wait)
+            self.hold_after_transfer("bring_up", wait)

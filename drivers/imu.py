@@ -96,14 +96,17 @@ class Imu(Atomic):
         return self._without_bias(sample)
 
     def _continue_bring_up(self) -> Fault | None:
-        """Take every step that is due; a step's wait ends with a whole number of periods."""
+        """Take every step that is due; a step's wait ends with a whole number of periods.
+
+        It counts from when the step's transactions have ended on the wire.
+        """
         self._wait_left -= self.period
         while self._wait_left <= 0:
             wait = self._bring_up.take()
             if wait is None:
                 self.stage = "sampling" if self._is_calibrated else "calibrating"
                 return self._new_warning()
-            self._wait_left = wait
+            self._wait_left = wait and self.chip.line.elapsed() + wait
         return None
 
     def _has_lost_field(self) -> bool:

@@ -14,6 +14,7 @@ from drivers.permit import ASK_AGAIN_AFTER, Permit, always
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.line_time import Line
 
 CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0
 """Motor signals, as in the detective robot's paper."""
@@ -42,16 +43,17 @@ class Motors(HardwareModel):
     is withheld, is kept.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- chip and line, then how it is driven
         self,
         name: str,
         bring_up: Callable[[], Iterable[Step]],
+        line: Line,
         *,
         refresh: int = NEVER,
         order_timeout: int = NEVER,
         permit: Permit = always,
     ) -> None:
-        super().__init__(name, bring_up)
+        super().__init__(name, bring_up, line)
         self.refresh = refresh
         self.order_timeout = order_timeout
         self.permit = permit

@@ -35,6 +35,7 @@ class RadarMotor(Motors):
         super().__init__(
             name,
             lambda: bridge.bring_up(settings.frequency_hz),
+            bridge.chip.line,
             order_timeout=settings.longest_turn,
             permit=permit,
         )

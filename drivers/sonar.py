@@ -8,11 +8,12 @@ from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.line_time import Line
 
 READ_AGAIN_AFTER = 5 * MILLISECOND
 READINGS = 5
-"""How often an echo is asked for before that counts as a fault. A chip may be slower than it says,
-and a loop that is late sends a ping late but asks for its echo on time."""
+"""How often an echo is asked for before that counts as a fault: a chip may be slower than it says.
+"""
 
 
 class RangeFinder(Protocol):
@@ -21,6 +22,10 @@ class RangeFinder(Protocol):
     @property
     def place(self) -> str:
         """Which sonar this is, for the sentence of an error."""
+
+    @property
+    def line(self) -> Line:
+        """What it is connected by."""
 
     @property
     def ranging_ns(self) -> int:
@@ -59,7 +64,7 @@ class Sonar(HardwareModel):
     """Ranges every period while started; sends `distance` in m (+inf: no echo), `detected` 1.
 
     bring_up (the steps' waits) --> idle;  a step failed --fault!--> bring_up (RETRY_AFTER)
-    idle --start? 1--> resting (0) --ping--> ranging (chip.ranging_ns)
+    idle --start? 1--> resting (0) --ping--> ranging (chip.ranging_ns from the ping's end)
     ranging, echo read --> reporting (0) --distance!, detected!--> resting (rest of the period)
     ranging, not ready --> ranging (READ_AGAIN_AFTER), at most READINGS readings
     ranging, resting, chip silent --> reporting (0) --fault!--> resting (rest of the period)
@@ -70,7 +75,7 @@ class Sonar(HardwareModel):
     """
 
     def __init__(self, name: str, chip: RangeFinder, settings: SonarSettings) -> None:
-        super().__init__(name, chip.bring_up)
+        super().__init__(name, chip.bring_up, chip.line)
         self.start = self.in_port("start", int)
         self.distance_out = self.out_port("distance", float)
         self.detected_out = self.out_port("detected", int)
@@ -86,6 +91,7 @@ class Sonar(HardwareModel):
         self.is_near = True
         self.is_detection = False
         self._since_ping = 0
+        self._least_interval = 0
         self._readings = 0
 
     def begin(self) -> None:
@@ -132,11 +138,12 @@ class Sonar(HardwareModel):
         except HalError as error:
             self._fail(error)
         else:
+            self._least_interval = self.chip.line.elapsed() + self.chip.interval_ns
             self._range_for(self.chip.ranging_ns)
 
     def _range_for(self, span: int) -> None:
-        self._since_ping += span
-        self.hold_in("ranging", span)
+        self.hold_after_transfer("ranging", span)
+        self._since_ping += self.sigma
 
     def _end_ranging(self) -> None:
         if not self.is_started:
@@ -163,7 +170,8 @@ class Sonar(HardwareModel):
         self.is_detection = self.is_near and not (was_near and self.settings.only_entering)
 
     def _rest(self) -> None:
-        self.hold_in("resting", max(0, self.settings.period - self._since_ping))
+        interval = max(self.settings.period, self._least_interval)
+        self.hold_in("resting", max(0, interval - self._since_ping))
 
     def _fail(self, error: HalError) -> None:
         self.note(error)

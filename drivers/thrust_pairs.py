@@ -59,7 +59,7 @@ class ThrustPairs(HardwareModel):
     def __init__(
         self, name: str, chip: Pca9685, settings: ThrustSettings, permit: Permit = always
     ) -> None:
-        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz))
+        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line)
         self.forces = self.in_port("forces", Forces)
         self.duties_out = self.out_port("duties", tuple)
         self.chip = chip

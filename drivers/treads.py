@@ -12,6 +12,7 @@ from drivers.permit import Permit, always
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.errors import NotReady
+from firmware_runtime.hal.line_time import Line
 
 
 class TreadSpeeds(NamedTuple):
@@ -30,6 +31,10 @@ class TreadDriver(Protocol):
     @property
     def place(self) -> str:
         """Which driver this is, for the sentence of an error."""
+
+    @property
+    def line(self) -> Line:
+        """What it is connected by."""
 
     @property
     def timeout_ns(self) -> int:
@@ -87,6 +92,7 @@ class Treads(Motors):
         super().__init__(
             name,
             driver.bring_up,
+            driver.line,
             refresh=settings.refresh,
             order_timeout=settings.order_timeout,
             permit=permit,

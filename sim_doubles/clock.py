@@ -1,10 +1,20 @@
 """What time it is for a double: a function that returns nanoseconds."""
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 Now: TypeAlias = Callable[[], int]
 """The present instant in ns; never goes back."""
+
+
+class WireClock(Protocol):
+    """A clock for a whole rig: transactions on its buses take their time on it."""
+
+    def __call__(self) -> int:
+        """Return the present instant, in ns."""
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`, unless that is past."""
 
 
 class ManualClock:
@@ -22,3 +32,31 @@ class ManualClock:
         if span < 0:
             raise ValueError(f"manual clock: advanced by {span} ns, expected 0 or more")
         self._at += span
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`, unless that is past."""
+        self._at = max(self._at, at)
+
+
+class FollowingClock:
+    """Follows another clock, such as a simulator's `now`, and runs ahead of it by wire time.
+
+    For models on doubles without an executive: the doubles live on it, and it is the `time` of an
+    `AccountedBus`.
+    """
+
+    def __init__(self, now: Now) -> None:
+        self._now = now
+        self._reached = 0
+
+    def __call__(self) -> int:
+        """Return the present instant."""
+        return max(self._now(), self._reached)
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`, unless that is past."""
+        self._reached = max(self._reached, at)
+
+    def elapsed(self) -> int:
+        """Return how far it runs ahead."""
+        return self() - self._now()

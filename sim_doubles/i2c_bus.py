@@ -7,17 +7,23 @@ a byte takes no further part until the next START.
 Whatever goes wrong ends in a STOP and the errno that the chosen Linux adapter would report:
 `transfer` raises the bare OSError, `transaction` the `HalError` a driver sees.
 
-Not modelled: time on the wire (a transaction happens at one instant), clock stretching, other
+A transaction takes its time on the clock whose `reach` is given: its bits at the bus's speed and,
+before START, the adapter's overhead. What is written arrives when its message ends, what is read
+was so when its message began. Without `reach` everything happens at one instant.
+
+Not modelled: clock stretching, the second or so that an adapter waits for a held line, other
 controllers; lost arbitration can only be injected (`sim_doubles.faults`).
 """
 
 import errno
 import os
+import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import and_
 
+from firmware_runtime.hal.budget import wire_ns
 from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 from sim_doubles.clock import Now
@@ -30,11 +36,13 @@ from sim_doubles.i2c_transaction import Transaction
 __all__ = ["I2cBusDouble", "Target", "Transaction"]
 
 BITS_PER_BYTE = 9  # eight and the acknowledge
+START_BITS = 1 + BITS_PER_BYTE  # with the address
 
 
 class I2cBusDouble(I2cBus):
     """A bus by its name, with its targets and the errno profile of one Linux adapter.
 
+    One lock: a transaction is one step, whichever thread asks, as with a real adapter.
     `faults` may be set at any time; without it faults cost nothing. `transactions`, `errors`,
     `bytes` (address bytes included) and `bits` (9 a byte, 1 each START, repeated START and STOP)
     count since construction; `log` keeps the last `log_length` transactions.
@@ -48,6 +56,8 @@ class I2cBusDouble(I2cBus):
         *,
         adapter: str = "bcm2835",
         bus_hz: int = 400_000,
+        overhead_ns: int = 0,
+        reach: Callable[[int], None] | None = None,
         faults: FaultScript | None = None,
         log_length: int = 256,
     ) -> None:
@@ -55,6 +65,7 @@ class I2cBusDouble(I2cBus):
             raise ValueError(f"{name}: adapter is {adapter!r}, expected one of {list(ADAPTERS)}")
         self.name = name
         self.bus_hz = bus_hz
+        self.overhead_ns = overhead_ns
         self.faults = faults
         self.log: deque[Transaction] = deque(maxlen=log_length)
         self.transactions = self.errors = self.bytes = self.bits = 0
@@ -63,6 +74,10 @@ class I2cBusDouble(I2cBus):
         self._adapter = ADAPTERS[adapter]
         self._pulses_missing = 0
         self._closed = False
+        self._reach = reach
+        self._lock = threading.Lock()
+        self._began_at = 0
+        self._bits_sent = 0
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction; return what was read, in order, joined."""
@@ -73,7 +88,11 @@ class I2cBusDouble(I2cBus):
 
     def transfer(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction as the adapter does; raises a plain OSError with its errno."""
-        messages, at = tuple(messages), self._now()
+        with self._lock:
+            return self._transferred(address, tuple(messages))
+
+    def _transferred(self, address: int, messages: tuple[Message, ...]) -> bytes:
+        at = self._now()
         try:
             self._refuse(messages)
             if self.faults is None:
@@ -101,15 +120,17 @@ class I2cBusDouble(I2cBus):
 
     def recover(self, pulses: int = 9) -> None:
         """Clock SCL `pulses` times with SDA released, then STOP; frees a stuck bus in the end."""
-        self._pulses_missing = max(0, self._pulses_missing - pulses)
-        for target in self._targets:
-            target.stop()
+        with self._lock:
+            self._pulses_missing = max(0, self._pulses_missing - pulses)
+            for target in self._targets:
+                target.stop()
 
     def power_cycle(self) -> None:
         """Take the supply from every target and give it back; a stuck bus is free again."""
-        self._pulses_missing = 0
-        for target in self._targets:
-            target.power_cycle()
+        with self._lock:
+            self._pulses_missing = 0
+            for target in self._targets:
+                target.power_cycle()
 
     def close(self) -> None:
         """Release the bus; the targets go on as they are."""
@@ -129,12 +150,19 @@ class I2cBusDouble(I2cBus):
         self, targets: Sequence[Target], address: int, messages: tuple[Message, ...]
     ) -> bytes:
         answer = b""
+        self._begin_timing()
+        left = len(messages)
         try:
             for message in messages:
+                left -= 1
+                stop_bits = 0 if left else 1
                 if isinstance(message, int):
                     answer += self._read(targets, address, message)
+                    self._pass(START_BITS + BITS_PER_BYTE * message + stop_bits)
                 else:
-                    self._write(targets, address, message)
+                    answering = self._start(targets, address, read=False)
+                    self._pass(START_BITS + BITS_PER_BYTE * len(message) + stop_bits)
+                    self._write(answering, message)
         finally:
             self.bits += 1
             for target in targets:
@@ -143,14 +171,14 @@ class I2cBusDouble(I2cBus):
 
     def _start(self, targets: Sequence[Target], address: int, *, read: bool) -> list[Target]:
         self.bytes += 1
-        self.bits += 1 + BITS_PER_BYTE
+        self.bits += START_BITS
         answering = [target for target in targets if target.start(address, read=read)]
         if not answering:
+            self._pass(START_BITS + 1)
             raise _os_error(self._adapter.address_refused)
         return answering
 
-    def _write(self, targets: Sequence[Target], address: int, message: bytes) -> None:
-        answering = self._start(targets, address, read=False)
+    def _write(self, answering: list[Target], message: bytes) -> None:
         refused = _first_refused(answering, message)
         self._count(len(message) if refused is None else refused + 1)
         if refused is not None:
@@ -164,6 +192,19 @@ class I2cBusDouble(I2cBus):
             return bytes([read() for _ in range(length)])
         colliding = ([target.read() for target in answering] for _ in range(length))
         return bytes([reduce(and_, driven) for driven in colliding])
+
+    def _begin_timing(self) -> None:
+        """Let the adapter's overhead pass; the transaction begins on the wire."""
+        if self._reach is not None:
+            self._bits_sent = 0
+            self._began_at = self._now() + self.overhead_ns
+            self._reach(self._began_at)
+
+    def _pass(self, bits: int) -> None:
+        """Let that many more bits of the transaction take their time."""
+        if self._reach is not None:
+            self._bits_sent += bits
+            self._reach(self._began_at + wire_ns(self._bits_sent, self.bus_hz))
 
     def _count(self, length: int) -> None:
         self.bytes += length

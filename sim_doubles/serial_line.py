@@ -1,8 +1,9 @@
 """Serial lines of doubles: in process as a port a driver speaks to, or as a real pseudo-terminal.
 
-Bytes reach a target at the instant they are written; what a target sends arrives at the pace the
-target gives it. Not modelled: the baud rate of the host's side, so a wrong one does no harm; an
-output buffer that fills, an input buffer that overflows.
+Bytes reach a target at the instant they are written, as if they took no time on the wire; drivers
+count their waits from when they have left all the same (`hal.timed_port`). What a target sends
+arrives at the pace the target gives it. Not modelled: the host's baud rate, so a wrong one does no
+harm; an output buffer that fills, an input buffer that overflows.
 
 A line is opened by making it: what the target sent before is lost, as on a closed port.
 """

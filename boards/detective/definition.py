@@ -55,8 +55,8 @@ def loads(settings: DetectiveSettings) -> dict[str, BusLoad]:
     for bus, what, traffic, period_s in _periodic(settings):
         asked[bus] += (PeriodicTransaction(what, each, seconds(period_s)) for each in traffic)
     return {
-        name: BusLoad(name, round(settings.buses[name].speed_hz), transactions)
-        for name, transactions in asked.items()
+        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
+        for name, bus in settings.buses.items()
     }
 
 

@@ -51,8 +51,8 @@ def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
         PeriodicTransaction("thrust_pairs duties", duty_burst(MOTORS), period)
     )
     return {
-        name: BusLoad(name, round(settings.buses[name].speed_hz), transactions)
-        for name, transactions in asked.items()
+        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
+        for name, bus in settings.buses.items()
     }
 
 

@@ -52,7 +52,7 @@ class Cmps12:
         self.place = f"CMPS12 at 0x{address:02x} on {bus.name}"
         if address not in ADDRESSES:
             raise SettingError(f"{self.place}: expected an address from 0x60 to 0x67")
-        self._bus = bus
+        self.line = self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the one step there is; it raises NoAcknowledge or WrongDevice."""

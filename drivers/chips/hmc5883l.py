@@ -104,7 +104,7 @@ class Hmc5883l:
         if faults:
             raise SettingError(f"{self.place}: {'; '.join(faults)}")
         self.measurement = (Step("measure", self._start_measurement, MEASUREMENT_NS),)
-        self._bus = bus
+        self.line = self._bus = bus
         self._is_measuring = False
         self._registers = self.settings.registers()
         scale = TESLA_PER_GAUSS / COUNTS_PER_GAUSS[self.settings.range_gauss]

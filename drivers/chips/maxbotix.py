@@ -96,7 +96,7 @@ class Maxbotix:
         self.family = FAMILIES[family]
         self.ranging_ns = self.family.cycle_ns * 11 // 10 + FRAME_NS
         self.interval_ns = self.ranging_ns
-        self._port = port
+        self.line = self._port = port
         self._decoder = FrameDecoder(self.family.digits)
         self._unread: bytes | None = None
 

@@ -96,7 +96,7 @@ class Md25:
             faults = (f"address: 0x{address:02x}, expected 0x58 to 0x5f", *faults)
         if faults:
             raise SettingError(f"{self.place}: {'; '.join(faults)}")
-        self._bus = bus
+        self.line = self._bus = bus
         self._acceleration = settings.acceleration
         self._is_up = False
 

@@ -91,7 +91,7 @@ class Mpu9250:
             raise SettingError(f"{self.place}: {'; '.join(faults)}")
         self.warnings: list[str] = []
         self.has_magnetometer = False
-        self._bus = bus
+        self.line = self._bus = bus
         self._mounting = parse_mounting(self.settings.mounting)
         self._magnetometer = Ak8963(bus)
         self._decoder: BurstDecoder | None = None

@@ -118,7 +118,7 @@ class Pca9685:
         self.address = address
         self.place = f"PCA9685 at 0x{address:02x} on {bus.name}"
         self.frequency_hz = 0.0
-        self._bus = bus
+        self.line = self._bus = bus
         self._osc_hz = osc_hz
         self._on_step = COUNTS // CHANNELS if staggered else 0
         self._prescale = 0

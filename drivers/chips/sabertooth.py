@@ -85,7 +85,7 @@ class Sabertooth:
         if faults:
             raise SettingError(f"{self.place}: {'; '.join(faults)}")
         self.timeout_ns = settings.timeout_ns
-        self._port = port
+        self.line = self._port = port
         self._autobaud = settings.autobaud
         steps = settings.timeout_ns // TIMEOUT_STEP_NS
         self._timeout_packet = packet(address, SERIAL_TIMEOUT, steps)

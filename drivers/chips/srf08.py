@@ -97,7 +97,7 @@ class Srf08:
         self.interval_ns = INTERVAL_NS
         self._setup = ((GAIN, settings.gain), (RANGE, settings.range_register()))
         self._is_ranging = False
-        self._bus = bus
+        self.line = self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready, 65 ms: a former program's ranging ends first.

@@ -9,7 +9,7 @@ from pathlib import Path
 from boards.registry import Board
 from firmware_runtime.errors import BoardError
 from sim_doubles.benches.bench import Bench
-from sim_doubles.clock import Now
+from sim_doubles.clock import WireClock
 from sim_doubles.served.client import ServedDoubles, look
 from sim_doubles.served.connection import Connection
 
@@ -17,14 +17,14 @@ _BENCHES = {"detective": "DetectiveBench", "tachobot": "TachobotBench"}
 """Classes by board; a board's module in `sim_doubles.benches` has its name."""
 
 
-def bench_for(board: Board, now: Now) -> Bench:
+def bench_for(board: Board, clock: WireClock) -> Bench:
     """The board's doubles, on their buses and tied to their world, on this clock.
 
     Raises BoardError for a world that cannot be, such as a start within a wall.
     """
     module = import_module(f"sim_doubles.benches.{board.name}")
     try:
-        bench: Bench = getattr(module, _BENCHES[board.name])(board.settings, now)
+        bench: Bench = getattr(module, _BENCHES[board.name])(board.settings, clock)
     except ValueError as error:
         raise BoardError(str(board.source), [f"world: {error}"]) from error
     return bench

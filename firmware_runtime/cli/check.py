@@ -6,6 +6,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.benches import bench_for
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.status import Status
+from sim_doubles.clock import ManualClock
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -17,7 +18,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; BoardError lists the faults if there are any."""
     board = chosen_board(arguments.board, arguments.assignments)
-    bench_for(board, lambda: 0)
+    bench_for(board, ManualClock())
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz")

@@ -15,20 +15,24 @@ from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_gpio import open_enable_line
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.timed_port import TimedPort
 
 if TYPE_CHECKING:
     from sim_doubles.benches.bench import Bench, Doubles
-    from sim_doubles.clock import Now
+    from sim_doubles.clock import WireClock
     from sim_doubles.served.client import ServedDoubles
 
 
-def open_lines(board: Board, doubles: "Doubles | None", permit: Permit = always) -> Lines:
-    """The doubles' lines or the real ones, buses with their retries and counters.
+def open_lines(
+    board: Board, doubles: "Doubles | None", permit: Permit = always, time: LineTime = NO_TIME
+) -> Lines:
+    """The doubles' lines or the real ones, buses with their retries and counters, all in one time.
 
     Every other process that asks for the same is kept out. Raises HalError.
     """
@@ -38,9 +42,9 @@ def open_lines(board: Board, doubles: "Doubles | None", permit: Permit = always)
     try:
         enable = doubles.enable if doubles else _enable_line(board)
         for name in board.settings.buses:
-            buses[name] = _bus(board, doubles, name, alone=True)
+            buses[name] = _bus(board, doubles, name, time, alone=True)
         for name in board.ports:
-            ports[name] = _port(board, doubles, name, alone=True)
+            ports[name] = _port(board, doubles, name, time, alone=True)
     except BaseException:
         close_lines(Lines(buses, ports, enable=enable))
         raise
@@ -57,28 +61,38 @@ def reach_lines(board: Board, doubles: "Doubles | None") -> Lines:
     ports: dict[str, SerialPort] = {}
     for name in board.settings.buses:
         try:
-            buses[name] = _bus(board, doubles, name, alone=False)
+            buses[name] = _bus(board, doubles, name, NO_TIME, alone=False)
         except HalError as error:
             buses[name] = AbsentBus(name, str(error).removeprefix(f"{name}: "))
     for name in board.ports:
         try:
-            ports[name] = _port(board, doubles, name, alone=False)
+            ports[name] = _port(board, doubles, name, NO_TIME, alone=False)
         except HalError as error:
             ports[name] = AbsentPort(name, str(error).removeprefix(f"{name}: "))
     return Lines(buses, ports)
 
 
-def _bus(board: Board, doubles: "Doubles | None", name: str, *, alone: bool) -> I2cBus:
+def _bus(
+    board: Board, doubles: "Doubles | None", name: str, time: LineTime, *, alone: bool
+) -> I2cBus:
     stated = board.settings.buses[name]
     inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=alone)
-    return AccountedBus(inner, round(stated.speed_hz), RetryPolicy(stated.attempts))
+    return AccountedBus(
+        inner,
+        round(stated.speed_hz),
+        RetryPolicy(stated.attempts),
+        overhead_ns=stated.overhead_ns,
+        time=time,
+    )
 
 
-def _port(board: Board, doubles: "Doubles | None", name: str, *, alone: bool) -> SerialPort:
-    if doubles:
-        return doubles.ports[name]
+def _port(
+    board: Board, doubles: "Doubles | None", name: str, time: LineTime, *, alone: bool
+) -> SerialPort:
     stated = board.ports[name]
-    return open_serial(name, stated.device, stated.baud, alone=alone)
+    if doubles:
+        return TimedPort(doubles.ports[name], stated.baud, time)
+    return TimedPort(open_serial(name, stated.device, stated.baud, alone=alone), stated.baud, time)
 
 
 def _enable_line(board: Board) -> EnableLine | None:
@@ -98,9 +112,9 @@ def close_lines(lines: Lines) -> None:
         port.close()
 
 
-def bench_for(board: Board, now: "Now") -> "Bench":
+def bench_for(board: Board, clock: "WireClock") -> "Bench":
     """The board's doubles, made here."""
-    bench: Bench = import_module("firmware_runtime.cli.benches").bench_for(board, now)
+    bench: Bench = import_module("firmware_runtime.cli.benches").bench_for(board, clock)
     return bench
 
 

@@ -24,6 +24,7 @@ from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.links.ports_socket import PortsSocket, ports_path
@@ -60,13 +61,16 @@ class Session:
         self.arming = arming
         self._statistics_path = statistics_path
         self._executive: Executive | None = None
+        # the instant that doubles and their world live in, ns since the start of the run
+        self.world_now = WorldClock() if doubles is True else OutsideClock(clock.now)
         self.bench: Bench | None = None
         self.doubles: Doubles | None = None
         if isinstance(doubles, Path):
             self.doubles = served_doubles(board, doubles)
         elif doubles:
             self.doubles = self.bench = bench_for(board, self.world_now)
-        self._lines = open_lines(board, self.doubles, always if arming is None else arming.permit)
+        permit = always if arming is None else arming.permit
+        self._lines = open_lines(board, self.doubles, permit, self.world_now)
         if statistics_path is not None:
             keep_clear_of_other_runs(statistics_path)
         self._control = None if arming is None else self._listen(arming, statistics_path)
@@ -81,6 +85,7 @@ class Session:
             clock,
             self._make_safe,
             self._configuration(statistics_path),
+            self.world_now,
         )
         if self._ports is not None:
             self._ports.attach(self._executive)
@@ -108,16 +113,12 @@ class Session:
         assert self._executive is not None  # noqa: S101 -- set before construction ends
         return self._executive
 
-    def world_now(self) -> int:
-        """The instant that doubles and their world live in, ns since the start of the run."""
-        return 0 if self._executive is None else self._executive.world_now()
-
     def result(self) -> dict[str, object]:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
         own = self.robot.result()
         if self.doubles is not None:
             with suppress(HalError):  # whoever served them has gone
-                return self.doubles.result(self.world_now(), own)
+                return self.doubles.result(self.world_now.step_at, own)
         return own
 
     def outputs(self) -> dict[str, int] | None:

@@ -66,8 +66,8 @@ class Executive:
 
     `make_safe` puts the outputs into their safe state and returns what failed, one sentence each.
     `inbox` takes values for the root's input ports from anywhere in the process; `world_now` is the
-    clock of a world that lives in it. Raises BoardError when policies or deadlines name what the
-    model has not.
+    time of the lines and of a world that lives in it. Raises BoardError when policies or deadlines
+    name what the model has not.
     """
 
     def __init__(
@@ -76,6 +76,7 @@ class Executive:
         clock: Clock,
         make_safe: Callable[[], list[str]],
         configuration: Configuration = DEFAULT,
+        world_now: WorldClock | None = None,
     ) -> None:
         self.clock = clock
         self.inbox = Inbox(clock.now)
@@ -84,7 +85,8 @@ class Executive:
         self._instruments.attach(self.simulator)
         self.progress = Progress(self._instruments.step, configuration.max_lag, clock.speed)
         self._readiness = Readiness(self.simulator, self.faults)
-        self.world_now = WorldClock(self._instruments.accounting.tolerance)
+        self.world_now = WorldClock() if world_now is None else world_now
+        self.world_now.tolerance = self._instruments.accounting.tolerance
         self._switching_off = SwitchingOff(
             make_safe, clock, configuration.switch_off_for, self._go_on_ending
         )

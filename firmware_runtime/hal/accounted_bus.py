@@ -12,9 +12,10 @@ Identities that hold whenever no transaction is under way, for the bus and for e
 import threading
 from collections.abc import Sequence
 
-from firmware_runtime.hal.budget import NANOSECONDS_PER_SECOND, wire_bytes
+from firmware_runtime.hal.budget import framed_bits, wire_bytes, wire_ns
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.retry import THREE_ATTEMPTS, RetryPolicy
 
 
@@ -22,8 +23,8 @@ class BusCounters:
     """What went over a bus, or to one address of it, since it was opened; counts only grow.
 
     `bytes` and `busy_ns` include address bytes and every attempt. A failed attempt ended early, but
-    counts in full, so both are upper bounds once `errors` is not zero. `busy_ns` is computed from
-    bits and bus speed, not measured.
+    counts in full, so both are upper bounds once `errors` is not zero. `busy_ns` is computed
+    (`hal.budget`), not measured.
     """
 
     def __init__(self) -> None:
@@ -42,22 +43,34 @@ class BusCounters:
 class AccountedBus(I2cBus, BusCounters):
     """Any bus, with retries and counters, in total (its own attributes) and `by_address`.
 
-    One lock: a transaction with its retries and its counts is one step, whichever thread asks.
+    `overhead_ns` is what its adapter takes for a transaction beside the bits, `time` what the lines
+    of this run live in. One lock: a transaction with its retries and its counts is one step,
+    whichever thread asks.
     """
 
-    def __init__(self, bus: I2cBus, bus_hz: int, retry: RetryPolicy = THREE_ATTEMPTS) -> None:
+    def __init__(
+        self,
+        bus: I2cBus,
+        bus_hz: int,
+        retry: RetryPolicy = THREE_ATTEMPTS,
+        *,
+        overhead_ns: int = 0,
+        time: LineTime = NO_TIME,
+    ) -> None:
         super().__init__()
         self.name = bus.name
         self.bus_hz = bus_hz
+        self.overhead_ns = overhead_ns
         self.retry = retry
         self.by_address: dict[int, BusCounters] = {}
         self._bus = bus
+        self._time = time
         self._lock = threading.Lock()
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction, again where the policy says so; the last error is raised."""
         size = wire_bytes(messages)
-        busy_ns = (9 * size + len(messages) + 1) * NANOSECONDS_PER_SECOND // self.bus_hz
+        busy_ns = self.overhead_ns + wire_ns(framed_bits(size, len(messages)), self.bus_hz)
         with self._lock:
             device = self.by_address.get(address) or self._first_use(address)
             self.transactions += 1
@@ -66,12 +79,20 @@ class AccountedBus(I2cBus, BusCounters):
             while True:
                 self.count(size, busy_ns)
                 device.count(size, busy_ns)
+                began_at = self._time()
                 try:
-                    return self._bus.transaction(address, messages)
+                    answer = self._bus.transaction(address, messages)
                 except HalError as error:
                     if self._gives_up(error, attempt, device):
                         raise
+                else:
+                    self._time.reach(began_at + busy_ns)
+                    return answer
                 attempt += 1
+
+    def elapsed(self) -> int:
+        """Return the ns from the instant of the step under way to the last transaction's end."""
+        return self._time.elapsed()
 
     def close(self) -> None:
         """Close the bus underneath; the counters stay readable."""

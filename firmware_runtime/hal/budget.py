@@ -1,8 +1,10 @@
 """What a transaction costs on the wire, and whether a bus can carry what a board asks of it.
 
 A byte takes nine bits (eight and the acknowledge), an address byte stands before every message, and
-START, each repeated START and STOP take one bit each. Clock stretching and the adapter's own pauses
-between bytes are not in it, so the true time is never shorter.
+START, each repeated START and STOP take one bit each. What an adapter and its driver take beside
+that, once a transaction, can be stated (`overhead_ns`); clock stretching is not in it, so the true
+time is never shorter. Everything that asks for this time goes by `wire_ns` and `transaction_ns`:
+the budget, the counters of a bus, the doubles, and the waits of drivers.
 """
 
 import math
@@ -25,14 +27,24 @@ def wire_bytes(messages: Sequence[Message]) -> int:
     return total
 
 
+def framed_bits(byte_count: int, message_count: int) -> int:
+    """Bit times of so many bytes: nine each, one for each START, repeated START and STOP."""
+    return 9 * byte_count + message_count + 1
+
+
 def bits(messages: Sequence[Message]) -> int:
-    """Bit times of one transaction: nine a byte, one for each START, repeated START and STOP."""
-    return 9 * wire_bytes(messages) + len(messages) + 1
+    """Bit times of one transaction."""
+    return framed_bits(wire_bytes(messages), len(messages))
 
 
-def transaction_ns(messages: Sequence[Message], bus_hz: int) -> int:
-    """Nanoseconds one transaction holds a bus of that speed, rounded up."""
-    return -(-bits(messages) * NANOSECONDS_PER_SECOND // bus_hz)
+def wire_ns(bit_count: int, bus_hz: int) -> int:
+    """Nanoseconds that many bits take on a bus of that speed, rounded up."""
+    return -(-bit_count * NANOSECONDS_PER_SECOND // bus_hz)
+
+
+def transaction_ns(messages: Sequence[Message], bus_hz: int, overhead_ns: int = 0) -> int:
+    """Nanoseconds one transaction holds a bus of that speed and its adapter."""
+    return overhead_ns + wire_ns(bits(messages), bus_hz)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +62,16 @@ class BusLoad:
     More than 80 % is refused: nothing is left for retries. More than 50 % is warned of.
     """
 
-    def __init__(self, name: str, bus_hz: int, transactions: Sequence[PeriodicTransaction]) -> None:
+    def __init__(
+        self,
+        name: str,
+        bus_hz: int,
+        transactions: Sequence[PeriodicTransaction],
+        overhead_ns: int = 0,
+    ) -> None:
         self.name = name
         self.bus_hz = bus_hz
+        self.overhead_ns = overhead_ns
         self.transactions = tuple(transactions)
         # Over the common period every transaction happens a whole number of times: exact integers.
         self._common_ns = math.lcm(*(each.period_ns for each in self.transactions))
@@ -76,7 +95,8 @@ class BusLoad:
         return self._sentence(f"above {WARNED_ABOVE_PERCENT} % little is left for retries")
 
     def _busy_in_common(self, each: PeriodicTransaction) -> int:
-        return transaction_ns(each.messages, self.bus_hz) * (self._common_ns // each.period_ns)
+        once = transaction_ns(each.messages, self.bus_hz, self.overhead_ns)
+        return once * (self._common_ns // each.period_ns)
 
     def _exceeds(self, percent: int) -> bool:
         return 100 * self._busy_ns > percent * self._common_ns

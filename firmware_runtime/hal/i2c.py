@@ -45,5 +45,12 @@ class I2cBus(ABC):
         """START, address+W, data, repeated START, address+R, `length` bytes, STOP."""
         return self.transaction(address, (data, length))
 
+    def elapsed(self) -> int:
+        """Return the ns from the instant of the step under way to the end of the last transaction.
+
+        0 on a bus that belongs to no run.
+        """
+        return 0
+
     def close(self) -> None:  # noqa: B027 -- a bus that holds nothing has nothing to release
         """Release the bus; using it afterwards raises PortClosed."""

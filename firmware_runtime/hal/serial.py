@@ -33,6 +33,13 @@ class SerialPort(ABC):
         while self.read_available():
             pass
 
+    def elapsed(self) -> int:
+        """Return the ns from the instant of the step under way until what was written has left.
+
+        0 on a port that belongs to no run.
+        """
+        return 0
+
     @abstractmethod
     def close(self) -> None:
         """Release the port; using it afterwards raises PortClosed."""

@@ -14,6 +14,7 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.state_diagram import StateDiagram
+from sim_doubles.benches.buses import buses_of
 from sim_doubles.benches.enable import enable_line
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
@@ -23,7 +24,7 @@ from sim_doubles.chips.motor_pair import MotorPair
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
-from sim_doubles.clock import Now
+from sim_doubles.clock import WireClock
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.serial_line import SerialLineDouble
@@ -48,9 +49,9 @@ class _Sampler(Protocol):
 class DetectiveBench:
     """The doubles, each on the line and at the address that board.toml gives it."""
 
-    def __init__(self, settings: DetectiveSettings, now: Now) -> None:
+    def __init__(self, settings: DetectiveSettings, clock: WireClock) -> None:
         self._settings = settings
-        self._now = now
+        self._now = now = clock
         self._wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         self._samplers: list[_Sampler] = []
         self.ports: dict[str, SerialPort] = {}
@@ -71,11 +72,8 @@ class DetectiveBench:
         self._sonar(settings.body_sonar, self.log.body_echoes)
         self._compass(settings.radar_compass, self.arena.radar_bearing_deg)
         self._compass(settings.body_compass, self.arena.body_bearing_deg)
-        self.buses: Mapping[str, I2cBusDouble] = {
-            name: I2cBusDouble(name, now, targets, bus_hz=round(settings.buses[name].speed_hz))
-            for name, targets in self._wired.items()
-        }
-        self._probe = ArenaProbe(self.arena, now)
+        self.buses: Mapping[str, I2cBusDouble] = buses_of(settings.buses, self._wired, clock)
+        self._probe = ArenaProbe(self.arena, now, self.catch_up)
 
     @property
     def shown(self) -> OutPort[float]:

@@ -12,12 +12,12 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
+from sim_doubles.benches.buses import buses_of
 from sim_doubles.benches.enable import enable_line
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.clock import Now
-from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.clock import WireClock
 from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
 from sim_doubles.worlds.mounting import ChipAxes
@@ -28,10 +28,10 @@ from sim_doubles.worlds.tachobot_probe import TachobotProbe
 class TachobotBench:
     """The doubles, each at the address and with the oscillator that board.toml gives it."""
 
-    def __init__(self, settings: TachobotSettings, now: Now) -> None:
+    def __init__(self, settings: TachobotSettings, clock: WireClock) -> None:
         thrust, imu = settings.thrust_pairs, settings.imu
         self._settings = settings
-        self._now = now
+        self._now = now = clock
         self._axes = ChipAxes(imu.mounting)
         wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
@@ -45,12 +45,9 @@ class TachobotBench:
         self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
         self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
         self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
-        self._probe = TachobotProbe(self.world, now)
+        self._probe = TachobotProbe(self.world, now, self.catch_up)
         wired[imu.bus] += self.imu.targets
-        self.buses = {
-            name: I2cBusDouble(name, now, targets, bus_hz=round(settings.buses[name].speed_hz))
-            for name, targets in wired.items()
-        }
+        self.buses = buses_of(settings.buses, wired, clock)
 
     @property
     def ports(self) -> Mapping[str, SerialPort]:

@@ -87,7 +87,7 @@ class Ak8963Double(Target):
         self._asa = asa
         self._registers = bytearray(256)
         self._pointer = 0
-        self._in_transaction = self._expects_pointer = False
+        self._in_transaction = self._expects_pointer = self._is_hosts = False
         self._at = self._answers_from = self._mode_allowed_at = now()
         self._lands_at = NEVER
         self._reset()
@@ -109,6 +109,7 @@ class Ak8963Double(Target):
         if self.host_reaches is not None and not self.host_reaches():
             return False
         self.advance(self._now())
+        self._is_hosts = True
         return self._open(read=read)
 
     def start_from_mpu(self, at: int, address: int, *, read: bool) -> bool:
@@ -116,6 +117,7 @@ class Ak8963Double(Target):
         if address != ADDRESS:
             return False
         self.advance(at)
+        self._is_hosts = False
         return self._open(read=read)
 
     def write(self, byte: int) -> bool:
@@ -124,6 +126,8 @@ class Ak8963Double(Target):
             self._expects_pointer = False
             self._pointer = byte
         else:
+            if self._is_hosts:  # whose message takes time on the wire
+                self.advance(self._now())
             self._write_register(self._pointer, byte)
             self._pointer = NEXT[self._pointer]
         return True

@@ -158,6 +158,8 @@ class Mpu9250Double(Target):
             self._expects_pointer = False
             self._pointer = byte & 0x7F
         else:
+            if self._at != self._now():  # a message takes time on the wire
+                self.catch_up()
             self._write_register(self._pointer, byte)
             self._step_pointer()
         return True

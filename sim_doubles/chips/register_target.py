@@ -13,7 +13,8 @@ from sim_doubles.i2c_target import Target
 class RegisterTarget(Target):
     """A chip at `address`; a chip says what its registers do.
 
-    Time stands still during a transaction: `_at` is the instant of its START.
+    `_at` is the instant of START; register contents arrive later, when their message has ended, and
+    then `_at` is that instant.
     """
 
     def __init__(self, now: Now, address: int) -> None:
@@ -42,6 +43,7 @@ class RegisterTarget(Target):
             self._expects_pointer = False
             self._pointer = byte
         else:
+            self._go_on()
             self._write_register(self._pointer, byte)
             self._pointer = self._after(self._pointer)
         return True
@@ -64,13 +66,20 @@ class RegisterTarget(Target):
         self._pointer = 0
         self._in_transaction = self._expects_pointer = False
 
+    def _go_on(self) -> None:
+        """Be where the clock is now; a message takes time on the wire."""
+        now = self._now()
+        if now != self._at:
+            self._at = now
+            self._begin()
+
     # What a chip says
 
     def _listens_to(self, address: int, *, read: bool) -> bool:  # noqa: ARG002 (for general calls)
         return address == self.address
 
     def _begin(self) -> None:
-        """Bring the chip to the instant of a START."""
+        """Bring the chip to the instant `_at`: of a START, or of the end of a message."""
 
     def _end(self) -> None:
         """Do what waits for STOP."""

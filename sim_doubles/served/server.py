@@ -3,7 +3,7 @@
 One loop, no thread. It wakes when a packet arrives, and when an output changes by itself, so that
 the log has every change as it happens; and while somebody is there every few milliseconds, so that
 no question has to wait for the samples that a sensor took in a long silence. Between two wakings
-the doubles' time stands still: what a packet asks for happens at one instant, as on a bus.
+the doubles' time goes on only by what a transaction takes on the wire.
 
 A client that goes takes nothing with it; one that does not take its answers is sent away. A bug in
 a double ends the server with its traceback.
@@ -34,7 +34,11 @@ _CREDENTIALS = struct.Struct("3i")  # struct ucred: process, user, group
 
 
 class RealClock(ManualClock):
-    """CLOCK_MONOTONIC since construction, as it was when it was last looked at."""
+    """CLOCK_MONOTONIC since construction, as it was when it was last looked at.
+
+    A transaction is answered at once, but for the doubles it takes its time on the wire: their time
+    runs ahead by that, and real time catches up while the bus rests.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +46,7 @@ class RealClock(ManualClock):
 
     def look(self) -> int:
         """Look at the clock; return the present instant."""
-        self.advance(monotonic_ns() - self.started_at - self())
+        self.reach(monotonic_ns() - self.started_at)
         return self()
 
 

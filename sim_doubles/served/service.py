@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 class DoublesService:
-    """One board's doubles. Their clock, `now`, stands still while a question is answered."""
+    """One board's doubles. While a question is answered, only wire time passes on their clock."""
 
     def __init__(self, board: str, bench: Bench, now: Now, log: OutputLog) -> None:
         self._board = board

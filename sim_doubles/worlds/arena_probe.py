@@ -1,5 +1,7 @@
 """The arena's probe: puts the true state of things on ports, so that a trace can carry it."""
 
+from collections.abc import Callable
+
 from firmware_runtime.devs.atomic import Atomic
 from sim_doubles.clock import Now
 from sim_doubles.worlds.arena import Arena, Pose
@@ -9,9 +11,11 @@ class ArenaProbe(Atomic):
     """Answers every `tick` with where the vehicle is and how far from the target.
 
     waiting --tick?--> telling (0) --x_m!, y_m!, heading_rad!, distance_m!--> waiting
+
+    `catch_up` is called before: sensors take what they have to before the arena goes on.
     """
 
-    def __init__(self, arena: Arena, now: Now) -> None:
+    def __init__(self, arena: Arena, now: Now, catch_up: Callable[[], None]) -> None:
         super().__init__("world")
         self.tick = self.in_port("tick", object)
         self.x_m = self.out_port("x_m", float)
@@ -20,6 +24,7 @@ class ArenaProbe(Atomic):
         self.distance_m = self.out_port("distance_m", float)
         self._arena = arena
         self._now = now
+        self._catch_up = catch_up
         self._pose = Pose(0.0, 0.0, 0.0)
         self._distance_m = 0.0
 
@@ -36,6 +41,7 @@ class ArenaProbe(Atomic):
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the arena has its own clock
         """Look at the arena now."""
+        self._catch_up()
         now = self._now()
         self._pose = self._arena.pose(now)
         self._distance_m = self._arena.distance_to_target(now)

@@ -6,6 +6,7 @@ quarter radian and, while the motors settle, about one motor lag.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from sim_doubles.worlds.propellers import PairForces
@@ -45,9 +46,10 @@ class Hovering:
         self._spin_up = math.sqrt(_PAIRS * parameters.pair_thrust_n * self._leverage)
         self.state = TachobotState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def acceleration(self, forces: PairForces) -> tuple[float, float]:
+    def acceleration(self, forces: Callable[[], PairForces]) -> tuple[float, float]:
         """Forward and left, in m/s2, now."""
-        return (forces.forward().now() / self._mass, forces.left().now() / self._mass)
+        now = forces()
+        return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
     def advance(self, forces: PairForces, elapsed_s: float) -> None:
         """Move for `elapsed_s` under these forces."""

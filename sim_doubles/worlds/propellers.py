@@ -54,12 +54,12 @@ class PropellerPairs:
 
     def forces(self, duties: Sequence[float]) -> PairForces:
         """The forces from now on, as long as the duties hold."""
-        speeds = self._speeds if self._lags else duties
+        speeds, pair = self._speeds if self._lags else duties, self._pair
         return PairForces(
-            *(
-                self._pair(duties[a], speeds[a], duties[a + 1], speeds[a + 1])
-                for a in range(0, MOTORS, 2)
-            )
+            pair(duties[0], speeds[0], duties[1], speeds[1]),
+            pair(duties[2], speeds[2], duties[3], speeds[3]),
+            pair(duties[4], speeds[4], duties[5], speeds[5]),
+            pair(duties[6], speeds[6], duties[7], speeds[7]),
         )
 
     def advance(self, duties: Sequence[float], elapsed_s: float) -> None:

@@ -21,7 +21,7 @@ from firmware_runtime.devs.time import SECOND, format_time
 from sim_doubles.inertial_truth import InertialTruth
 from sim_doubles.worlds.hovering import Hovering
 from sim_doubles.worlds.noise import InstantNoise
-from sim_doubles.worlds.propellers import MOTORS, PropellerPairs
+from sim_doubles.worlds.propellers import MOTORS, PairForces, PropellerPairs
 from sim_doubles.worlds.tachobot_body import Mounting, TachobotParameters, TachobotState
 from sim_doubles.worlds.turntable import Turntable
 
@@ -50,6 +50,7 @@ class TachobotWorld:
         self._gyro_bias = parameters.gyro_bias_rad_s
         self._gyro_noise = InstantNoise("gyro", parameters.seed, parameters.gyro_noise_rad_s)
         self._field_noise = InstantNoise("field", parameters.seed, parameters.field_noise_t)
+        self._sound_duties: Sequence[float] = ()
         self._at = 0
 
     def advance(self, at: int) -> None:
@@ -83,7 +84,7 @@ class TachobotWorld:
         instant only.
         """
         yaw, rate = self.state(at)[4:]
-        forward, left = self._body.acceleration(self._propellers.forces(self._checked_duties()))
+        forward, left = self._body.acceleration(self._forces)
         noise_x, noise_y, noise_z = self._gyro_noise.at(at)
         field_x, field_y, field_z = self._field_noise.at(at)
         return InertialTruth(
@@ -97,8 +98,14 @@ class TachobotWorld:
             temperature_c=_TEMPERATURE_C,
         )
 
+    def _forces(self) -> PairForces:
+        return self._propellers.forces(self._checked_duties())
+
     def _checked_duties(self) -> Sequence[float]:
         duties = self._duties()
+        if duties == self._sound_duties:
+            return duties
         if len(duties) != MOTORS or not all(0.0 <= duty <= 1.0 for duty in duties):
             raise ValueError(f"TachoBot world: duties are {duties}, expected eight from 0 to 1")
+        self._sound_duties = duties
         return duties

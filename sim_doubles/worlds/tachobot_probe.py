@@ -1,5 +1,7 @@
 """The world's probe: puts the plant's true state on ports, so that a trace can carry it."""
 
+from collections.abc import Callable
+
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.models.motion import Motion
 from sim_doubles.clock import Now
@@ -11,10 +13,11 @@ class TachobotProbe(Atomic):
 
     waiting --tick?--> telling (0) --yaw_rad!, yaw_rate_rad_s!, x!, y!--> waiting
 
+    `catch_up` is called before: sensors take what they have to before the plant goes on.
     `x` and `y` are what a tracking system in the room would measure; nothing on board can.
     """
 
-    def __init__(self, world: TachobotWorld, now: Now) -> None:
+    def __init__(self, world: TachobotWorld, now: Now, catch_up: Callable[[], None]) -> None:
         super().__init__("world")
         self.tick = self.in_port("tick", object)
         self.yaw_rad = self.out_port("yaw_rad", float)
@@ -23,6 +26,7 @@ class TachobotProbe(Atomic):
         self.y = self.out_port("y", Motion)
         self._world = world
         self._now = now
+        self._catch_up = catch_up
         self._state: TachobotState | None = None
 
     def output(self) -> None:
@@ -40,5 +44,6 @@ class TachobotProbe(Atomic):
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the world has its own clock
         """Look at the plant now."""
+        self._catch_up()
         self._state = self._world.state(self._now())
         self.activate("telling")

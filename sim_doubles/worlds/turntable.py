@@ -6,6 +6,8 @@ or turns back if the moment exceeds static friction. The instants of both are fo
 so the motion does not depend on the steps.
 """
 
+from collections.abc import Callable
+
 from sim_doubles.worlds.propellers import PairForces
 from sim_doubles.worlds.swing import Swing
 from sim_doubles.worlds.tachobot_body import TachobotParameters, TachobotState
@@ -31,7 +33,7 @@ class Turntable:
         """Where it is now."""
         return TachobotState(0.0, 0.0, 0.0, 0.0, self._yaw, self._rate)
 
-    def acceleration(self, _forces: PairForces) -> tuple[float, float]:
+    def acceleration(self, _forces: Callable[[], PairForces]) -> tuple[float, float]:
         """Forward and left, in m/s2: the centre is pinned."""
         return (0.0, 0.0)
 

@@ -200,7 +200,7 @@ def test_free_mode_lifts_first_and_then_holds_x_y_and_yaw() -> None:
     assert robot.bench.thrust.all_off
     robot.run(20)
     assert esc.duty(0) == pytest.approx(1600e-6 * 50, abs=1 / 4096)
-    state = robot.bench.world.state(20 * SECOND)
+    state = robot.bench.world.state(20 * SECOND + MILLISECOND)  # a sample's time on the wire later
     assert state.x_m == pytest.approx(0.5, abs=0.05)
     assert state.y_m == pytest.approx(0.0, abs=0.05)
     assert state.yaw_rad == pytest.approx(1.0, abs=0.05)

@@ -5,7 +5,8 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
+from sim_doubles.clock import ManualClock
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.stalling_clock import StallingClock
@@ -21,6 +22,51 @@ def test_a_late_step_happens_when_it_started() -> None:
     world = WorldClock(tolerance=100)
     world.begin(1_000, 1_101)
     assert world() == 1_101
+
+
+def test_within_a_step_it_goes_on_by_what_transactions_take() -> None:
+    world = WorldClock(tolerance=100)
+    world.begin(1_000, 1_100)
+    world.reach(1_600)
+    world.reach(1_300)
+    assert (world(), world.elapsed()) == (1_600, 600)
+
+
+def test_the_next_step_begins_at_its_instant_or_where_the_world_is() -> None:
+    world = WorldClock(tolerance=100)
+    world.begin(1_000, 1_000)
+    world.reach(2_500)
+    world.begin(2_000, 2_000)
+    assert (world(), world.elapsed()) == (2_500, 500)
+    world.begin(3_000, 3_000)
+    assert (world(), world.elapsed()) == (3_000, 0)
+
+
+def test_outside_of_this_process_it_goes_on_by_itself() -> None:
+    clock = ManualClock(at=7_000)
+    world = OutsideClock(clock)
+    world.begin(6_900, 7_000)
+    assert world.elapsed() == 100
+    clock.advance(50)
+    assert world.elapsed() == 150
+
+
+def test_a_transaction_outside_takes_no_less_than_its_bits() -> None:
+    clock = ManualClock()
+    world = OutsideClock(clock)
+    world.begin(0, 0)
+    world.reach(600)
+    clock.advance(200)
+    assert world.elapsed() == 600
+    clock.advance(500)
+    assert world.elapsed() == 700
+
+
+def test_before_the_first_step_only_the_wire_takes_time() -> None:
+    clock = ManualClock(at=9_000)
+    world = OutsideClock(clock)
+    world.reach(world() + 300)
+    assert world() == 300
 
 
 @given(st.lists(st.tuples(st.integers(0, 1000), st.integers(0, 1000))))

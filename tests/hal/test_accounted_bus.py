@@ -15,6 +15,7 @@ from firmware_runtime.hal.errors import (
 )
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.retry import ONE_ATTEMPT, RetryPolicy
+from sim_doubles.clock import FollowingClock, ManualClock
 
 BUS_HZ = 400_000
 BIT_NS = 2_500
@@ -49,6 +50,39 @@ def numbers(counters: BusCounters) -> tuple[int, int, int, int, int]:
         counters.retries,
         counters.busy_ns,
     )
+
+
+def test_it_counts_the_adapters_overhead_with_every_attempt() -> None:
+    bus = AccountedBus(ScriptedBus(NoAcknowledge("n"), b"\x71"), BUS_HZ, overhead_ns=30_000)
+    bus.write_read(0x68, b"\x75", 1)
+    assert bus.busy_ns == 2 * (39 * BIT_NS + 30_000)
+
+
+def test_the_lines_go_on_by_what_a_transaction_takes() -> None:
+    time = FollowingClock(ManualClock(1000))
+    bus = AccountedBus(ScriptedBus(b"\x71"), BUS_HZ, overhead_ns=30_000, time=time)
+    bus.write_read(0x68, b"\x75", 1)
+    assert bus.elapsed() == time() - 1000 == bus.busy_ns
+
+
+def test_lines_that_are_farther_by_then_stay_there() -> None:
+    """A transaction on a robot takes longer than its bits."""
+    time = FollowingClock(ManualClock())
+
+    class SlowBus(ScriptedBus):
+        def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+            time.reach(1_000_000)
+            return super().transaction(address, messages)
+
+    bus = AccountedBus(SlowBus(b"\x71"), BUS_HZ, time=time)
+    bus.write_read(0x68, b"\x75", 1)
+    assert bus.elapsed() == 1_000_000
+
+
+def test_a_bus_that_belongs_to_no_run_is_never_ahead() -> None:
+    bus = AccountedBus(ScriptedBus(b""), BUS_HZ)
+    bus.write(0x40, b"\x00")
+    assert bus.elapsed() == 0
 
 
 def test_a_transaction_passes_through_unchanged_and_is_counted() -> None:

@@ -40,6 +40,16 @@ def test_bus_time_is_rounded_up_to_a_whole_nanosecond() -> None:
     assert transaction_ns((b"",), 300_000) == 36_667
 
 
+def test_the_adapters_overhead_counts_once_a_transaction() -> None:
+    assert transaction_ns(SAMPLE_BURST, 400_000, 30_000) == 622_500
+
+
+def test_the_overhead_is_part_of_a_bus_load() -> None:
+    period = 1 * MILLISECOND
+    asked = [PeriodicTransaction("sample", SAMPLE_BURST, period)]
+    assert BusLoad("i2c1", 400_000, asked, overhead_ns=100_000).utilisation == 0.6925
+
+
 @given(st.lists(st.one_of(st.binary(max_size=40), st.integers(1, 40)), min_size=1, max_size=4))
 def test_a_message_more_costs_its_bytes_its_address_and_one_start(messages: list[Message]) -> None:
     longer = [*messages, b"abc"]

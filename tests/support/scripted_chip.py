@@ -11,12 +11,25 @@ T = TypeVar("T")
 SILENT = NoAcknowledge("scripted chip: no answer, expected one")
 
 
+class ScriptedLine:
+    """A line on which all transfers of a step take as long as it says, in ns."""
+
+    name = "scripted line"
+
+    def __init__(self) -> None:
+        self.takes = 0
+
+    def elapsed(self) -> int:
+        return self.takes
+
+
 class ScriptedChip:
     """Keeps what was asked of it and when, in ms; a script's last entry is its answer for ever."""
 
     place = "scripted chip"
 
     def __init__(self) -> None:
+        self.line = ScriptedLine()
         self.now: Callable[[], int] = lambda: 0
         self.calls: list[tuple[object, float]] = []
 

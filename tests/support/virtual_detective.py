@@ -15,7 +15,9 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.retry import ONE_ATTEMPT
+from firmware_runtime.hal.timed_port import TimedPort
 from sim_doubles.benches.detective import DetectiveBench
+from sim_doubles.clock import FollowingClock
 
 LONGEST_S = 200
 
@@ -54,9 +56,14 @@ def virtual_detective(*assignments: str, board: str | Path = "detective") -> Vir
     """Build one with `KEY=VALUE` overrides."""
     loaded = boards.registry.load(str(board), assignments)
     clock: list[Simulator] = []
-    bench = DetectiveBench(loaded.settings, lambda: clock[0].now if clock else 0)
-    buses = {name: AccountedBus(bus, 400_000, ONE_ATTEMPT) for name, bus in bench.buses.items()}
-    robot = loaded.build(Lines(buses, bench.ports))
+    wire = FollowingClock(lambda: clock[0].now if clock else 0)
+    bench = DetectiveBench(loaded.settings, wire)
+    buses = {
+        name: AccountedBus(bus, 400_000, ONE_ATTEMPT, time=wire)
+        for name, bus in bench.buses.items()
+    }
+    ports = {name: TimedPort(port, 9600, wire) for name, port in bench.ports.items()}
+    robot = loaded.build(Lines(buses, ports))
     robot.find_chips()
     bench.attach(robot.model)
     clock.append(Simulator(robot.model))

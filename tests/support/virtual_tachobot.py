@@ -12,6 +12,7 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from sim_doubles.benches.tachobot import TachobotBench
+from sim_doubles.clock import FollowingClock
 
 
 @dataclass
@@ -54,8 +55,9 @@ def virtual_tachobot(*assignments: str) -> VirtualTachobot:
     """Build one with `KEY=VALUE` overrides, in checked mode."""
     board = boards.registry.load("tachobot", assignments)
     clock: list[Simulator] = []
-    bench = TachobotBench(board.settings, lambda: clock[0].now if clock else 0)
-    buses = {name: AccountedBus(bus, 400_000) for name, bus in bench.buses.items()}
+    wire = FollowingClock(lambda: clock[0].now if clock else 0)
+    bench = TachobotBench(board.settings, wire)
+    buses = {name: AccountedBus(bus, 400_000, time=wire) for name, bus in bench.buses.items()}
     robot = board.build(Lines(buses))
     robot.find_chips()
     bench.attach(robot.model)

@@ -1,0 +1,109 @@
+"""Whoever waits too little for a chip fails in virtual time as on doubles in another process."""
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import pytest
+
+from drivers.fault import Fault
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import Clock, VirtualClock
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.budget import transaction_ns
+from sim_doubles.clock import ManualClock
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.served.client import ServedBus
+from sim_doubles.served.packets import Answered, Asked, Done, Transfer
+from tests.support.adc import (
+    CONVERSION,
+    READING,
+    Adc,
+    AdcDouble,
+    HastySampler,
+    PatientSampler,
+    Sampler,
+)
+from tests.support.stalling_clock import StallingClock
+
+BUS_HZ = 100_000
+STARTING = transaction_ns((bytes(3),), BUS_HZ)
+
+Said: TypeAlias = list[tuple[int, object]]
+Kind: TypeAlias = type[Sampler]
+
+
+def run(kind: Kind, bus: AccountedBus, world: WorldClock, clock: Clock) -> Said:
+    """Run a sampler on a bus; return readings and faults with their instants."""
+    said: Said = []
+    model = kind(Adc(bus))
+    executive = Executive(model, clock, list, world_now=world)
+    executive.simulator.listen(model.reading_out, lambda at, value: said.append((at, value)))
+    executive.simulator.listen(model.fault_out, lambda at, fault: said.append((at, fault)))
+    assert executive.run(SECOND).error is None
+    return said
+
+
+def in_process(kind: Kind, clock: Clock | None = None) -> Said:
+    """On doubles in this process, in virtual time or on another clock."""
+    world = WorldClock()
+    double = I2cBusDouble("i2c1", world, [AdcDouble(world)], bus_hz=BUS_HZ, reach=world.reach)
+    bus = AccountedBus(double, BUS_HZ, time=world)
+    return run(kind, bus, world, clock or VirtualClock())
+
+
+def served(kind: Kind) -> Said:
+    """On doubles with a clock of their own, as in another process; both clocks go alike."""
+    clock, theirs = VirtualClock(), ManualClock()
+    double = I2cBusDouble("i2c1", theirs, [AdcDouble(theirs)], bus_hz=BUS_HZ, reach=theirs.reach)
+
+    def ask(asked: Asked, _where: str) -> Answered:
+        assert isinstance(asked, Transfer)
+        theirs.reach(clock.now())
+        return Done(double.transfer(asked.address, asked.messages))
+
+    world = OutsideClock(clock.now)
+    bus = AccountedBus(ServedBus("i2c1", ask), BUS_HZ, time=world)
+    return run(kind, bus, world, clock)
+
+
+@pytest.mark.parametrize("on_doubles", [in_process, served])
+def test_a_model_that_counts_from_its_activation_gets_faults_and_no_sample(
+    on_doubles: Callable[[Kind], Said],
+) -> None:
+    said = [value for _, value in on_doubles(HastySampler)]
+    assert len(said) > 400
+    assert all(isinstance(value, Fault) and value.kind == "NotReady" for value in said)
+
+
+@pytest.mark.parametrize("on_doubles", [in_process, served])
+def test_one_that_counts_from_the_end_of_the_transfer_gets_every_sample(
+    on_doubles: Callable[[Kind], Said],
+) -> None:
+    said = [value for _, value in on_doubles(PatientSampler)]
+    assert len(said) > 400
+    assert set(said) == {READING}
+
+
+def test_the_wait_is_the_time_on_the_wire_and_the_conversion() -> None:
+    instants = [at for at, _ in in_process(PatientSampler)]
+    assert instants[0] == STARTING + CONVERSION
+
+
+def test_a_bus_that_is_held_up_before_is_waited_for_too() -> None:
+    """The transfer that reads one conversion delays the one that starts the next."""
+    reading = transaction_ns((bytes(1), 2), BUS_HZ)
+    instants = [at for at, _ in in_process(PatientSampler)]
+    assert instants[1] - instants[0] == reading + STARTING + CONVERSION
+
+
+def test_a_run_that_is_late_within_tolerance_gives_the_very_samples_of_virtual_time() -> None:
+    stalls = dict.fromkeys(range(2000), MILLISECOND // 3)
+    assert in_process(PatientSampler, StallingClock(stalls)) == in_process(PatientSampler)
+
+
+def test_after_a_late_start_the_chip_is_still_given_its_time() -> None:
+    stalls = dict.fromkeys(range(0, 300, 7), 5 * MILLISECOND)
+    said = [value for _, value in in_process(PatientSampler, StallingClock(stalls))]
+    assert set(said) == {READING}

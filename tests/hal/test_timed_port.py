@@ -1,0 +1,71 @@
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.timed_port import TimedPort
+from sim_doubles.clock import FollowingClock, ManualClock
+
+BAUD = 9600
+BYTE = 10 * 1_000_000_000 / BAUD
+"""Ns; eight bits, start and stop."""
+
+
+class Port(SerialPort):
+    name = "treads"
+
+    def __init__(self) -> None:
+        self.written = b""
+        self.closed = False
+
+    def write(self, data: bytes) -> None:
+        self.written += data
+
+    def read_available(self) -> bytes:
+        taken, self.written = self.written, b""
+        return taken
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_what_was_written_has_left_ten_bits_a_byte_later() -> None:
+    step = ManualClock()
+    port = TimedPort(Port(), BAUD, FollowingClock(step))
+    assert port.elapsed() == 0
+    port.write(bytes(12))
+    assert 0 <= port.elapsed() - 12 * BYTE < 1
+
+
+def test_bytes_queue_behind_those_that_have_not_left_yet() -> None:
+    step = ManualClock()
+    port = TimedPort(Port(), BAUD, FollowingClock(step))
+    port.write(bytes(12))
+    step.advance(round(2 * BYTE))
+    port.write(bytes(1))
+    assert abs(port.elapsed() - 11 * BYTE) < 3
+
+
+def test_a_port_that_is_idle_is_where_the_other_lines_are() -> None:
+    step = ManualClock()
+    lines = FollowingClock(step)
+    port = TimedPort(Port(), BAUD, lines)
+    port.write(bytes(1))
+    step.advance(1_000_000_000)
+    lines.reach(step() + 700)
+    assert port.elapsed() == 700
+
+
+def test_writing_does_not_hold_up_the_other_lines() -> None:
+    lines = FollowingClock(ManualClock())
+    TimedPort(Port(), BAUD, lines).write(bytes(12))
+    assert lines.elapsed() == 0
+
+
+def test_bytes_pass_through_unchanged() -> None:
+    inner = Port()
+    port = TimedPort(inner, BAUD, FollowingClock(ManualClock()))
+    port.write(b"abc")
+    assert port.name == "treads"
+    assert port.read_available() == b"abc"
+    port.write(b"old")
+    port.discard_input()
+    assert inner.written == b""
+    port.close()
+    assert inner.closed
