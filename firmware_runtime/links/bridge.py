@@ -3,8 +3,8 @@
     UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's ports socket
 
 A datagram is handed on as it is, in both directions. Each UDP sender has an end of its own at the
-robot, so the run tells them apart, and what it answers one of them is heard by no other. A sender
-that has been quiet for `QUIET` has its end closed; what it watched has run out by then.
+robot, so the run tells them apart, and what it answers one of them is heard by no other. How many
+there may be, and when one is forgotten, `senders` says.
 
 Besides, the bridge may watch ports itself, for peers (`broadcast`).
 
@@ -13,10 +13,9 @@ Nothing waits for anybody: what does not fit is dropped and counted.
 
 import socket
 from collections.abc import Callable
-from dataclasses import dataclass
 from selectors import EVENT_READ, DefaultSelector
 from time import monotonic_ns
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import BoardError
@@ -26,25 +25,10 @@ from firmware_runtime.links.carried import Carried
 from firmware_runtime.links.datagrams import LONGEST, told
 from firmware_runtime.links.robot_end import AT_ONCE, RobotEnd
 from firmware_runtime.links.route import Route
-from firmware_runtime.links.watchers import PATIENCE
+from firmware_runtime.links.senders import Sender, Senders, UdpAddress
 
-MOST_SENDERS: Final = 64
-"""How many UDP senders have an end at the robot."""
-QUIET: Final = PATIENCE + 5 * SECOND
-"""Ns after which a sender that says nothing is forgotten."""
 LOOK_EVERY: Final = 250 * MILLISECOND
 """Ns from one look whether there is a run to the next."""
-
-UdpAddress: TypeAlias = tuple[Any, ...]
-
-
-@dataclass(slots=True)
-class Sender:
-    """A UDP sender, its end at the robot, and when it said something last."""
-
-    address: UdpAddress
-    end: RobotEnd
-    spoke_at: int
 
 
 class Bridge:
@@ -58,7 +42,7 @@ class Bridge:
         self._robot = route.robot
         self._carried = Carried()
         self._broadcast = Broadcast(route, self._carried, tell)
-        self._senders: dict[UdpAddress, Sender] = {}
+        self._senders = Senders(self._forget)
         self._look_at = 0
         self._selector = DefaultSelector()
         self._selector.register(self._udp, EVENT_READ, self._from_udp)
@@ -75,7 +59,10 @@ class Bridge:
         found = "a run listens" if self._broadcast.is_there else "no run"
         carried = self._carried
         counts = f"to it {carried.to_robot}, from it {carried.from_robot}"
-        return f"{found}; senders {len(self._senders)}, {counts}, dropped {carried.dropped}"
+        senders = f"senders {len(self._senders)}"
+        if self._senders.displaced > 0:
+            senders += f" ({self._senders.displaced} displaced)"
+        return f"{found}; {senders}, {counts}, dropped {carried.dropped}"
 
     def wake_by(self, descriptor: int) -> None:
         """Let `work` return early, too, when this becomes readable."""
@@ -87,17 +74,16 @@ class Bridge:
         if now >= self._look_at:
             self._look_at = now + LOOK_EVERY
             self._broadcast.look(now)
-            self._forget_quiet(now)
+            self._senders.forget_quiet(now)
         for key, _ in self._selector.select((self._look_at - now) / SECOND):
             key.data()
 
     def close(self) -> None:
         """Carry nothing any more."""
+        self._senders.close()
         self._selector.close()
         self._broadcast.close()
         self._udp.close()
-        for sender in self._senders.values():
-            sender.end.close()
 
     # ----------------------------------------------------------------------------------------------
 
@@ -110,10 +96,7 @@ class Bridge:
             self._carry(datagram, address)
 
     def _carry(self, datagram: bytes, address: UdpAddress) -> None:
-        sender = self._senders.get(address) or self._welcome(address)
-        if sender is None:
-            self._refuse(address, f"{MOST_SENDERS} others use this bridge; expected some to stop")
-            return
+        sender = self._senders.find(address) or self._welcome(address)
         sender.spoke_at = monotonic_ns()
         try:
             sender.end.send(datagram)
@@ -124,15 +107,16 @@ class Bridge:
         else:
             self._carried.to_robot += 1
 
-    def _welcome(self, address: UdpAddress) -> Sender | None:
-        """Give a sender an end of its own at the robot, if there is room."""
-        if len(self._senders) >= MOST_SENDERS:
-            return None
-        sender = self._senders[address] = Sender(address, RobotEnd(self._robot), 0)
+    def _welcome(self, address: UdpAddress) -> Sender:
+        """Give a sender an end of its own at the robot."""
+        sender = Sender(address, RobotEnd(self._robot), monotonic_ns())
+        self._senders.add(sender)
         self._selector.register(sender.end, EVENT_READ, lambda: self._from_robot(sender))
         return sender
 
     def _from_robot(self, sender: Sender) -> None:
+        if self._senders.find(sender.address) is not sender:
+            return  # it has just lost its place
         for message in sender.end.received():
             self._answer(sender.address, message)
 
@@ -148,11 +132,9 @@ class Bridge:
         else:
             self._carried.from_robot += 1
 
-    def _forget_quiet(self, now: int) -> None:
-        for sender in [each for each in self._senders.values() if now - each.spoke_at > QUIET]:
-            self._selector.unregister(sender.end)
-            sender.end.close()
-            del self._senders[sender.address]
+    def _forget(self, sender: Sender) -> None:
+        self._selector.unregister(sender.end)
+        sender.end.close()
 
 
 def _listening(at: Endpoint) -> socket.socket:

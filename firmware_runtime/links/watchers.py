@@ -10,7 +10,7 @@ from firmware_runtime.links.refusal import Refusal
 Address: TypeAlias = str | bytes
 """Of a Unix socket: a path, or bytes that begin with a zero."""
 
-MOST: Final = 8
+MOST: Final = 16
 """How many may watch at a time."""
 PATIENCE: Final = 10 * SECOND
 """How long somebody hears without asking again, ns."""

@@ -96,7 +96,7 @@ def test_who_falls_silent_is_forgotten(watchers: Watchers, now: ManualClock) -> 
 def test_there_is_room_for_so_many(watchers: Watchers) -> None:
     for number in range(MOST):
         watchers.renew(str(number), ["a"], 1)
-    with pytest.raises(Refusal, match="8 others watch already"):
+    with pytest.raises(Refusal, match=f"{MOST} others watch already"):
         watchers.renew("one more", ["a"], 1)
     watchers.renew("0", ["b"], 1)
     watchers.forget("1")
