@@ -13,7 +13,7 @@ PYTHON ?= python3
 VENV ?= .venv
 PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
-ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist loadgroup
+ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
 
 .PHONY: run test test-fast lint types vm-test bench deb clean interpreter
 .DEFAULT_GOAL := run

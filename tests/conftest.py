@@ -31,9 +31,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(skips.Forbidden(), "skips")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        marks.mark_by_folder(item, item.path.relative_to(_TESTS).parts[0])
+def pytest_itemcollected(item: pytest.Item) -> None:
+    marks.mark_by_folder(item, item.path.relative_to(_TESTS).parts[0])
 
 
 @pytest.fixture(scope="session", autouse=True)

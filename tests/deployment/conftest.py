@@ -6,8 +6,11 @@ import pytest
 
 from firmware_runtime.deployment import project_wheel
 from firmware_runtime.deployment.commands import Commands
+from tests.support.made_once import made_once
 from tests.support.scratch_system import ScratchSystem, scratch_system
 from tests.support.ssh_target import SshTarget, missing_packages, ssh_target
+
+_COMMANDS = Commands(print)
 
 
 @pytest.fixture(scope="session")
@@ -24,7 +27,7 @@ def _own_cache(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The project's wheel, built once."""
-    return project_wheel.build(Commands(print), tmp_path_factory.mktemp("wheel"))
+    return made_once(tmp_path_factory, "wheel", lambda into: project_wheel.build(_COMMANDS, into))
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from firmware_runtime.deployment.commands import Commands
 from firmware_runtime.deployment.debian.build import build, platform_for
 from firmware_runtime.deployment.errors import DeploymentError
 from firmware_runtime.deployment.platform import Platform
+from tests.support.made_once import made_once
 from tests.support.scratch_system import GUARD, PROGRAM, ROBOT, SETTINGS, ScratchSystem
 
 
@@ -22,10 +23,13 @@ def package(
     if shutil.which("dpkg-deb") is None:
         pytest.skip("dpkg-deb not found; install Debian package dpkg")
     commands = Commands(print)
+
+    def make(into: Path) -> Path:
+        return build(commands, platform_for(commands, None, None), into, wheel)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(cache))
-        platform = platform_for(commands, None, None)
-        return build(commands, platform, tmp_path_factory.mktemp("package"), wheel)
+        return made_once(tmp_path_factory, "package", make)
 
 
 def newer(package: Path, into: Path) -> Path:

@@ -17,8 +17,6 @@ from collections.abc import Generator
 import pytest
 
 REAL_TIME_FOLDERS = frozenset({"safety"})
-GROUPED_FOLDERS = frozenset({"deployment"})
-"""Their tests share what takes long to make, so one worker runs them all."""
 LIMIT_S = 0.25
 FAILS_AT_S = 1.0
 _KEY = "processor_time_s"
@@ -28,8 +26,6 @@ def mark_by_folder(item: pytest.Item, folder: str) -> None:
     """Mark a test by the folder below `tests` that it stands in."""
     if folder in REAL_TIME_FOLDERS:
         item.add_marker(pytest.mark.real_time)
-    if folder in GROUPED_FOLDERS:
-        item.add_marker(pytest.mark.xdist_group(folder))
 
 
 class Marks:
