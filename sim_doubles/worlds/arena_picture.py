@@ -5,12 +5,13 @@ light or dark scheme.
 """
 
 from collections.abc import Mapping
+from textwrap import wrap
 from typing import Final
 
 from sim_doubles.worlds.arena_geometry import Point
 from sim_doubles.worlds.arena_log import ArenaLog
 from sim_doubles.worlds.arena_picture_map import ArenaMap
-from sim_doubles.worlds.arena_picture_page import Box, Page
+from sim_doubles.worlds.arena_picture_page import Box, Page, text_width
 from sim_doubles.worlds.arena_picture_time import Timeline, hues_of
 
 __all__ = ["draw_run"]
@@ -20,6 +21,7 @@ _MAP: Final = Box(72.0, 58.0, 740.0, 560.0)
 _KEY: Final = Box(832.0, 58.0, 188.0, 560.0)
 _TIMELINE: Final = Box(150.0, 676.0, 870.0, 0.0)
 _MARGIN: Final = 20.0
+_LETTERS: Final = int((_WIDTH - 2 * _MARGIN) / text_width("x"))
 
 _KEY_LINES: Final = (
     ("target", "the target"),
@@ -46,8 +48,9 @@ def draw_run(
     models = log.stays(until)
     hues = hues_of(models, until)
     leading = next(iter(models), "") if leading is None else leading
-    page.text((_MARGIN, 30.0), title, "title")
-    page.text((_MARGIN, 48.0), outcome, "note")
+    page.text((_MARGIN, 22.0), title, "title")
+    for number, line in enumerate(wrap(outcome, _LETTERS, max_lines=2, placeholder=" ...")):
+        page.text((_MARGIN, 38.0 + 14 * number), line, "note")
     drawn = ArenaMap(page, _MAP, log, until)
     drawn.draw(models.get(leading, []), hues.get(leading, {}))
     _draw_key(page, drawn.path_hues)

@@ -14,7 +14,7 @@ from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
 from sim_doubles.worlds.arena_picture import draw_run
 from sim_doubles.worlds.arena_picture_file import require_renderer, write_picture
-from sim_doubles.worlds.arena_picture_page import Axis
+from sim_doubles.worlds.arena_picture_page import Axis, text_width
 from sim_doubles.worlds.arena_picture_time import hues_of
 from tests.support.arena_mission import ArenaMission
 from tests.support.arena_rig import ArenaRig
@@ -114,6 +114,14 @@ def test_the_outcome_is_told_below_the_title(mission: ArenaMission) -> None:
     svg = ET.fromstring(draw_run(mission.log, mission.at, "title", "It found the target."))  # noqa: S314
     assert "It found the target." in texts(svg)
     assert svg.get("aria-label") == "title: It found the target."
+
+
+def test_an_outcome_in_many_words_stays_on_the_page(mission: ArenaMission) -> None:
+    words = "a word " * 80
+    svg = ET.fromstring(draw_run(mission.log, mission.at, "title", words))  # noqa: S314
+    lines = [text for text in texts(svg) if text and text.startswith("a word")]
+    assert len(lines) == 2
+    assert all(text_width(line) <= 1000 for line in lines)
 
 
 def test_the_key_has_the_colours_of_the_map(svg: ET.Element) -> None:
