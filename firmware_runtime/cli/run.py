@@ -12,7 +12,8 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, posi
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
-from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go, tell
+from firmware_runtime.cli.progress_line import Messages, progress_shown
+from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
 from firmware_runtime.cli.restarting import counted
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.session import Session
@@ -111,6 +112,7 @@ def execute(arguments: argparse.Namespace) -> int:
     board = chosen_board(arguments.board, arguments.assignments)
     if arguments.events is not None:
         return run_event_file(arguments, board)
+    messages = Messages()
     path, notices = _statistics_path(arguments, board), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
 
@@ -121,24 +123,27 @@ def execute(arguments: argparse.Namespace) -> int:
             clock_of(arguments),
             doubles=arguments.doubles,
             statistics_path=path,
-            arming=_arming(arguments, board),
+            arming=_arming(arguments, board, messages),
         )
         notices.progress("starts: takes its first step", within)
         if restarts is not None:
             session.executive.attendants.append(restarts)
-        return _run(arguments, session, notices)
+        return _run(arguments, session, notices, messages)
 
     return counted(run, path, notices, within)
 
 
-def _run(arguments: argparse.Namespace, session: Session, notices: Notices) -> int:
+def _run(
+    arguments: argparse.Namespace, session: Session, notices: Notices, messages: Messages
+) -> int:
     executive = session.executive
     try:
         draw = _plotting(session, arguments.plot)
         report = Report(session, arguments)
         with (
             tracing(session.executive.simulator, arguments.trace),
-            _serving(session, notices) as reload,
+            _serving(session, notices, messages) as reload,
+            progress_shown(session, report.until, messages, wanted=not arguments.json),
             stop_on_signals(executive.request_stop, reload, executive.give_up),
         ):
             report.begin()
@@ -161,7 +166,9 @@ def _run(arguments: argparse.Namespace, session: Session, notices: Notices) -> i
     return status
 
 
-def _arming(arguments: argparse.Namespace, board: boards.registry.Board) -> Arming | None:
+def _arming(
+    arguments: argparse.Namespace, board: boards.registry.Board, messages: Messages
+) -> Arming | None:
     """Who decides whether outputs may be driven; doubles have nothing to be hurt."""
     if arguments.doubles and not arguments.supervised:
         return None
@@ -169,7 +176,7 @@ def _arming(arguments: argparse.Namespace, board: boards.registry.Board) -> Armi
     return Arming(
         at_start=settings.at_start or arguments.arm,
         demand_guard=settings.demand_guard,
-        tell=_say,
+        tell=messages,
     )
 
 
@@ -197,7 +204,9 @@ def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
 
 
 @contextmanager
-def _serving(session: Session, notices: Notices) -> Iterator[Callable[[], None] | None]:
+def _serving(
+    session: Session, notices: Notices, messages: Messages
+) -> Iterator[Callable[[], None] | None]:
     """Tell systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
     journal = Journal.from_environment()
     executive = session.executive
@@ -207,8 +216,8 @@ def _serving(session: Session, notices: Notices) -> Iterator[Callable[[], None] 
     settings = session.board.settings.executive
     if isinstance(executive.clock, MonotonicClock) and settings.max_load_percent < ANY_LOAD:
         limit, policy = settings.max_load_percent, settings.overload
-        Overload(executive, limit, policy, session.arming, _say)
-    reloading = Reloading(session.board, session.robot, executive, notices, _say)
+        Overload(executive, limit, policy, session.arming, messages)
+    reloading = Reloading(session.board, session.robot, executive, notices, messages)
     try:
         yield None if sys.stdin.isatty() else reloading.request
     finally:
@@ -217,10 +226,6 @@ def _serving(session: Session, notices: Notices) -> Iterator[Callable[[], None] 
         notices.stopping()
         notices.close()
         journal.close()
-
-
-def _say(what: str) -> None:
-    tell(f"firmware-runtime: {what}", sys.stderr)
 
 
 def _status(outcome: Outcome, session: Session) -> Status:
