@@ -1,5 +1,6 @@
 """Everything with a driver that moves something: one output or both motors, and off again."""
 
+from collections.abc import Callable
 from typing import Final
 
 from drivers.catalogue.trial import Actuator, OnBus, OnPort, Option, Options, Quantity, Reading
@@ -9,6 +10,7 @@ from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
 from drivers.chips.sabertooth import Sabertooth, SabertoothSettings
 from drivers.chips.setting import SettingError
+from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 
@@ -16,11 +18,39 @@ PWM_ADDRESSES: Final = tuple(each for each in range(0x40, 0x78) if each != 0x70)
 PULSE_HZ: Final = 50.0
 DUTY_HZ: Final = 1000.0
 LOOK_NS: Final = 100_000_000
-"""How often a PCA9685 is asked whether it still is as brought up, and told its duty again."""
+"""How often a PCA9685 is asked whether it still is as brought up and set."""
 MD25_REPEAT_NS: Final = 500_000_000
 """A quarter of the silence after which an MD25 stops by itself."""
 SABERTOOTH_REPEAT_NS: Final = 100_000_000
 """A third of the silence after which a Sabertooth stops by itself, as it is told to."""
+
+
+class _Kept:
+    """What a chip reads after it was told to move: whoever changes that wants something else.
+
+    So it is not told again, which would overrule a `safe-state` from another terminal.
+    """
+
+    def __init__(self, place: str, read: Callable[[], bytes]) -> None:
+        self._place = place
+        self._read = read
+        self._kept: bytes | None = None
+
+    def is_first(self) -> bool:
+        """Whether nothing was written yet. Raises NotReady if what was written has changed."""
+        if self._kept is None:
+            return True
+        found = self._read()
+        if found != self._kept:
+            raise NotReady(
+                f"{self._place}: outputs read {found.hex(' ')}, expected {self._kept.hex(' ')}; "
+                "another program has changed them, or switched them off"
+            )
+        return False
+
+    def remember(self) -> None:
+        """Take what stands there now for what was written."""
+        self._kept = self._read()
 
 
 def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
@@ -36,10 +66,14 @@ def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
     chip = Pca9685(bus, address, osc_hz=options["osc_hz"])
     what = f"duty {duty:g}" if pulse_us is None else f"pulses of {pulse_us:g} us"
 
+    kept = _Kept(chip.place, lambda: chip.read_outputs(channel, 1))
+
     def move() -> Reading:
         chip.look()
-        (written,) = chip.set_duties(channel, (share,))
-        return (Quantity("duty", written, "duty", "", 4),)
+        if kept.is_first():
+            chip.set_duties(channel, (share,))
+            kept.remember()
+        return (Quantity("duty", share, "duty", "", 4),)
 
     return Actuator(
         place=chip.place,
@@ -55,10 +89,13 @@ def _bridge(bus: I2cBus, address: int, options: Options) -> Actuator:
     chip = Pca9685(bus, address)
     bridge = HBridge(chip, options["pwm"], options["in1"], options["in2"])
     speed: float = options["speed"]
+    kept = _Kept(bridge.place, lambda: chip.read_outputs(0, pca9685.CHANNELS))
 
     def move() -> Reading:
         chip.look()
-        (bridge.forward if speed >= 0 else bridge.reverse)(abs(speed))
+        if kept.is_first():
+            (bridge.forward if speed >= 0 else bridge.reverse)(abs(speed))
+            kept.remember()
         return (Quantity("speed", speed, "speed", "of full"),)
 
     return Actuator(
@@ -80,9 +117,13 @@ def _promise(left: float, right: float) -> str:
 def _md25(bus: I2cBus, address: int, options: Options) -> Actuator:
     chip = Md25(bus, address)
     left, right = options["left"], options["right"]
+    kept = _Kept(chip.place, chip.read_speeds)
 
     def move() -> Reading:
+        is_first = kept.is_first()
         report = chip.set_speeds(left, right)
+        if is_first:
+            kept.remember()
         return (
             Quantity("encoders", (report.left_encoder, report.right_encoder), "encoders", "", 0),
             Quantity("battery_v", report.battery_v, "battery", "V", 1),

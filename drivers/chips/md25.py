@@ -165,6 +165,13 @@ class Md25:
             right_current * AMPERES_PER_COUNT,
         )
 
+    def read_speeds(self) -> bytes:
+        """Read both speeds as they are set, a byte each; 5 bytes, 120 us at 400 kHz.
+
+        Another program may have changed them, above all stopped the motors.
+        """
+        return self._read(SPEED1, 2)
+
     def stop(self) -> None:
         """Set both speeds to stop, in any state of the chip; it ramps down.
 

@@ -256,6 +256,14 @@ class Pca9685:
         self._bus.transaction(self.address, (burst,))
         return tuple(written)
 
+    def read_outputs(self, first_channel: int, channels: int) -> bytes:
+        """Read what neighbouring channels were set to, four bytes each, after bring-up.
+
+        Another program may have changed it, above all switched off.
+        """
+        register = LED0_ON_L + 4 * first_channel
+        return self._bus.write_read(self.address, bytes((register,)), 4 * channels)
+
     def stop_all(self) -> None:
         """Turn all 16 outputs off; three bytes, 72.5 us at 400 kHz, right in any state of the chip.
 

@@ -1,4 +1,4 @@
-"""Readings of a chip as a person or a program wants them: one live line, lines, or JSON lines."""
+"""Readings of a chip as a person or a program wants them: a live block, lines, or JSON lines."""
 
 import json
 from contextlib import suppress
@@ -9,53 +9,56 @@ from drivers.catalogue.trial import Quantity, Reading
 from firmware_runtime.devs.time import SECOND
 
 _CLEAR_REST = "\x1b[K"
+_UP = "\x1b[{}A"
 
 
 class Readings:
     """Shows readings on a stream; at a terminal each takes the place of the one before.
 
     While something moves (`never_waits`), output that would have to wait, for a full pipe or a
-    terminal that was halted, is dropped, and so is a reading that says nothing new.
+    terminal that was halted, is dropped, and so is a line that says nothing new. Where there is no
+    stream nothing is shown.
     """
 
-    def __init__(self, stream: TextIO, *, as_json: bool, never_waits: bool) -> None:
+    def __init__(self, stream: TextIO | None, *, as_json: bool, never_waits: bool) -> None:
         self._stream = stream
         self._as_json = as_json
         self._never_waits = never_waits
-        self._is_live = stream.isatty() and not as_json
+        self._is_live = stream is not None and stream.isatty() and not as_json
+        self._block = 0  # lines of the reading that stands there
         self._last: Reading | None = None
 
     def show(self, at: int, reading: Reading) -> None:
         """Show what was read so many ns after the start."""
         if self._as_json:
-            self._print(json.dumps(_document(at, reading)) + "\n", reading)
+            text = json.dumps(_document(at, reading)) + "\n"
         elif self._is_live:
-            self._print(f"\r{at / SECOND:8.2f} s  {line(reading)}{_CLEAR_REST}", reading)
+            text = self._in_place(at, reading)
         else:
-            self._print(f"{at / SECOND:.2f} s  {line(reading)}\n", reading)
-
-    def end(self) -> None:
-        """Let what is printed next begin a line of its own."""
-        if self._is_live and self._last is not None:
-            self._print("\n", None)
-
-    def _print(self, text: str, reading: Reading | None) -> None:
+            text = f"{at / SECOND:.2f} s  {'  '.join(map(_spelled, reading))}\n"
         if not self._never_waits:
             self._write(text)
         elif self._is_live or reading != self._last:
             with suppress(OSError, ValueError):
-                if select((), [self._stream], (), 0)[1]:
+                if self._stream is not None and select((), [self._stream], (), 0)[1]:
                     self._write(text)
         self._last = reading
 
+    def end(self) -> None:
+        """Let what is printed next stand below."""
+        self._block = 0
+
+    def _in_place(self, at: int, reading: Reading) -> str:
+        """A line for each quantity, over those of the reading before: no terminal is too narrow."""
+        lines = [f"{at / SECOND:.1f} s", *(f"  {_spelled(each)}" for each in reading)]
+        up = _UP.format(self._block) if self._block else ""
+        self._block = len(lines)
+        return up + "".join(f"\r{line}{_CLEAR_REST}\n" for line in lines)
+
     def _write(self, text: str) -> None:
-        self._stream.write(text)
-        self._stream.flush()
-
-
-def line(reading: Reading) -> str:
-    """All quantities in one line, for people."""
-    return "  ".join(map(_spelled, reading))
+        if self._stream is not None:
+            self._stream.write(text)
+            self._stream.flush()
 
 
 def _spelled(quantity: Quantity) -> str:

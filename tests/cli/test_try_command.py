@@ -224,8 +224,8 @@ def test_at_a_terminal_each_reading_takes_the_place_of_the_one_before() -> None:
         readings.show(0, (Quantity("distance_m", distance_m, "distance", "m"),))
     readings.end()
     shown = terminal.getvalue()
-    assert shown.count("\r") == 2
-    assert shown.count("\n") == 1
+    assert shown.count("\x1b[2A") == 1
+    assert shown.count("\n") == 4
     assert "distance inf m" in shown
 
 

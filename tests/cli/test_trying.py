@@ -9,6 +9,8 @@ from drivers.catalogue.actuators import ACTUATORS
 from drivers.catalogue.sensors import SENSORS
 from drivers.catalogue.table import CHIPS
 from drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
+from drivers.chips.md25 import Md25
+from drivers.chips.pca9685 import Pca9685
 from drivers.chips.setting import SettingError
 from firmware_runtime.cli.trying import Watch, drive, switch_off, take
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -43,6 +45,7 @@ class Rig:
         options = {option.name.replace("-", "_"): option.default for option in chip.options}
         options |= {"imu_address": 0x68} | said
         self.pace = pace
+        self.name = name
         self._ramp = SECOND if name == "md25" else 200 * MILLISECOND
         if isinstance(chip, OnBus):
             self.doubles: Sequence[Any] = ON_BUS[name](pace.clock, chip.address)
@@ -73,6 +76,14 @@ class Rig:
     def drive(self, span: int) -> bool:
         assert not take(self.actuator.bring_up(), self.pace)
         return drive(self.actuator, self.pace, span, self.show)
+
+    def stop_from_elsewhere(self) -> None:
+        chip = CHIPS[self.name]
+        assert isinstance(chip, OnBus)
+        if self.name == "md25":
+            Md25(self.bus, chip.address).stop()
+        else:
+            Pca9685(self.bus, chip.address).stop_all()
 
     def show(self, at: int, reading: Reading) -> None:
         self.shown.append((at, reading))
@@ -139,6 +150,19 @@ def test_a_pwm_chip_that_loses_its_supply_ends_the_trial() -> None:
     rig.bus.power_cycle()
     with pytest.raises(NotReady):
         drive(rig.actuator, rig.pace, SECOND, rig.show)
+
+
+@pytest.mark.parametrize("name", ["pca9685", "h_bridge", "md25"])
+def test_what_another_program_switched_off_stays_off(name: str) -> None:
+    """As by `safe-state` from another terminal."""
+    rig = Rig(name, TrialPace(), **MOVES[name])
+    take(rig.actuator.bring_up(), rig.pace)
+    rig.actuator.move()
+    rig.actuator.move()
+    rig.stop_from_elsewhere()
+    with pytest.raises(NotReady):
+        rig.actuator.move()
+    assert not rig.is_moving
 
 
 def test_what_cannot_be_switched_off_at_first_is_switched_off_again() -> None:

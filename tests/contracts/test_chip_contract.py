@@ -11,6 +11,8 @@ import pytest
 
 import drivers.chips
 import sim_doubles.chips
+from drivers.catalogue.identity import IDENTITIES
+from drivers.catalogue.table import CHIPS
 from firmware_runtime.hal.budget import bits
 from firmware_runtime.hal.errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
 from sim_doubles.faults import ForcedRegister, NackAddress, StuckSda
@@ -205,3 +207,12 @@ def test_every_driver_has_a_double_and_a_row() -> None:
 
 def modules_of(folder: str) -> set[str]:
     return {path.stem for path in Path(folder).glob("*.py")}
+
+
+def test_every_driver_can_be_tried_and_those_on_a_bus_be_recognised() -> None:
+    modules = {
+        path.stem for path in Path(drivers.chips.__path__[0]).glob("*.py")
+    } - PARTS_OF_DRIVERS
+    assert set(CHIPS) == modules | {"h_bridge"}
+    recognised = {identity.chip.lower().replace("-", "") for identity in IDENTITIES}
+    assert modules - ON_SERIAL_LINES <= recognised
