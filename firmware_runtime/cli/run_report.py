@@ -80,6 +80,8 @@ class Report:
         session = self._session
         if self._has_failed(outcome):
             yield f"failed: {outcome.reason}"
+        elif session.arming is not None and not session.arming.was_armed:
+            yield f"never armed, so nothing was driven: {session.arming.reason}"
         if session.bench is not None:
             until = session.world_now()
             yield ""

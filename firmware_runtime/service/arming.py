@@ -38,7 +38,8 @@ class Arming:
         self, *, at_start: bool, demand_guard: bool, tell: Callable[[str], None] = lambda _: None
     ) -> None:
         self.armed = False
-        self.reason = "armed by nobody yet"
+        self.was_armed = False
+        self.reason = "nothing asked for it"
         self._is_wanted = at_start
         self._demands_guard = demand_guard
         self._tell = tell
@@ -87,7 +88,7 @@ class Arming:
             self.reason = "; ".join(against)
         elif not self.armed:
             self._generation = self._executive.cells[GENERATION]
-            self.armed = True
+            self.armed = self.was_armed = True
             self._is_wanted = False
             self._off_again_at = NEVER
             self._acknowledge()

@@ -21,6 +21,7 @@ def kept(command: Callable[..., Any], tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_first_line_of_the_end_says_what_is_wrong(command: Callable[..., Any]) -> None:
     ended = command(*RESTLESS)
     assert ended.status == 1
@@ -68,3 +69,14 @@ def test_a_run_that_came_to_no_rest_says_why(command: Callable[..., Any]) -> Non
     ended = command("run", "tachobot", "--doubles", "--clock", "virtual", "--for", 1)
     assert ended.status == 0
     assert "settled False\nsettled_reason yaw is off by" in ended.out
+
+
+def test_a_run_that_was_never_armed_says_so_first(command: Callable[..., Any]) -> None:
+    arguments = ("--doubles", "--clock", "virtual", "--for", 1, "--supervised")
+    ended = command("run", "tachobot", *arguments, "--arm")
+    assert ended.status == 0
+    first = ended.out.splitlines()[1]
+    assert "never armed" in first
+    assert "the guard is absent" in first
+    (first, *_) = command("run", "tachobot", *arguments).out.splitlines()[1:]
+    assert "never armed" in first

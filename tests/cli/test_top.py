@@ -16,13 +16,17 @@ from rich.console import Console
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.cli.top_screen import screen
+from firmware_runtime.telemetry import fault_table
+from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import MODEL, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.worst_list import WorstList
 from tests.support.waiting import PATIENCE_S
 
-LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), worst=2)
+LAYOUT = Layout(
+    models=("imu",), timed=("imu",), buses=("i2c1",), worst=2, fault_models=("imu", "esc")
+)
 HEADER = {
     "models": {"imu": {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "skip"}},
     "conditions": {"board": "tachobot", "scheduler": "SCHED_FIFO", "scheduler_priority": 60},
@@ -159,6 +163,16 @@ def test_a_long_tail_of_lateness_leaves_room_for_the_rest(
     assert len(lines) <= height
     assert sum(int(line.split()[-1]) for line in bars) == lateness.samples
     assert sum("late, step" in line for line in lines) == LAYOUT.worst
+    assert lines[-1].startswith("q quit")
+
+
+def test_faults_are_shown_and_leave_room_for_the_rest(file: StatisticsFile) -> None:
+    kinds = [FaultCount(f"Kind{number}", 7, 0, 10**9, "moved " * 40) for number in range(6)]
+    fault_table.fill(file.cells[LAYOUT.faults], 0, kinds)
+    lines = drawn(file, 80, 24)
+    assert "faults 42" in lines[0]
+    assert sum(line.startswith("fault: imu Kind") for line in lines) == 4
+    assert len(lines) <= 24
     assert lines[-1].startswith("q quit")
 
 
