@@ -6,17 +6,16 @@ from typing import Final, NamedTuple
 from firmware_runtime.system.files import SystemFiles
 
 NODES: Final = "/dev/i2c-*"
-_NOT_FOR_ROBOTS: Final = (
-    ("the SMBus of the mainboard", re.compile(r"smbus|piix4|i801", re.IGNORECASE)),
-    (
-        "a display's (DDC)",
-        re.compile(
-            r"ddc|gmbus|dpaux|aux |hdmi|amdgpu|radeon|nvidia|nouveau|fef0[0-9]500\.i2c",
-            re.IGNORECASE,
-        ),
+_MAINBOARD: Final = ("the SMBus of the mainboard", re.compile(r"smbus|piix4|i801", re.IGNORECASE))
+_DISPLAY: Final = (
+    "a display's (DDC)",
+    re.compile(
+        r"ddc|gmbus|dpaux|aux |hdmi|amdgpu|radeon|nvidia|nouveau"
+        r"|fef0[0-9]500\.i2c|107d5082[08]0\.i2c",
+        re.IGNORECASE,
     ),
 )
-"""Adapters by a part of their names; a Raspberry Pi 4 calls its two HDMI buses fef04500.i2c, ..."""
+"""Adapters by a part of their names; the last two are the HDMI buses of a Raspberry Pi 4 and 5."""
 
 
 class Bound(NamedTuple):
@@ -46,12 +45,16 @@ def name(files: SystemFiles, node: str) -> str | None:
 def not_for_robots(files: SystemFiles, node: str) -> str | None:
     """Whose bus it is where it serves the computer itself: a display's, the mainboard's; or None.
 
-    The kernel hangs a graphics card's buses below the card (/drm/), whatever they are called.
+    Names tell, and so does the kernel: it hangs a graphics card's own buses below the card (/drm/),
+    and links the bus of a display to its connector.
     """
-    if "/drm/" in str(files.path(attribute(files, node, "name")).resolve()):
-        return _NOT_FOR_ROBOTS[1][0]
+    adapter = files.path(attribute(files, node, "name")).resolve().parent
+    connected = (files.path(link).resolve() for link in files.matching("/sys/class/drm/*/ddc"))
+    if "/drm/" in str(adapter) or adapter in connected:
+        return _DISPLAY[0]
     called = name(files, node) or ""
-    return next((whose for whose, pattern in _NOT_FOR_ROBOTS if pattern.search(called)), None)
+    kinds = (_MAINBOARD, _DISPLAY)
+    return next((whose for whose, pattern in kinds if pattern.search(called)), None)
 
 
 def bound(files: SystemFiles, node: str) -> list[Bound]:

@@ -23,6 +23,7 @@ from tests.support.fake_machines import lay_out, link
         ("DPDDC-A", True),
         ("AUX A/DDI A/PHY A", True),
         ("fef04500.i2c", True),
+        ("107d508280.i2c", True),
     ],
 )
 def test_buses_of_displays_and_mainboard_are_told_by_their_names(
@@ -37,6 +38,14 @@ def test_a_bus_that_hangs_below_a_graphics_card_is_a_displays(tmp_path: Path) ->
     card = "/sys/devices/pci0000:00/0000:00:02.0/drm/card0/card0-DP-1/i2c-5"
     files = lay_out(tmp_path, {"/dev/i2c-5": "", f"{card}/name": "of an unknown kind\n"})
     link(tmp_path, "/sys/bus/i2c/devices/i2c-5", tmp_path / card.lstrip("/"))
+    assert "display" in (i2c_adapters.not_for_robots(files, "/dev/i2c-5") or "")
+
+
+def test_a_bus_that_is_linked_to_a_connector_is_a_displays(tmp_path: Path) -> None:
+    files = lay_out(tmp_path, {"/dev/i2c-5": "", "/sys/bus/i2c/devices/i2c-5/name": "soc:i2c\n"})
+    assert i2c_adapters.not_for_robots(files, "/dev/i2c-5") is None
+    adapter = tmp_path / "sys/bus/i2c/devices/i2c-5"
+    link(tmp_path, "/sys/class/drm/card0-HDMI-A-1/ddc", adapter)
     assert "display" in (i2c_adapters.not_for_robots(files, "/dev/i2c-5") or "")
 
 
