@@ -51,6 +51,7 @@ VERBS = {
     "try": "try_chip",
     "deploy": "deploy",
     "service": "service",
+    "completion": "completion",
 }
 """Where each verb is, in this package."""
 
