@@ -15,7 +15,7 @@ def summary(statistics: Mapping[str, Any]) -> str:
     `100 Hz 99.98 % late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c1 11 % FIFO60
     governor=performance armed`: the rate of the fastest periodic model, the share of activations
     that ran on time, overruns, skipped of scheduled, lateness, buses, conditions, state. Before the
-    buses `faults 7`, if models reported any.
+    buses `faults 7`, if models reported any; before the state `overloaded`, if it has been.
     """
     parts = [*_activations(statistics), *_faults(statistics), *_buses(statistics)]
     parts += _conditions(statistics["conditions"])
@@ -86,4 +86,5 @@ def _conditions(conditions: Mapping[str, Any]) -> list[str]:
 def _state(run: Mapping[str, Any]) -> str:
     if run["state"] != "running":
         return str(run["state"])
-    return "armed" if run["armed"] else "disarmed"
+    state = "armed" if run["armed"] else "disarmed"
+    return state if run["overloaded_s"] is None else f"overloaded {state}"

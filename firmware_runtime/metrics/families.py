@@ -42,6 +42,9 @@ class Families:
         self._up = _gauge("up", "Whether the run is alive and its statistics can be read", board)
         self._armed = _gauge("armed", "Whether the run may drive its outputs", board)
         self._guarded = _gauge("guarded", "Whether a guard watches over the run", board)
+        self._overloaded = _gauge(
+            "overloaded", "Whether the run had no time left and gave up real-time priority", board
+        )
         self._age = _gauge(
             "heartbeat_age_seconds", "How far logical time is behind the clock", board
         )
@@ -84,6 +87,7 @@ class Families:
         self._up.add_metric([board], is_running)
         self._armed.add_metric([board], run["armed"])
         self._guarded.add_metric([board], run["guarded"])
+        self._overloaded.add_metric([board], run["overloaded_s"] is not None)
         age_ns = statistics.heartbeat_age_ns
         if is_running and age_ns is not None:
             self._age.add_metric([board], age_ns / SECOND)

@@ -91,6 +91,9 @@ def _beside(statistics: Mapping[str, Any]) -> Iterator[str]:
     dropped = statistics["conditions"]["run"]["inputs_dropped"]
     if dropped > 0:
         yield f"{count(dropped, 'input')} came too fast and found no room."
+    overloaded_s = statistics["conditions"]["run"]["overloaded_s"]
+    if overloaded_s is not None:
+        yield f"After {overloaded_s:.1f} s the loop had no time left."
     settings = len(refused(statistics["conditions"]))
     if settings > 0:
         things = count(settings, "setting")

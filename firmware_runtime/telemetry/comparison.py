@@ -33,6 +33,7 @@ from firmware_runtime.telemetry.layout import (
     STEPS,
     TIMELINE,
     WORST,
+    YIELDED,
     Layout,
 )
 from firmware_runtime.telemetry.statistics import NO_INSTANT, RunState, Statistics
@@ -93,6 +94,7 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
         )
     cells = _copy_of(first)
     cells[layout.timeline] = empty_cells(TIMELINE)
+    cells[YIELDED] = max(run.cells[YIELDED] for run in runs)  # that one was must not be lost
     for run in runs[1:]:
         for index in _counters(layout):
             cells[index] += run.cells[index]

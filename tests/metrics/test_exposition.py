@@ -105,6 +105,7 @@ def test_a_loop_that_has_not_begun_has_no_heartbeat_and_no_guard(directory: Path
     file = StatisticsFile(LAYOUT, HEADER, directory / "tachobot.stats")
     found = samples(exposition("tachobot", file.statistics()))
     assert found["firmware_runtime_guarded", "tachobot"] == 0
+    assert found["firmware_runtime_overloaded", "tachobot"] == 0
     assert ("firmware_runtime_heartbeat_age_seconds", "tachobot") not in found
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.cli.statistics_summary import summary
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
@@ -107,6 +108,7 @@ def test_priority_is_given_up_and_an_armed_run_disarmed(time: Time, fifo: list[s
     assert rig.arming.reason.startswith("overload: 100 %")
     assert "gives up SCHED_FIFO" in rig.told[0]
     assert rig.run["overloaded_s"] > 0
+    assert summary(rig.executive.statistics.as_json()).endswith(" overloaded disarmed")
 
 
 def test_without_priority_to_give_up_the_run_stays_armed_and_says_so(time: Time) -> None:
