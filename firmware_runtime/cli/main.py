@@ -98,9 +98,9 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         prog="firmware-runtime",
         description="Run DEVS models as the firmware of a robot.",
         epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, or "
-        "the run that was to be told something, "
-        "4 some output could not be switched off, 5 refused to arm, 6 what was waited for did "
-        "not happen, 7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
+        "the run that was to be told something, 4 some output could not be switched off, "
+        "5 refused to arm or to move, 6 what was waited for did not happen, "
+        "7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
         "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(

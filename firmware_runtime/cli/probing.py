@@ -102,4 +102,4 @@ def _in_use(files: SystemFiles, device: str) -> str:
     """Who drives it, as far as this user can see."""
     seen, _ = holders(files, [device])
     who = ", ".join(f"{each.command} ({each.process})" for each in seen) or "another process"
-    return f"left alone: {who} drives it; stop that run to probe"
+    return f"left alone: a run drives it ({who}); stop that run to probe"

@@ -16,7 +16,7 @@ class Status(IntEnum):
     NOT_SAFE = 4
     """The run ended, but some outputs could not be switched off."""
     REFUSED = 5
-    """Something speaks against arming; nothing was actuated."""
+    """Something speaks against arming, or a trial was not agreed to; nothing was actuated."""
     NOTHING_HAPPENED = 6
     """What was waited for did not happen."""
     DOCTOR_WARNS = 7

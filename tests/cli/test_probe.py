@@ -99,7 +99,10 @@ def test_a_bus_that_a_run_drives_is_left_alone(
     machine |= {"/dev/i2c-1": BusInUse("driven"), "/dev/i2c-7": tachobots_bus()}
     ended = command("probe")
     assert ended.status == 0
-    assert "/dev/i2c-1 (bcm2835 (i2c@7e804000))\n  left alone: another process drives" in ended.out
+    assert (
+        "/dev/i2c-1 (bcm2835 (i2c@7e804000))\n  left alone: a run drives it (another process)"
+        in ended.out
+    )
     assert command("probe", "1").status == 3
 
 
