@@ -12,13 +12,13 @@ from collections.abc import Sequence
 
 
 def text_of(error: BaseException) -> str:
-    """Return `str(error)`, or a sentence where its `__str__` raises; never raises an Exception.
+    """Return `str(error)`, or a sentence where its `__str__` raises, whatever that is.
 
     Errors are put into words before outputs are off: no text may keep them on.
     """
     try:
         return str(error)
-    except Exception as worse:  # noqa: BLE001 -- whatever it is, outputs come first
+    except BaseException as worse:  # noqa: BLE001 -- whatever it is, outputs come first
         return f"{type(error).__name__}, whose __str__ raised {type(worse).__name__}"
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_runtime.cli.chart import chart
+from firmware_runtime.cli.fault_text import fault_lines
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.series import Series
 from firmware_runtime.cli.session import Session
@@ -57,7 +58,10 @@ class Report:
         for warning in self._session.robot.warnings:
             print(f"firmware-runtime: warning: {warning}", file=sys.stderr)
         if self._json:
-            print(json.dumps(self._as_json(outcome), allow_nan=False))
+            found = self._as_json(outcome)
+            for line in fault_lines(found["statistics"]):
+                print(f"firmware-runtime: fault: {line}", file=sys.stderr)
+            print(json.dumps(found, allow_nan=False))
         else:
             print("\n".join(self._as_text(outcome)))
 

@@ -149,13 +149,22 @@ class RaisingClock(VirtualClock):
 
 
 class Unprintable(RuntimeError):
-    """An error whose text cannot be had."""
+    """An error whose text cannot be had, on pain of `worse`."""
+
+    worse: BaseException = ValueError("no words")
 
     def __str__(self) -> str:
-        raise ValueError("no words")
+        raise self.worse
 
 
-def test_an_error_that_cannot_be_printed_leaves_nothing_on() -> None:
+class Deadly(Unprintable):
+    """One whose text would end the interpreter."""
+
+    worse = SystemExit(0)
+
+
+@pytest.mark.parametrize("kind", [Unprintable, Deadly])
+def test_an_error_that_cannot_be_printed_leaves_nothing_on(kind: type[Unprintable]) -> None:
     made_safe: list[int] = []
 
     def make_safe() -> list[str]:
@@ -163,13 +172,13 @@ def test_an_error_that_cannot_be_printed_leaves_nothing_on() -> None:
         return []
 
     def work(_number: int) -> NoReturn:
-        raise Unprintable
+        raise kind
 
     robot = Robot()
     robot.imu.work = work
     outcome = Executive(robot, VirtualClock(), make_safe).run()
     assert outcome.state is RunState.FAILED
-    assert "Unprintable" in outcome.reason
+    assert kind.__name__ in outcome.reason
     assert (len(made_safe), robot.thrust.exits) == (1, 1)
 
 
