@@ -17,7 +17,7 @@ from firmware_runtime.devs.errors import (
     TimeAdvanceError,
 )
 from firmware_runtime.devs.functions import Instrument, bind
-from firmware_runtime.devs.listening import Hear, Listening
+from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
@@ -157,7 +157,7 @@ class Engine(ABC):
         atomic.sigma = at - self._last[number]
         self._agenda.book(number, at)
 
-    def listen(self, port: OutPort[T], hear: Hear[T]) -> Listening:
+    def listen(self, port: OutPort[T], hear: Listener[T]) -> Listening:
         """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
 
         A value is heard after it was sent on; listeners hear in the order in which they came. What

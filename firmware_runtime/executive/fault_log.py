@@ -32,14 +32,14 @@ class CountedFault(FaultCount):
 class FaultLog:
     """The faults of one run; `counted` has an entry for each kind of each model, as they came.
 
-    `untold` is true while something was noted that is not in the file yet.
+    `pending` is true while something was noted that is not in the file yet.
     """
 
     def __init__(self) -> None:
         self.counted: list[CountedFault] = []
         self.models: tuple[str, ...] = ()
         """Those that have a port for faults, by path."""
-        self.untold: list[CountedFault] = []
+        self.pending: list[CountedFault] = []
         self._by_kind: list[dict[str, CountedFault]] = []
         self._block = empty_cells(0)
 
@@ -70,11 +70,11 @@ class FaultLog:
         if counted.sentence != fault.reason:
             counted.sentence = fault.reason
             counted.is_in_new_words = True
-        self.untold.append(counted)
+        self.pending.append(counted)
 
     def write(self) -> None:
         """Move what was noted into the file; within a section."""
-        for counted in self.untold:
+        for counted in self.pending:
             if counted.cells[0] == 0:
                 fault_table.write(counted.cells, counted)
             else:
@@ -82,7 +82,7 @@ class FaultLog:
                     counted.cells, counted, in_new_words=counted.is_in_new_words
                 )
             counted.is_in_new_words = False
-        self.untold.clear()
+        self.pending.clear()
 
     def last_of(self, path: str) -> CountedFault | None:
         """The kind of fault that a model reported last; None if it reported none."""

@@ -136,7 +136,7 @@ class Ledger:
 
     def _read_counters(self) -> None:
         cells = self.file.cells
-        if self._faults.untold:
+        if self._faults.pending:
             self._faults.write()
         cells[INPUTS_DROPPED] = self._inbox.dropped
         for meter in self._meters:
