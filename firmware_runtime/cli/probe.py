@@ -39,6 +39,11 @@ def add_to(verbs: SubParsers) -> None:
         "bus", nargs="?", metavar="BUS", help="a bus by its number or device node; default: all"
     )
     where.add_argument("--doubles", metavar="BOARD", help="the buses of a board's doubles instead")
+    verb.add_argument(
+        "--board",
+        metavar="BOARD",
+        help="compare with this board, or the path of your own board.toml; default: all known",
+    )
     verb.add_argument("--json", action="store_true", help="print everything as JSON")
 
 
@@ -51,7 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         probed = list(probe_machine(THIS_MACHINE))
     asked = [bus for bus in probed if bus.was_asked]
-    fits, unsound = _fits(asked)
+    fits, unsound = _fits(_boards(arguments), asked)
     if arguments.json:
         print(json.dumps(_document(probed, fits), indent=2))
     else:
@@ -68,11 +73,23 @@ def _doubles(name: str) -> list[ProbedBus]:
     ]
 
 
-def _fits(asked: Sequence[ProbedBus]) -> tuple[list[Fit], list[str]]:
-    """Every board that is known beside what was found; those whose file is broken by name."""
+def _boards(arguments: argparse.Namespace) -> list[str]:
+    """The board to compare with, else all that are known; doubles stand for their own board."""
+    if arguments.board is not None:
+        boards.registry.load(arguments.board)  # one that is named must be sound
+        return [arguments.board]
+    known = boards.registry.names()
+    if arguments.doubles is None:
+        return known
+    kind = boards.registry.load(arguments.doubles).name
+    return [arguments.doubles if name == kind else name for name in known]
+
+
+def _fits(compared: Sequence[str], asked: Sequence[ProbedBus]) -> tuple[list[Fit], list[str]]:
+    """These boards beside what was found; those whose file is broken by name."""
     fits: list[Fit] = []
     unsound: list[str] = []
-    for name in boards.registry.names():
+    for name in compared:
         try:
             fits.append(fit(boards.registry.load(name), asked))
         except BoardError:

@@ -15,6 +15,7 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.inertial_truth import InertialTruth
 from tests.support.fake_machines import lay_out, link
+from tests.support.second_choice_board import second_choice_board
 
 REST = InertialTruth((0.0, 0.0, 9.8), (0.0, 0.0, 0.0), (2e-5, 0.0, -4e-5), 25.0)
 
@@ -70,6 +71,17 @@ def test_the_json_says_the_same(command: Callable[..., Any]) -> None:
     assert document["boards"]["tachobot"]["missing"] == [
         {"key": "imu", "chip": "MPU-9250", "bus": "i2c1", "address": 0x68}
     ]
+
+
+def test_a_board_of_ones_own_is_compared_by_its_file(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    own = second_choice_board(tmp_path)
+    assert "detective fits /dev/i2c-1" in command("probe", "--doubles", own).out
+    ended = command("probe", "--doubles", own, "--board", "tachobot")
+    assert "tachobot does not fit" in ended.out
+    assert "detective" not in ended.out.partition("\n\n")[2]
+    assert command("probe", "--doubles", own, "--board", tmp_path / "none.toml").status == 2
 
 
 def test_a_board_on_another_bus_comes_with_what_to_set(
