@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from importlib import import_module
+from pathlib import Path
 from time import monotonic_ns
 from typing import Final, NamedTuple, TypeAlias
 
@@ -58,11 +59,11 @@ def single(chip: Triable, arguments: argparse.Namespace) -> Iterator[Single]:
 
 def _bus(arguments: argparse.Namespace) -> I2cBus:
     device = device_of(arguments.bus)
-    return open_i2c(device, device, alone=True)
+    return open_i2c(Path(device).name, device, alone=True)
 
 
 def _port(chip: OnPort, arguments: argparse.Namespace) -> SerialPort:
-    return open_serial(arguments.port, arguments.port, chip.baud)
+    return open_serial(Path(arguments.port).name, arguments.port, chip.baud)
 
 
 # Doubles -----------------------------------------------------------------------------------------

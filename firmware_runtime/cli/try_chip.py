@@ -127,7 +127,7 @@ def _is_agreed(actuator: Actuator, arguments: argparse.Namespace) -> bool:
     if arguments.yes or arguments.doubles:
         tell(what, sys.stderr)
         return True
-    if not sys.stdin.isatty():
+    if sys.stdin is None or not sys.stdin.isatty():
         raise BoardError("try", ["this moves something; expected --yes, or a terminal to ask at"])
     tell(f"{what}.\nCtrl-C switches off; after kill -9 it stays on: no guard watches.", sys.stderr)
     sys.stderr.write("Propellers off, wheels off the ground? [y/N] ")

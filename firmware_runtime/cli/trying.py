@@ -106,13 +106,14 @@ def drive(actuator: Actuator, pace: Pace, span: int, show: Show) -> bool:
     Bringing up before and switching off afterwards, whatever happened, are the caller's part.
     """
     begun_at = pace.now()
-    while True:
+    stopped = pace.wait(0)
+    while not stopped:
         show(pace.now() - begun_at, actuator.move())
         left = begun_at + span - pace.now()
         if left <= 0:
             return False
-        if pace.wait(min(left, actuator.repeat_ns)):
-            return True
+        stopped = pace.wait(min(left, actuator.repeat_ns))
+    return True
 
 
 def switch_off(actuator: Actuator) -> list[str]:

@@ -68,6 +68,14 @@ def test_nothing_moves_without_a_terminal_that_could_be_asked(
     assert not chip.bus.log  # type: ignore[attr-defined]
 
 
+def test_nothing_moves_where_there_is_no_standard_input(
+    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    assert command(*MOVE).status == 2
+    assert not chip.bus.log  # type: ignore[attr-defined]
+
+
 @pytest.mark.parametrize(("answer", "status"), [("y\n", 0), ("n\n", 5), ("\n", 5), ("", 5)])
 def test_what_moves_is_asked_first_at_a_terminal(
     command: Callable[..., Any],

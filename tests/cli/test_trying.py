@@ -126,6 +126,13 @@ def test_an_actuator_moves_for_its_time_and_is_off_afterwards(name: str) -> None
 
 
 @pytest.mark.parametrize("name", sorted(MOVES))
+def test_a_stop_that_came_before_lets_nothing_move(name: str) -> None:
+    rig = Rig(name, TrialPace(stop_at=0), **MOVES[name])
+    assert drive(rig.actuator, rig.pace, SECOND, rig.show) is True
+    assert not rig.is_moving
+
+
+@pytest.mark.parametrize("name", sorted(MOVES))
 def test_a_stop_ends_moving_at_once(name: str) -> None:
     rig = Rig(name, TrialPace(stop_at=2 * SECOND), **MOVES[name])
     assert rig.drive(50 * SECOND) is True
