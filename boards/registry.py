@@ -5,6 +5,7 @@ import importlib
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -29,6 +30,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import BoardError
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.telemetry.whole_file import read_file
 
 _FOLDER = Path(__file__).parent
 FILE = "board.toml"
@@ -117,19 +119,39 @@ def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
     return board
 
 
-def load_table(source: Path) -> Board:
-    """Read a board's `table` again, kept as JSON. Raises BoardError, also if there is none."""
-    try:
-        table = json.loads(_read(source))
-    except (ValueError, RecursionError) as error:
-        raise BoardError(str(source), [f"{error}; expected JSON"]) from error
+def kept_table(board: Board) -> str:
+    """A board's `table` as JSON, with the path of the file that it came from."""
+    return json.dumps({"source": os.path.realpath(board.source), "table": board.table})
+
+
+def load_table(kept: Path) -> Board:
+    """The board of a `table` that was kept in a file. Raises BoardError, also if there is none."""
+    _, table = _kept(kept)
     if not isinstance(table, dict):
-        raise BoardError(str(source), [f"{type(table).__name__}; expected a JSON object"])
+        raise BoardError(str(kept), [f"{type(table).__name__}; expected a JSON object"])
     faults: list[str] = []
     table = strict.bounded(table, faults)
     if faults:
-        raise BoardError(str(source), faults)
-    return _board(source, (), table, [])
+        raise BoardError(str(kept), faults)
+    return _board(kept, (), table, [])
+
+
+def is_kept_of(kept: Path, board: str) -> bool:
+    """Whether a kept table came from the file at a path, or in its folder, be it there or not."""
+    with suppress(BoardError):
+        return _kept(kept)[0] in {os.path.realpath(each) for each in (board, Path(board) / FILE)}
+    return False
+
+
+def _kept(path: Path) -> tuple[object, object]:
+    """The file that a kept table came from, and the table. Raises BoardError."""
+    try:
+        kept = json.loads(_read(path))
+    except (ValueError, RecursionError) as error:
+        raise BoardError(str(path), [f"{error}; expected JSON"]) from error
+    if isinstance(kept, dict) and "board" not in kept:
+        return kept.get("source"), kept.get("table")
+    return None, kept  # as earlier versions kept it
 
 
 def _board(
@@ -208,7 +230,7 @@ def _not_found(board: str) -> str:
 
 def _read(source: Path) -> str:
     try:
-        return source.read_text(encoding="utf-8")
+        return read_file(source).decode()
     except (OSError, UnicodeDecodeError) as error:
         raise BoardError(str(source), [f"cannot be read: {error}"]) from error
 

@@ -2,12 +2,13 @@
 
 import argparse
 import sys
+from contextlib import suppress
 from pathlib import Path
 
+from boards.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.outputs import Outputs
-from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import until_signal
 from firmware_runtime.devs.time import seconds
@@ -15,6 +16,7 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
 from firmware_runtime.service.guard import Guard
 from firmware_runtime.service.notices import Notices
+from firmware_runtime.system.sentences import Sentences
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.refusals import refusals
 from firmware_runtime.telemetry.takeovers import TakeoverFile
@@ -47,34 +49,45 @@ def add_doubles(verb: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Watch until a signal comes; a run that still goes on then is left alone."""
+    """Watch until a signal comes; a run that still goes on then is left alone.
+
+    All that a takeover takes is imported, opened and locked before it says that it watches.
+    """
     board = chosen_board(arguments.board, arguments.assignments)
     path = arguments.statistics or default_path(board.name)
     outputs = Outputs(board, arguments.doubles, path)
     notices = Notices.from_environment()
+    printed, errors = Sentences(sys.stdout), Sentences(sys.stderr)
 
     def say(what: str) -> None:
-        tell(f"guard: {what}", sys.stdout)
+        printed.say(f"guard: {what}")
         notices.status(what)
 
     stall = seconds(board.settings.guard.stall_s)
     guard = Guard(path, outputs, stall, say, TakeoverFile(path).write)
-    priority = min(board.settings.executive.fifo_priority + 1, 99)
-    asked = ProcessSettings(
-        fifo_priority=priority if board.settings.executive.fifo_priority > 0 else 0,
-        lock_memory=board.settings.executive.lock_memory,
-    )
-    with in_force(asked, MonotonicClock()) as granted, until_signal() as signal:
+    outputs.prepare()
+    with in_force(_asked(board), MonotonicClock()) as granted, until_signal() as signal:
+        if not board.settings.executive.lock_memory:
+            del granted[
+                "lock_memory"
+            ]  # not asked for by the board: where it is not granted, so be it
         for refusal in refusals({"settings": granted}):
             say(refusal)
         say(f"watching {path}")
         notices.ready()
         while not signal.came:
             guard.look()
-            notices.alive()
+            with suppress(MemoryError):
+                notices.alive()
             guard.wait(signal.fileno())
     notices.stopping()
     outputs.close()
     for failure in guard.failed:
-        tell(f"firmware-runtime: not made safe: {failure}", sys.stderr)
+        errors.say(f"firmware-runtime: not made safe: {failure}")
     return Status.NOT_SAFE if guard.failed else Status.OK
+
+
+def _asked(board: Board) -> ProcessSettings:
+    """Before the run it watches, so that a loop without an end leaves it the processor."""
+    fifo = board.settings.executive.fifo_priority
+    return ProcessSettings(fifo_priority=min(fifo + 1, 99) if fifo > 0 else 0, lock_memory=True)

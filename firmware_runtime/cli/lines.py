@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from boards.lines import Lines
 from boards.registry import Board
 from drivers.permit import Permit, always
+from firmware_runtime.errors import text_of
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.enable_line import EnableLine
@@ -51,24 +52,34 @@ def open_lines(
     return Lines(buses, ports, permit, enable)
 
 
-def reach_lines(board: Board, doubles: "Doubles | None") -> Lines:
+def reach_lines(board: Board, doubles: "Doubles | None", held: Lines | None = None) -> Lines:
     """Every line that can be opened, for whoever only switches off; the others say why not.
 
-    One that is gone must not keep those that are there from being used. Nobody is kept out, and the
-    enable line belongs to whoever drives.
+    One that is gone must not keep those that are there from being used. What was `held` before is
+    closed, but for a line that can be opened no more: that is kept as it is. No process is kept
+    out, and the enable line belongs to whoever drives.
     """
+    held = held or Lines({})
     buses: dict[str, I2cBus] = {}
     ports: dict[str, SerialPort] = {}
     for name in board.settings.buses:
+        before = held.buses.get(name)
         try:
             buses[name] = _bus(board, doubles, name, NO_TIME, alone=False)
-        except HalError as error:
-            buses[name] = AbsentBus(name, str(error).removeprefix(f"{name}: "))
+        except (HalError, OSError) as error:
+            buses[name] = before or AbsentBus(name, text_of(error).removeprefix(f"{name}: "))
+        else:
+            if before is not None:
+                before.close()
     for name in board.ports:
+        held_port = held.ports.get(name)
         try:
             ports[name] = _port(board, doubles, name, NO_TIME, alone=False)
-        except HalError as error:
-            ports[name] = AbsentPort(name, str(error).removeprefix(f"{name}: "))
+        except (HalError, OSError) as error:
+            ports[name] = held_port or AbsentPort(name, text_of(error).removeprefix(f"{name}: "))
+        else:
+            if held_port is not None:
+                held_port.close()
     return Lines(buses, ports)
 
 

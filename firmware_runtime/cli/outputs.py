@@ -1,6 +1,7 @@
 """A board's outputs, held by a process that runs no model: all it can do is switch them off."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from boards.registry import Board
 from boards.robot import Robot
 from firmware_runtime.cli.lines import close_lines, reach_lines, served_doubles
 from firmware_runtime.cli.settings_in_force import kept_settings
-from firmware_runtime.errors import text_of
+from firmware_runtime.errors import BoardError, text_of
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.linux_node import check_node
 from firmware_runtime.hal.noting import NotingBus, NotingPort
@@ -34,11 +35,12 @@ def switched_off(board: Board, doubles: Path | None) -> list[str]:
 
 
 class Outputs:
-    """Opens the board's buses when they are needed, and anew after every failure.
+    """Opens the board's buses once and keeps them open; opens them again after every failure.
 
-    A bus that cannot be opened keeps no other from being written to. `doubles` is where they are
-    served, None on the real robot; a run keeps its statistics at `statistics`, and beside them its
-    settings. Nothing is locked: whoever drives the outputs at the time cannot keep us out.
+    A bus that cannot be opened keeps no other from being written to; one that cannot be opened
+    again is used as it is. `doubles` is where they are served, None on the real robot; a run keeps
+    its statistics at `statistics`, and beside them its settings. Nothing is locked: whoever drives
+    the outputs at the time cannot keep us out.
     """
 
     def __init__(self, board: Board, doubles: Path | None, statistics: Path | None) -> None:
@@ -46,6 +48,13 @@ class Outputs:
         self._statistics = statistics
         self._doubles = doubles
         self._opened: tuple[Lines, Robot] | None = None
+        self._has_failed = False
+
+    def prepare(self) -> None:
+        """Import, build and open now what switching off takes, as far as it is there."""
+        switched_off(self._board, self._doubles)
+        with suppress(HalError, BoardError):  # it may come later, with the run
+            self._open()
 
     def make_safe(self) -> list[str]:
         """Write full-off to every chip; return what failed, one sentence each."""
@@ -53,8 +62,7 @@ class Outputs:
             failed = self._robot().make_safe()
         except HalError as error:
             failed = [text_of(error)]
-        if failed:
-            self.close()
+        self._has_failed = failed != []
         return failed
 
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
@@ -74,10 +82,11 @@ class Outputs:
         return None
 
     def reach(self) -> None:
-        """Raise HalError where a bus or port could not be opened if it were needed now."""
+        """Open every bus and port, and keep them open. Raises HalError where one cannot be."""
         if self._doubles is None:
             for name, line in (self._board.settings.buses | self._board.ports).items():
                 check_node(name, line.device)
+        self._open()
 
     def close(self) -> None:
         """Release the buses."""
@@ -95,10 +104,18 @@ class Outputs:
         return True
 
     def _robot(self) -> Robot:
+        """The robot on its lines, opened again after a failure. Raises HalError if it cannot be."""
         if self._opened is None:
-            doubles = None
-            if self._doubles is not None:
-                doubles = served_doubles(self._board, self._doubles, alone=False)
-            lines = reach_lines(self._board, doubles)
-            self._opened = lines, self._board.build(lines)
-        return self._opened[1]
+            self._open()
+        elif self._has_failed:
+            with suppress(Exception):  # no descriptor, no memory, no doubles: what is open is used
+                self._open()
+        return self._opened[1]  # type: ignore[index] # opened, or raised
+
+    def _open(self) -> None:
+        doubles = None
+        if self._doubles is not None:
+            doubles = served_doubles(self._board, self._doubles, alone=False)
+        held = None if self._opened is None else self._opened[0]
+        lines = reach_lines(self._board, doubles, held)
+        self._opened = lines, self._board.build(lines)

@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from time import monotonic_ns
 
 from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.session import Session
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.system.sentences import Sentences
 
 EVERY = 250 * MILLISECOND
 """Ns of real time between two lines."""
@@ -67,16 +67,20 @@ class ProgressLine:
 
 
 class Messages:
-    """Sentences for standard error while a run lasts; the line of progress makes room for them."""
+    """Sentences for standard error while a run lasts, none of which waits for a reader.
+
+    The line of progress makes room for them.
+    """
 
     def __init__(self) -> None:
         self.terminal: OwnTerminal | None = None
+        self._errors = Sentences(sys.stderr)
 
     def __call__(self, what: str) -> None:
         """Print one."""
         if self.terminal is not None:
             self.terminal.clear()
-        tell(f"firmware-runtime: {what}", sys.stderr)
+        self._errors.say(f"firmware-runtime: {what}")
 
 
 @contextmanager

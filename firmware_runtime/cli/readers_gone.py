@@ -7,8 +7,10 @@ printed for another reason, such as a full disk, is one sentence and a status of
 import os
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any, TextIO, cast
+
+from firmware_runtime.system.sentences import Sentences
 
 
 class OutputError(OSError):
@@ -87,7 +89,8 @@ def _print_nowhere(streams: Iterable[TextIO | None]) -> None:
     os.close(nowhere)
 
 
-def tell(what: str, stream: TextIO) -> None:
-    """Print a line for whoever reads it: that nobody does, or a full disk, is no reason to stop."""
-    with suppress(OSError):
-        print(what, file=stream, flush=True)
+def tell(what: str, stream: TextIO | None) -> None:
+    """Print one line without waiting: no reader, a slow one or a full disk is no reason to stop."""
+    printed = Sentences(stream)
+    printed.say(what)
+    printed.close()

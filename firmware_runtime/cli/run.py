@@ -139,7 +139,7 @@ def _run(
     executive = session.executive
     try:
         draw = _plotting(session, arguments.plot)
-        report = Report(session, arguments)
+        report = Report(session, arguments, messages)
         with (
             tracing(session.executive.simulator, arguments.trace),
             _serving(session, notices, messages) as reload,

@@ -3,7 +3,7 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from firmware_runtime.cli.chart import chart
@@ -18,10 +18,16 @@ from firmware_runtime.telemetry.statistics import RunState
 
 
 class Report:
-    """Begins with what is about to run, ends with how it went."""
+    """Begins with what is about to run, ends with how it went.
 
-    def __init__(self, session: Session, arguments: argparse.Namespace) -> None:
+    `say` prints a sentence to standard error. Only the result, at the very end, waits for a reader.
+    """
+
+    def __init__(
+        self, session: Session, arguments: argparse.Namespace, say: Callable[[str], None]
+    ) -> None:
         self._session = session
+        self._say = say
         self._clock = arguments.clock
         self._json = arguments.json
         self._chips = {False: "its chips", True: "doubles"}.get(
@@ -38,6 +44,8 @@ class Report:
 
     def begin(self) -> None:
         """Say what runs, for how long, and on what."""
+        if self._session.replaced is not None:
+            self._say(f"{self._session.replaced}; this run's take its place")
         if self._json:
             return
         board = self._session.board
@@ -52,11 +60,11 @@ class Report:
     def end(self, outcome: Outcome) -> None:
         """Print the result; sentences on what went wrong go to standard error."""
         if self._has_failed(outcome):
-            print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
+            self._say(outcome.reason)
         for fault in outcome.faults:
-            print(f"firmware-runtime: not made safe: {fault}", file=sys.stderr)
+            self._say(f"not made safe: {fault}")
         for warning in self._session.robot.warnings:
-            print(f"firmware-runtime: warning: {warning}", file=sys.stderr)
+            self._say(f"warning: {warning}")
         if self._json:
             found = self._as_json(outcome)
             for line in fault_lines(found["statistics"]):

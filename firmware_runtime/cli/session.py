@@ -71,8 +71,10 @@ class Session:
             self.doubles = self.bench = bench_for(board, self.world_now)
         permit = always if arming is None else arming.permit
         self._lines = open_lines(board, self.doubles, permit, self.world_now)
+        self.replaced: str | None = None
+        """What is wrong with the file that this run's statistics replace, if it is damaged."""
         if statistics_path is not None:
-            keep_clear_of_other_runs(statistics_path)
+            self.replaced = keep_clear_of_other_runs(statistics_path)
         self._control = None if arming is None else self._listen(arming, statistics_path)
         self.robot: Robot = board.build(self._lines)
         self._ports: PortsSocket | None = None

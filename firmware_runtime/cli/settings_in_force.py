@@ -2,10 +2,12 @@
 
 A board's file may be changed, or broken, while a robot runs by what stood there before. Whoever
 switches off for that run must mean its chips and not those of the file: `BOARD.settings` has them,
-as JSON, overrides of the command line included.
+overrides of the command line included, and the path of the file they came from:
+
+    {"source": "/home/pi/mine.toml", "table": {"board": "tachobot", ...}}
 """
 
-import json
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,7 +15,8 @@ import boards.registry
 from boards.registry import Board
 from firmware_runtime.errors import BoardError
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.whole_file import replace_file
+from firmware_runtime.telemetry.paths import SUFFIX as STATISTICS_SUFFIX
+from firmware_runtime.telemetry.whole_file import OWN_AND_GROUP, replace_file
 
 SUFFIX = ".settings"
 
@@ -28,19 +31,29 @@ def keep_settings(board: Board, statistics: Path) -> None:
     path = settings_path(statistics)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, json.dumps(board.table).encode())
+        replace_file(path, boards.registry.kept_table(board).encode(), OWN_AND_GROUP)
     except OSError as error:
         raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
 
 
 def kept_settings(statistics: Path | None) -> Board | None:
-    """What a run left in force; None if all its outputs are off, or nobody can tell."""
+    """What a run left in force; None if all its outputs are off, or it cannot be read."""
     if statistics is None:
         return None
     try:
         return boards.registry.load_table(settings_path(statistics))
     except BoardError:
         return None
+
+
+def kept_for(board: str, directories: Iterable[Path]) -> list[Path]:
+    """The statistics of the runs in these directories whose settings came from this file."""
+    return [
+        path.with_suffix(STATISTICS_SUFFIX)
+        for directory in directories
+        for path in sorted(directory.glob(f"*{SUFFIX}"))
+        if boards.registry.is_kept_of(path, board)
+    ]
 
 
 def forget_settings(statistics: Path | None) -> None:

@@ -10,15 +10,15 @@ from firmware_runtime.errors import BoardError
 
 
 class SocketFile:
-    """A socket that never blocks, bound to a path; its mode is 0660 less the umask.
+    """A socket that never blocks, bound to a path; its mode is as stated, less the umask.
 
     One that an earlier process left there is replaced. Raises BoardError if it cannot be made.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, mode: int = 0o660) -> None:
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         try:
-            os.fchmod(self.socket.fileno(), 0o660)  # from this mode `bind` takes the umask off
+            os.fchmod(self.socket.fileno(), mode)  # from this mode `bind` takes the umask off
             path.parent.mkdir(parents=True, exist_ok=True)
             path.unlink(missing_ok=True)
             self.socket.bind(os.fspath(path))
@@ -26,7 +26,7 @@ class SocketFile:
             self.socket.close()
             fault = f"{path}: no socket can be made here ({error.strerror or error})"
             expected = "expected another place for the statistics"
-            raise BoardError("ports", [f"{fault}; {expected}"]) from error
+            raise BoardError(path.name, [f"{fault}; {expected}"]) from error
         self._end = weakref.finalize(self, _unbind, self.socket, path, _identity(path))
 
     def close(self) -> None:

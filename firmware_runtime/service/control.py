@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.links.socket_file import SocketFile
 
 SUFFIX = ".control"
 PATIENCE_S = 2.0
@@ -36,16 +37,15 @@ def control_path(statistics: Path) -> Path:
 
 
 class ControlSocket:
-    """The run's end, a source of its loop; `answers` has a function for every request."""
+    """The run's end, a source of its loop; `answers` has a function for every request.
+
+    Raises BoardError if the socket cannot be made.
+    """
 
     def __init__(self, path: Path, answers: Mapping[str, Callable[[], Answer]]) -> None:
-        self._path = path
         self._answers = answers
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self._socket.bind(os.fspath(path))
-        path.chmod(0o600)
+        self._file = SocketFile(path, 0o600)
+        self._socket = self._file.socket
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when there is a request."""
@@ -61,9 +61,8 @@ class ControlSocket:
         return ()
 
     def close(self) -> None:
-        """Stop listening."""
-        self._socket.close()
-        self._path.unlink(missing_ok=True)
+        """Stop listening; the socket of another run that has taken this one's place stays."""
+        self._file.close()
 
     def _answer(self, request: bytes) -> Answer:
         answer = self._answers.get(request.decode(errors="replace"))

@@ -23,7 +23,7 @@ import msgspec
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.telemetry.process_identity import boot_id
-from firmware_runtime.telemetry.whole_file import replace_file
+from firmware_runtime.telemetry.whole_file import read_file, replace_file
 
 SUFFIX: Final = ".starts"
 HEALTHY_AFTER: Final = 60 * SECOND
@@ -58,7 +58,7 @@ def pause_after(failed: int) -> int:
 def read_starts(statistics: Path) -> Starts | None:
     """Those of this boot; None where none are counted, or what is there is no such file."""
     try:
-        found = msgspec.json.decode(starts_path(statistics).read_bytes(), type=Starts)
+        found = msgspec.json.decode(read_file(starts_path(statistics)), type=Starts)
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return None
     boots = {found.boot_id, boot_id()} - {""}  # empty where a service may not see it

@@ -8,25 +8,29 @@ from firmware_runtime.telemetry.layout import STATE
 from firmware_runtime.telemetry.mapped_file import CELL
 from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.statistics import RunState
-from firmware_runtime.telemetry.statistics_file import SAVED, STATISTICS
+from firmware_runtime.telemetry.statistics_file import SAVED, STATISTICS, driver_of
 
 
-def keep_clear_of_other_runs(path: Path) -> None:
+def keep_clear_of_other_runs(path: Path) -> str | None:
     """Refuse a path that is in use: its guard and its control socket would be taken from a run.
 
-    Only a run with outputs outside its own process has either. Raises StatisticsFileError.
+    Only a run with outputs outside its own process has either. Returns what is wrong with a file
+    there that is damaged: a run may replace it. Raises StatisticsFileError for one in use.
     """
+    if not os.path.lexists(path):
+        return None
     try:
         with STATISTICS.opened(path) as file:
-            header = file.header
+            writer, conditions = driver_of(file)
             state: int = CELL.unpack(file.read(STATE * CELL.size, CELL.size))[0]
-    except StatisticsFileError:
-        return  # none, or none of ours: it will be replaced
-    if SAVED in header or "switched_off" not in header["conditions"]:
-        return
-    writer = header["writer"]
+            is_copy = SAVED in file.header
+    except StatisticsFileError as error:
+        return str(error)
+    if is_copy or "switched_off" not in conditions:
+        return None
     if state == RunState.RUNNING and writer["pid"] != os.getpid() and is_running(writer):
         raise StatisticsFileError(
             f"{path}: process {writer['pid']} drives a robot and keeps its statistics there, where "
             "its guard looks; expected another file, see --statistics"
         )
+    return None

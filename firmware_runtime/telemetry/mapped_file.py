@@ -18,6 +18,7 @@ full disk refuses the run instead of killing it later. Whoever else reads or wri
 import json
 import mmap
 import os
+import stat
 import struct
 import weakref
 from collections.abc import Iterator, Mapping
@@ -33,6 +34,8 @@ PREFIX = struct.Struct("=8s3q")
 CELL = struct.Struct("=q")
 _MODE = 0o640
 """The owner writes, the group may read: a robot's operators need not be root."""
+_LONGEST_HEADER = 1 << 24
+"""Bytes; a header that says it is longer is damaged, and must not fill the memory of who reads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,30 +69,18 @@ class Kind:
             ) from error
         return memoryview(memory)[len(start) :].cast("q")
 
-    def attach(self, path: Path) -> tuple[dict[str, Any], "SharedCells"]:
-        """Open a file that another process writes too; return its header, and its cells.
-
-        Raises StatisticsFileError when there is none, it is not whole, or may not be written.
-        """
-        with self.opened(path) as file:
-            try:
-                descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
-            except OSError as error:
-                fault = f"{path}: the {self.name} cannot be written ({error.strerror})"
-                raise StatisticsFileError(f"{fault}; expected to be of its owner's") from error
-            return file.header, SharedCells(file, descriptor)
-
     @contextmanager
-    def opened(self, path: Path) -> Iterator["ReadableFile"]:
-        """Open a file for reading, its prefix and header checked.
+    def opened(self, path: Path, mode: int = os.O_RDONLY) -> Iterator["ReadableFile"]:
+        """Open a file, its prefix and header checked; a FIFO in its place is not waited for.
 
         Raises StatisticsFileError when there is none, when it is cut short, or when it is not of
         this kind and schema.
         """
         try:
-            descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+            descriptor = os.open(path, mode | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
         except OSError as error:
-            fault = f"{path}: the {self.name} cannot be read ({error.strerror})"
+            action = "read" if mode == os.O_RDONLY else "written"
+            fault = f"{path}: the {self.name} cannot be {action} ({error.strerror})"
             raise StatisticsFileError(f"{fault}; expected a run to have written it") from error
         try:
             yield ReadableFile(self, path, descriptor)
@@ -107,6 +98,9 @@ class ReadableFile:
         self.path = path
         self._kind = kind
         self._descriptor = descriptor
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
+            raise self.damaged("it is no regular file")
         prefix = os.pread(descriptor, PREFIX.size, 0)
         if prefix[: len(kind.magic)] != kind.magic:
             raise self.damaged(f"it starts with {prefix[:8]!r}, expected {kind.magic!r}")
@@ -120,11 +114,10 @@ class ReadableFile:
             raise StatisticsFileError(
                 f"{path}: schema {schema}; this program reads schema {kind.schema}"
             )
-        actual = os.fstat(descriptor).st_size
-        if actual != self._size:
-            raise self.damaged(f"{actual} bytes, expected {self._size}")
+        if status.st_size != self._size:
+            raise self.damaged(f"{status.st_size} bytes, expected {self._size}")
         self._first = PREFIX.size + header_size
-        if not PREFIX.size <= self._first <= self._size:
+        if not PREFIX.size <= self._first <= min(self._size, _LONGEST_HEADER):
             raise self.damaged(f"a header of {header_size} bytes in a file of {self._size}")
         self.header: dict[str, Any] = self._read_header(header_size)
 
@@ -140,6 +133,10 @@ class ReadableFile:
         if len(cells) != wanted:
             raise self.damaged(f"cut to {self._first + first + len(cells)} bytes while read")
         return cells
+
+    def duplicate(self) -> int:
+        """A second descriptor of this very file, whatever lies at its path by now."""
+        return os.dup(self._descriptor)
 
     def place(self, index: int) -> int:
         """Where in the file a cell stands."""
@@ -165,10 +162,10 @@ class SharedCells:
     Both raise StatisticsFileError for a file that was cut short, or that the disk refuses.
     """
 
-    def __init__(self, file: ReadableFile, descriptor: int) -> None:
+    def __init__(self, file: ReadableFile) -> None:
         self._file = file
-        self._descriptor = descriptor
-        weakref.finalize(self, os.close, descriptor)
+        self._descriptor = file.duplicate()
+        weakref.finalize(self, os.close, self._descriptor)
 
     def __getitem__(self, index: int) -> int:
         """What stands in a cell."""

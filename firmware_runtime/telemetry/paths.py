@@ -8,6 +8,7 @@
 """
 
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,7 +25,7 @@ def default_path(board: str) -> Path:
     Raises StatisticsFileError when only the directory for temporary files is left and another user
     has taken our place in it.
     """
-    usable = (each for each in _directories() if each != SYSTEM or os.access(each, os.W_OK))
+    usable = (each for each in directories() if each != SYSTEM or os.access(each, os.W_OK))
     directory = next(usable)
     if directory == _temporary():
         _claim(directory)
@@ -36,14 +37,14 @@ def find_statistics(board: str | None = None) -> Path:
 
     Raises StatisticsFileError when there is none, or this user may not look.
     """
-    directories = list(_directories())
-    closed = [directory for directory in directories if _is_closed(directory)]
-    for directory in (each for each in directories if each not in closed):
+    searched = list(directories())
+    closed = [directory for directory in searched if _is_closed(directory)]
+    for directory in (each for each in searched if each not in closed):
         named = directory.glob(f"*{SUFFIX}") if board is None else [directory / f"{board}{SUFFIX}"]
         found = [path for path in named if path.is_file()]
         if found:
             return max(found, key=lambda path: path.stat().st_mtime_ns)
-    looked_in = ", ".join(str(each) for each in directories if each not in closed)
+    looked_in = ", ".join(str(each) for each in searched if each not in closed)
     fault = f"no statistics of {board or 'any board'} in {looked_in or 'any directory'}"
     if closed:
         raise StatisticsFileError(
@@ -55,7 +56,7 @@ def find_statistics(board: str | None = None) -> Path:
 
 def all_statistics(board: str | None = None) -> dict[str, Path]:
     """The files there are, by board, or that of one board, which may not be there yet."""
-    for directory in _directories():
+    for directory in directories():
         found = {path.stem: path for path in sorted(directory.glob(f"*{SUFFIX}"))}
         if board is None and found:
             return found
@@ -66,10 +67,11 @@ def all_statistics(board: str | None = None) -> dict[str, Path]:
 
 def places(board: str) -> Iterator[Path]:
     """Where a board's statistics may be, whether they are there or not; nothing is made."""
-    return (directory / f"{board}{SUFFIX}" for directory in _directories())
+    return (directory / f"{board}{SUFFIX}" for directory in directories())
 
 
-def _directories() -> Iterator[Path]:
+def directories() -> Iterator[Path]:
+    """The directories that are looked in, in that order."""
     if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
         yield Path(stated)
         return
@@ -100,5 +102,8 @@ def _temporary() -> Path:
 def _claim(directory: Path) -> None:
     """Make the directory ours, or refuse: anybody may have put something of that name there."""
     directory.mkdir(mode=0o700, exist_ok=True)
-    if directory.is_symlink() or directory.stat().st_uid != os.geteuid():
+    status = directory.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
         raise StatisticsFileError(f"{directory}: belongs to another user; expected to own it")
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        directory.chmod(0o700)

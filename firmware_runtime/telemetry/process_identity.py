@@ -11,12 +11,23 @@ from typing import Any
 
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 _ENDED = -1
+_MOST = 2**22
+"""The largest process number that Linux gives. Source: proc(5), /proc/sys/kernel/pid_max."""
 
 
 def this_process() -> dict[str, Any]:
     """The identity of the calling process, as a file's header carries it."""
     pid = os.getpid()
     return {"pid": pid, "started_ticks": _started_ticks(pid), "boot_id": boot_id()}
+
+
+def checked_identity(stated: object) -> Mapping[str, Any]:
+    """What a file states as an identity, if it can be one. Raises ValueError."""
+    match stated:
+        case {"pid": int(pid), "started_ticks": int() | None as ticks, "boot_id": str(boot_id)}:
+            if 0 < pid <= _MOST:
+                return {"pid": pid, "started_ticks": ticks, "boot_id": boot_id}
+    raise ValueError(f"{str(stated)[:100]!r} is the identity of no process")
 
 
 def is_running(identity: Mapping[str, Any]) -> bool:

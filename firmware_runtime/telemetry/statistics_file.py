@@ -13,8 +13,8 @@ from typing import Any
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, SEQUENCE, Layout
-from firmware_runtime.telemetry.mapped_file import Kind
-from firmware_runtime.telemetry.process_identity import this_process
+from firmware_runtime.telemetry.mapped_file import Kind, ReadableFile
+from firmware_runtime.telemetry.process_identity import checked_identity, this_process
 from firmware_runtime.telemetry.statistics import SCHEMA, Statistics
 from firmware_runtime.telemetry.whole_file import replace_file
 
@@ -38,6 +38,21 @@ def save(statistics: Statistics, path: Path) -> None:
     except OSError as error:
         fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
         raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
+
+
+def driver_of(file: ReadableFile) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Which process writes a statistics file, and the conditions of its run.
+
+    Raises StatisticsFileError when its header states neither, or nothing that can be.
+    """
+    header = file.header
+    try:
+        writer, conditions = checked_identity(header["writer"]), header["conditions"]
+    except (KeyError, ValueError) as error:
+        raise file.damaged(f"its header has no usable {error}") from error
+    if not isinstance(conditions, dict):
+        raise file.damaged("its header has no usable conditions")
+    return writer, conditions
 
 
 def _is_a_run_s_own(path: Path) -> bool:

@@ -4,8 +4,9 @@
      "why": "process 4711 has ended", "off_after_ns": 1200000, "failed": []}
 
 `at_ns` is CLOCK_MONOTONIC when the guard took over. `writer` is the process it took the outputs
-from, as in the header of the statistics. `off_after_ns` counts from there until every chip had
-acknowledged full-off; it is null as long as `failed` says what did not.
+from, as in the header of the statistics; `generation` counts this guard's takeovers of that run.
+`off_after_ns` counts from `at_ns` until every chip had acknowledged full-off; it is null as long as
+`failed` says what did not.
 """
 
 from collections import deque
@@ -15,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-from firmware_runtime.telemetry.whole_file import replace_file
+from firmware_runtime.telemetry.whole_file import OWN_AND_GROUP, read_file, replace_file
 
 KEPT = 100
 SUFFIX = ".guard"
@@ -51,7 +52,7 @@ class TakeoverFile:
             self._kept.pop()
         self._kept.append(takeover)
         lines = (msgspec.json.encode(each) + b"\n" for each in self._kept)
-        replace_file(self._path, b"".join(lines))
+        replace_file(self._path, b"".join(lines), OWN_AND_GROUP)
 
 
 def takeovers_path(statistics: Path) -> Path:
@@ -62,9 +63,9 @@ def takeovers_path(statistics: Path) -> Path:
 def read_takeovers(statistics: Path) -> list[Takeover]:
     """Those that are kept, oldest first; none where there is no such file."""
     try:
-        lines = takeovers_path(statistics).read_bytes().splitlines()
+        lines = read_file(takeovers_path(statistics)).splitlines()
         return [msgspec.json.decode(line, type=Takeover) for line in lines]
-    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+    except (OSError, ValueError, RecursionError):  # msgspec's errors are ValueErrors
         return []
 
 

@@ -1,20 +1,48 @@
-"""Files that are replaced at once: whoever reads one finds it whole, or the one before."""
+"""Small files that are replaced at once: whoever reads one finds it whole, or the one before."""
 
+import errno
 import os
+import stat
+from contextlib import suppress
 from pathlib import Path
+from typing import Final
+
+OWN_AND_GROUP: Final = 0o640
+"""The owner writes, the group may read, as for the statistics."""
+MOST: Final = 1 << 24
+"""Bytes that are read at most."""
 
 
 def replace_file(path: Path, content: bytes, mode: int | None = None) -> None:
     """Put content there, with these permissions if any are stated. Raises OSError.
 
-    What could not be finished is removed.
+    It is made under a name that nothing had before, so nothing is followed or written through that
+    another user put there. What could not be finished is removed.
     """
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
+    unfinished.unlink(missing_ok=True)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+    descriptor = os.open(unfinished, flags, 0o666 if mode is None else mode)
     try:
-        unfinished.write_bytes(content)
-        if mode is not None:
-            unfinished.chmod(mode)
+        with os.fdopen(descriptor, "wb") as file:
+            if mode is not None:
+                os.fchmod(file.fileno(), mode)
+            file.write(content)
         unfinished.replace(path)
-    except OSError:
-        unfinished.unlink(missing_ok=True)
+    except BaseException:
+        with suppress(OSError):
+            unfinished.unlink()
         raise
+
+
+def read_file(path: Path) -> bytes:
+    """What a file holds; a FIFO in its place is not waited for.
+
+    Raises OSError, also for what is no regular file, or larger than such a file can be.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST:
+            raise OSError(errno.EINVAL, "no regular file of a sensible size", str(path))
+        return file.read(MOST)

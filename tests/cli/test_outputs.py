@@ -1,5 +1,7 @@
 """Switching off from another process: every chip that can be reached, whatever became of others."""
 
+import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -8,7 +10,12 @@ import pytest
 import boards.registry
 from firmware_runtime.cli import lines
 from firmware_runtime.cli.outputs import Outputs, switched_off
-from firmware_runtime.cli.settings_in_force import forget_settings, keep_settings, kept_settings
+from firmware_runtime.cli.settings_in_force import (
+    forget_settings,
+    keep_settings,
+    kept_for,
+    kept_settings,
+)
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.telemetry.errors import StatisticsFileError
@@ -112,3 +119,37 @@ def test_doubles_that_nobody_serves_are_one_sentence(tmp_path: Path) -> None:
     outputs = Outputs(boards.registry.load("tachobot"), tmp_path / "d.socket", tmp_path / "x")
     (failed,) = outputs.make_safe()
     assert "d.socket" in failed
+
+
+def test_kept_settings_are_for_the_group_and_not_for_everybody(tmp_path: Path) -> None:
+    before = os.umask(0)
+    keep_settings(boards.registry.load("tachobot"), tmp_path / "x.stats")
+    os.umask(before)
+    assert (tmp_path / "x.settings").stat().st_mode & 0o777 == 0o640
+
+
+def test_settings_are_found_by_the_file_they_came_from(tmp_path: Path) -> None:
+    """Also where it lies in a folder that is given, is reached by a link, or has gone."""
+    folder, state = tmp_path / "mine", tmp_path / "state"
+    folder.mkdir()
+    file = folder / "board.toml"
+    file.write_bytes(boards.registry.load("tachobot").source.read_bytes())
+    link = tmp_path / "link.toml"
+    link.symlink_to(file)
+    keep_settings(boards.registry.load(str(link)), state / "tachobot.stats")
+    file.unlink()
+    for meant in (file, folder, link):
+        assert kept_for(str(meant), [tmp_path, state]) == [state / "tachobot.stats"]
+    assert kept_for(str(tmp_path / "another.toml"), [tmp_path, state]) == []
+
+
+def test_settings_as_earlier_versions_kept_them_are_taken(tmp_path: Path) -> None:
+    table = boards.registry.load("tachobot").table
+    (tmp_path / "x.settings").write_text(json.dumps(table))
+    assert kept_settings(tmp_path / "x.stats") is not None
+    assert kept_for("tachobot", [tmp_path]) == []
+
+
+def test_a_fifo_in_place_of_settings_is_none(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "x.settings")
+    assert kept_settings(tmp_path / "x.stats") is None

@@ -1,5 +1,6 @@
 """When outputs may be driven, and when no longer."""
 
+import os
 import socket
 from pathlib import Path
 from time import monotonic_ns
@@ -194,3 +195,19 @@ def test_a_flood_of_requests_costs_the_loop_one_answer_a_pass(path: Path) -> Non
     control.receive()
     assert answered == 5
     control.close()
+
+
+def test_the_end_of_one_run_leaves_the_socket_of_the_next(path: Path) -> None:
+    first, second = ControlSocket(path, {}), ControlSocket(path, {})
+    first.close()
+    assert path.is_socket()
+    second.close()
+    assert not path.exists()
+
+
+def test_only_its_own_user_may_ask_whatever_the_umask(path: Path) -> None:
+    before = os.umask(0)
+    socket = ControlSocket(path, {})
+    os.umask(before)
+    assert path.stat().st_mode & 0o777 == 0o600
+    socket.close()

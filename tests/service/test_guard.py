@@ -76,6 +76,11 @@ def hang(file: StatisticsFile) -> None:
     file.cells[HEARTBEAT] = monotonic_ns() - SECOND
 
 
+def come_back(file: StatisticsFile) -> None:
+    file.close_section(1)
+    file.cells[ACKNOWLEDGED] = file.cells[GENERATION]
+
+
 def test_without_a_run_it_waits_and_writes_nothing(watch: Watch) -> None:
     watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 0)
@@ -123,12 +128,56 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     hang(file)
     for _ in range(5):
         watch.guard.look()
-    assert (watch.guard.phase, watch.offs, file.cells[GENERATION]) == (Phase.HOLDING, 5, 1)
-    file.close_section(1)
-    file.cells[ACKNOWLEDGED] = 1
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 5)
+    assert file.cells[GENERATION] != 0
+    come_back(file)
     watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
     assert watch.told[-1] == "the run came back, disarmed"
+
+
+def test_a_run_that_acknowledges_and_does_not_catch_up_stays_held(
+    watch: Watch, file: StatisticsFile
+) -> None:
+    watch.guard.look()
+    hang(file)
+    watch.guard.look()
+    file.cells[ACKNOWLEDGED] = file.cells[GENERATION]
+    watch.guard.look()
+    assert watch.guard.phase is Phase.HOLDING
+    assert len(watch.told) == 1
+
+
+def test_a_second_takeover_has_another_epoch_whatever_came_between(
+    watch: Watch, file: StatisticsFile
+) -> None:
+    """Else a run that was armed between the two would not notice the second."""
+    watch.guard.look()
+    epochs = []
+    for _ in range(2):
+        hang(file)
+        watch.guard.look()
+        epochs.append(file.cells[GENERATION])
+        come_back(file)
+        watch.guard.look()
+        file.cells[GENERATION] = file.cells[ACKNOWLEDGED] = 0
+    assert len({*epochs, 0}) == 3
+
+
+def test_a_heartbeat_in_the_future_is_not_believed(watch: Watch, file: StatisticsFile) -> None:
+    watch.guard.look()
+    file.cells[HEARTBEAT] = monotonic_ns() + 3600 * SECOND
+    watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 1)
+    assert "in the future" in watch.told[0]
+
+
+def test_a_heartbeat_that_is_gone_is_not_believed(watch: Watch, file: StatisticsFile) -> None:
+    for _ in range(2):
+        watch.guard.look()
+    file.cells[HEARTBEAT] = 0
+    watch.guard.look()
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 1)
 
 
 def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
@@ -151,7 +200,6 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_told_and_kept_once(
     watch.guard.look()
     hang(file)
     watch.failing = ["i2c1 0x40: not acknowledged"]
-    file.cells[ACKNOWLEDGED] = 1
     for _ in range(3):
         watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 3)
@@ -159,6 +207,7 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_told_and_kept_once(
     (kept,) = read_takeovers(path)
     assert (kept.off_after_ns, kept.failed) == (None, watch.failing)
     watch.failing = []
+    come_back(file)
     watch.guard.look()
     assert "all outputs off" in watch.told[-2]
     (kept,) = takeovers_of(path, this_process())
