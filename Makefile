@@ -15,13 +15,15 @@ PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
 
-.PHONY: run test test-fast lint types vm-test bench deb clean interpreter
+.PHONY: run test suite test-fast lint types vm-test bench deb clean interpreter
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed-run
 	@$(BIN)/firmware-runtime run tachobot --doubles --for 10
 
-test: lint types
+test: lint types suite
+
+suite: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
 	@$(BIN)/python -m pytest -q -m "real_time and not hardware" $(PYTEST_OPTIONS)
 

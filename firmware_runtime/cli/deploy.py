@@ -21,7 +21,7 @@ PATIENCE_S = 30.0
 LOOK_S = 1.0
 
 _ABOUT = """
-The target needs Python 3.11 to 3.13 with venv, rsync, systemd, and a login by key as root or as a
+The target needs Python 3.11 or later with venv, rsync, systemd, and a login by key as root or as a
 user with sudo. Nothing is compiled there, and nothing is downloaded there. The program goes to
 /opt/firmware-runtime, beside the old one; a robot that runs is stopped, and switched off, only when
 the new one has passed check and doctor. What stands in /etc/firmware-runtime stays.

@@ -5,7 +5,7 @@ from itertools import product
 
 MACHINES = {"aarch64": "arm64", "x86_64": "amd64"}
 """As Python calls a processor, and as Debian does."""
-PYTHONS = ((3, 11), (3, 12), (3, 13))
+LEAST_PYTHON = (3, 11)
 GLIBC = (2, 28)
 """The C library that wheels may need; every Debian and Ubuntu with a Python of ours has a newer."""
 

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from firmware_runtime.deployment.platform import GLIBC, MACHINES, PYTHONS, Platform
+from firmware_runtime.deployment.platform import GLIBC, LEAST_PYTHON, MACHINES, Platform
 
 ROOM_KIB = 500 * 1024
 """The wheels and two virtual environments, the new one beside the old."""
 
-_SUPPORTED = f"{PYTHONS[0][0]}.{PYTHONS[0][1]} to {PYTHONS[-1][0]}.{PYTHONS[-1][1]}"
+_SUPPORTED = f"{LEAST_PYTHON[0]}.{LEAST_PYTHON[1]} or later"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class Target:
             yield f"processor {self.machine}; expected one of {', '.join(MACHINES)}"
         if not self.python:
             yield f"{python}: not found; expected Python {_SUPPORTED} (Debian package python3)"
-        elif _version(self.python) not in PYTHONS:
+        elif _version(self.python) < LEAST_PYTHON:
             yield f"{python} is {self.python}; expected {_SUPPORTED}; --python PATH names another"
         elif self.bits != "64":
             yield f"{python} is a 32-bit program; expected a 64-bit system"

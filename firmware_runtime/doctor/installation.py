@@ -9,6 +9,7 @@ from firmware_runtime.doctor.finding import Finding, failure, ok, warning
 from firmware_runtime.doctor.machine import Machine
 
 _LEAST, _NOT_YET = (3, 11), (3, 14)
+"""The first that it runs on, and the first that its whole suite has not been run on."""
 _BUS_PACKAGES = ("smbus2", "pyserial")
 
 
@@ -16,7 +17,7 @@ def _python(_machine: Machine) -> Finding:
     seen = f"{platform.python_implementation()} {platform.python_version()}"
     release = sys.version_info[:2]
     if release < _LEAST:
-        return failure(f"{seen}, expected 3.11 to 3.13")
+        return failure(f"{seen}, expected 3.11 or later")
     if release >= _NOT_YET or sys.implementation.name != "cpython":
         return warning(f"{seen}, tested with CPython 3.11 to 3.13")
     return ok(seen)
@@ -40,7 +41,7 @@ def _version(package: str) -> str | None:
 CHECKS = (
     Check(
         "python-version",
-        "The project is tested with CPython 3.11 to 3.13 and nothing else.",
+        "The whole test suite has been run on CPython 3.11 to 3.13, on nothing else.",
         "sudo apt install python3-venv on Debian 12 or later, and install into a new environment",
         _python,
     ),

@@ -140,7 +140,7 @@ def test_the_program_stays_with_a_robot_that_cannot_be_switched_off(
     ("architecture", "python", "platform"),
     [
         ("arm64", "3.12", Platform("aarch64", (3, 12))),
-        ("amd64", "3.13", Platform("x86_64", (3, 13))),
+        ("amd64", "3.14", Platform("x86_64", (3, 14))),
     ],
 )
 def test_a_package_for_another_computer_can_be_asked_for(
@@ -151,7 +151,11 @@ def test_a_package_for_another_computer_can_be_asked_for(
 
 @pytest.mark.parametrize(
     ("architecture", "python", "said"),
-    [("armhf", "3.11", "ARCH=armhf: expected"), ("arm64", "3.9", "PYTHON_VERSION=3.9: expected")],
+    [
+        ("armhf", "3.11", "ARCH=armhf: expected"),
+        ("arm64", "3.9", "PYTHON_VERSION=3.9: expected"),
+        ("arm64", "bookworm", "PYTHON_VERSION=bookworm: expected"),
+    ],
 )
 def test_one_that_the_project_does_not_run_on_is_refused(
     architecture: str, python: str, said: str

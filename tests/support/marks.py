@@ -7,7 +7,8 @@ is neither.
 
 How long a test takes by the clock says little where other programs run, so it is held to its mark
 by processor time, its own and that of the processes it waited for: over a quarter of a second
-without a mark is reported at the end, over a second fails the session.
+without a mark is reported at the end, ten times that fails the session: processors that share their
+parts with a busy neighbour take up to three times as long.
 """
 
 import resource
@@ -18,7 +19,7 @@ import pytest
 
 REAL_TIME_FOLDERS = frozenset({"safety"})
 LIMIT_S = 0.25
-FAILS_AT_S = 1.0
+FAILS_AT_S = 2.5
 _KEY = "processor_time_s"
 
 

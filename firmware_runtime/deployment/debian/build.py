@@ -1,5 +1,6 @@
 """Builds the Debian package of a checkout."""
 
+import re
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -7,7 +8,7 @@ from firmware_runtime.deployment import project_wheel, wheels
 from firmware_runtime.deployment.commands import Commands
 from firmware_runtime.deployment.debian import tree
 from firmware_runtime.deployment.errors import DeploymentError
-from firmware_runtime.deployment.platform import MACHINES, PYTHONS, Platform
+from firmware_runtime.deployment.platform import LEAST_PYTHON, MACHINES, Platform
 
 DEBIANS_PYTHON = "/usr/bin/python3"
 
@@ -22,12 +23,12 @@ def platform_for(commands: Commands, architecture: str | None, python: str | Non
         commands, DEBIANS_PYTHON, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"
     )
     machines = {each: machine for machine, each in MACHINES.items()}
-    pythons = {f"{major}.{minor}": (major, minor) for major, minor in PYTHONS}
     if architecture not in machines:
         raise DeploymentError(f"ARCH={architecture}: expected one of {', '.join(machines)}")
-    if python not in pythons:
-        raise DeploymentError(f"PYTHON_VERSION={python}: expected one of {', '.join(pythons)}")
-    return Platform(machines[architecture], pythons[python])
+    if (release := _release(python)) < LEAST_PYTHON:
+        least = ".".join(map(str, LEAST_PYTHON))
+        raise DeploymentError(f"PYTHON_VERSION={python}: expected {least} or later, such as 3.13")
+    return Platform(machines[architecture], release)
 
 
 def build(commands: Commands, platform: Platform, into: Path, own: Path | None = None) -> Path:
@@ -51,6 +52,12 @@ def build(commands: Commands, platform: Platform, into: Path, own: Path | None =
         words = ["dpkg-deb", "--root-owner-group", "-Zgzip", "--build", str(folder), str(package)]
         commands.demand(words, f"{package}: not built")
     return package
+
+
+def _release(python: str) -> tuple[int, int]:
+    """The two numbers of such as `3.13`; zeros where it is no such thing."""
+    numbers = re.fullmatch(r"(\d+)\.(\d+)", python)
+    return (int(numbers[1]), int(numbers[2])) if numbers else (0, 0)
 
 
 def _answer(commands: Commands, *words: str) -> str:
