@@ -1,13 +1,15 @@
 """Double of the AKM AK8963, the magnetometer die in an MPU-9250. Source: AKM MS1356-E-02.
 
 Modelled: identity, the measuring modes with their times, DRDY, DOR, the protection of data until
-ST2 is read, overflow, 14 and 16 bit, fuse ROM, soft reset, I2CDIS, both pointer loops, and the
-axes: X along the MPU's Y, Y along its X, Z against its Z.
+ST2 is read (in continuous modes; single measurement and self-test have none), a new measurement
+when a continuous mode is set again, overflow, 14 and 16 bit, fuse ROM, soft reset, I2CDIS, both
+pointer loops, and the axes: X along the MPU's Y, Y along its X, Z against its Z.
 
 Not modelled: external trigger mode (warned of, never measures), the test registers. Assumed where
 the data sheet is silent: the sensitivity registers read 0 outside fuse ROM mode; changing the mode
-without power-down works and is warned of; the field is taken when its conversion ends; self-test
-gives a fixed value inside the limits of the data sheet (16-bit X and Y +-200, Z -3200 to -800).
+without power-down works and is warned of; setting a mode ends the protection of data; the field is
+taken when its conversion ends; self-test gives a fixed value inside the limits of the data sheet
+(16-bit X and Y +-200, Z -3200 to -800).
 
 The die sits on the auxiliary bus of its MPU. The host reaches it when that bus is switched through,
 which `host_reaches` tells; a die on a board of its own always answers.
@@ -133,12 +135,12 @@ class Ak8963Double(Target):
         return True
 
     def read(self) -> int:
-        """Give the register at the pointer; data registers lock the sample until ST2 is read."""
+        """Give the register at the pointer; continuous modes lock data until ST2 is read."""
         register = self._pointer
         self._pointer = NEXT[register]
         if HXL <= register <= ST2:
             self._registers[ST1] = 0
-            self._locked = register != ST2
+            self._locked = register != ST2 and self._mode in PERIODS
         elif ASAX <= register <= ASAZ and self._mode != FUSE_ROM:
             self.warnings.note("ASA read outside fuse ROM mode; it is not valid there")
             return 0
@@ -224,13 +226,13 @@ class Ak8963Double(Target):
             self.warnings.note(f"register 0x{register:02x} written; the real chip ignores it")
 
     def _write_cntl1(self, byte: int) -> None:
-        """Set mode and width; the mode that runs already goes on undisturbed."""
+        """Set mode and width; a continuous mode begins anew, another that runs goes on."""
         old, new = self._mode, byte & 0x0F
         self._registers[CNTL1] = byte
-        if new == old:
-            return
-        self._warn_of_mode(old, new)
-        self._enter(new, self._at)
+        if new != old:
+            self._warn_of_mode(old, new)
+        if new != old or new in PERIODS:
+            self._enter(new, self._at)
 
     def _warn_of_mode(self, old: int, new: int) -> None:
         if new not in MODES:
@@ -246,5 +248,6 @@ class Ak8963Double(Target):
 
     def _enter(self, mode: int, at: int) -> None:
         self._registers[CNTL1] = self._registers[CNTL1] & BITM | mode
+        self._locked = False
         self._lands_at = at + CONVERSION if mode in MEASURING else NEVER
         self._mode_allowed_at = at + MODE_CHANGE_WAIT

@@ -50,7 +50,7 @@ from sim_doubles.chips.mpu9250_registers import (
     USER_CTRL,
     power_up,
 )
-from sim_doubles.chips.mpu9250_sample_clock import SampleClock, sample_period
+from sim_doubles.chips.mpu9250_sample_clock import SampleClock, edges, sample_period
 from sim_doubles.chips.mpu9250_signal_path import SignalPath
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
@@ -123,7 +123,7 @@ class Mpu9250Double(Target):
             self._end_reset()
         self._at = now
         if now >= self._clock.next_at:
-            for at in self._clock.take(now, self._signal_path.memory):
+            for at in self._clock.take(now, self._edges):
                 self._sample(at)
             self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
         if self._magnetometer is not None:
@@ -271,6 +271,7 @@ class Mpu9250Double(Target):
         else:
             self._clock.stop()
         self._signal_path.configure(self._at, period, running=running)
+        self._edges = edges(self._registers, self._signal_path.memory)
         self._master.configure()
         self._any_read_clears = self._registers[INT_PIN_CFG] & ANYRD_2CLEAR
 

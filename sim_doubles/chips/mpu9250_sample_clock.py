@@ -2,19 +2,48 @@
 
 Source: InvenSense RM-MPU-9250A rev. 1.6, SMPLRT_DIV and CONFIG.
 
-After a long silence not every tick needs work. The first ones may fill a FIFO that stops when full
-or carry out a single auxiliary transaction; the last ones are what filters, an overwriting FIFO and
-EXT_SENS_DATA still remember. What lies between leaves no trace a host could read, so it is skipped.
+After a long silence not every tick needs work, only those that leave a trace a host could read
+(`edges`). The first ones may fill a FIFO that stops when full, or carry out a single auxiliary
+transaction; the last ones are what filters, an overwriting FIFO and EXT_SENS_DATA still remember.
 """
 
 from collections.abc import Iterable
 from itertools import chain
+from typing import NamedTuple
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from sim_doubles.chips.mpu9250_registers import CONFIG, GYRO_CONFIG, SMPLRT_DIV
+from sim_doubles.chips.mpu9250_registers import (
+    CONFIG,
+    FIFO_EN,
+    FIFO_ENABLE,
+    FIFO_MODE,
+    GYRO_CONFIG,
+    I2C_MST_EN,
+    SMPLRT_DIV,
+    USER_CTRL,
+)
 
-EDGE = 512
-"""Ticks: one byte each fills the FIFO; a delayed auxiliary slave needs 32."""
+FIFO_TICKS = 512
+"""One byte each fills the FIFO."""
+AUXILIARY_TICKS = 32
+"""A delayed auxiliary slave has its turn once in so many."""
+
+
+class Edges(NamedTuple):
+    """How many ticks after the beginning and before the end of a silence leave a trace."""
+
+    first: int
+    last: int
+
+
+def edges(registers: bytearray, memory: int) -> Edges:
+    """Return the ticks that matter; `memory` is how many back the filters still remember."""
+    control = registers[USER_CTRL]
+    auxiliary = AUXILIARY_TICKS if control & I2C_MST_EN else 0
+    if not (control & FIFO_ENABLE and registers[FIFO_EN]):
+        return Edges(auxiliary, auxiliary + memory)
+    stops_when_full = registers[CONFIG] & FIFO_MODE
+    return Edges(FIFO_TICKS if stops_when_full else auxiliary, FIFO_TICKS + memory)
 
 
 def sample_period(registers: bytearray) -> int:
@@ -47,13 +76,10 @@ class SampleClock:
         """Return the number of the tick at `at`; the first is 1."""
         return (at - self._started_at) // self._period
 
-    def take(self, now: int, memory: int) -> Iterable[int]:
-        """Return the ticks up to `now`, which is one at least, that matter: in order, each once.
-
-        `memory` is how many ticks back the filters still remember.
-        """
+    def take(self, now: int, matter: Edges) -> Iterable[int]:
+        """Return the ticks up to `now`, which is one at least, that matter: in order, each once."""
         period, first = self._period, self.next_at
         self.next_at += ((now - first) // period + 1) * period
-        last_ones = max(first, self.next_at - (EDGE + memory) * period)
-        first_ones_end = min(first + EDGE * period, last_ones)
+        last_ones = max(first, self.next_at - matter.last * period)
+        first_ones_end = min(first + matter.first * period, last_ones)
         return chain(range(first, first_ones_end, period), range(last_ones, self.next_at, period))

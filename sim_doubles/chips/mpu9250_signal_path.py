@@ -1,7 +1,7 @@
 """The MPU-9250's three sensors, set up from its registers; the truth in SI goes in, bytes come out.
 
 All three follow one sample clock. No noise: the truth brings its own. An axis that is switched off
-reads 0.
+reads 0, and so does a thermometer that is (PD_PTAT).
 
 Source: InvenSense RM-MPU-9250A rev. 1.6 (its accelerometer filters differ from rev. 1.4), product
 specification for start-up, AN-MPU-9250A-03 for self-test.
@@ -20,6 +20,7 @@ from sim_doubles.chips.mpu9250_registers import (
     GYRO_CONFIG,
     GYRO_SELF_TEST_CODES,
     GYRO_STANDBY,
+    PD_PTAT,
     PWR_MGMT_1,
     PWR_MGMT_2,
     XA_OFFSET_H,
@@ -60,10 +61,10 @@ class SignalPath:
     def configure(self, at: int, period: int, *, running: bool) -> None:
         """Take over power, filters, scales and offsets; `period` is the sample period in ns."""
         axes_off = self._registers[PWR_MGMT_2]
-        standby = self._registers[PWR_MGMT_1] & GYRO_STANDBY
+        power = self._registers[PWR_MGMT_1]
         self.accelerometer.switch(at, on=running and axes_off >> 3 & 7 != 7)
-        self.thermometer.switch(at, on=running)
-        self.gyroscope.switch(at, on=running and axes_off & 7 != 7 and not standby)
+        self.thermometer.switch(at, on=running and not power & PD_PTAT)
+        self.gyroscope.switch(at, on=running and axes_off & 7 != 7 and not power & GYRO_STANDBY)
         self._configure_accelerometer(period)
         self._configure_thermometer(period)
         self._configure_gyroscope(period)

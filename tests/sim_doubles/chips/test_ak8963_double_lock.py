@@ -8,7 +8,7 @@ from sim_doubles.i2c_bus import I2cBusDouble
 
 MILLISECOND = 1_000_000
 CONVERSION = 7_200_000
-SINGLE, CONTINUOUS_100_HZ = 0x11, 0x16
+POWER_DOWN, SINGLE, CONTINUOUS_100_HZ, SELF_TEST = 0x10, 0x11, 0x16, 0x18
 
 
 class Bench:
@@ -84,6 +84,60 @@ def test_data_never_followed_by_st2_is_stale_forever(die: Bench) -> None:
         die.clock.advance(10 * MILLISECOND)
         assert die.read(0x03, 6) == first
     assert len(die.asked) == 1
+
+
+def test_single_measurements_are_fresh_though_st2_is_never_read(die: Bench) -> None:
+    """Linux' ak8975 reads six data bytes a single shot, and nothing else."""
+    found = []
+    for number in range(4):
+        die.field_t = (0.0, number * 15e-6, 0.0)
+        die.write(0x0A, SINGLE)
+        die.clock.advance(CONVERSION)
+        assert die.read(0x02) == b"\x01"
+        found.append(die.read(0x03, 6))
+    assert len(set(found)) == 4
+
+
+def test_self_test_data_are_not_locked_either(die: Bench) -> None:
+    found = []
+    for self_bit in (0x40, 0x00):
+        die.write(0x0C, self_bit)
+        die.write(0x0A, SELF_TEST)
+        die.clock.advance(CONVERSION)
+        found.append(die.read(0x03, 6))
+    assert found[0] != found[1]
+
+
+def test_a_single_measurement_after_a_locked_continuous_one_is_fresh(die: Bench) -> None:
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    die.clock.advance(CONVERSION)
+    locked = die.read(0x03, 6)
+    die.field_t = (0.0, 0.0, 0.0)
+    die.write(0x0A, POWER_DOWN)
+    die.clock.advance(MILLISECOND)
+    die.write(0x0A, SINGLE)
+    die.clock.advance(CONVERSION)
+    assert die.read(0x03, 6) == bytes(6) != locked
+
+
+def test_continuous_mode_set_again_starts_a_new_measurement(die: Bench) -> None:
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    die.clock.advance(CONVERSION - MILLISECOND)
+    die.write(0x0A, CONTINUOUS_100_HZ)
+    die.clock.advance(CONVERSION - 1)
+    assert die.read(0x02) == b"\x00"
+    die.clock.advance(1)
+    assert die.read(0x02) == b"\x01"
+    assert die.asked == [2 * CONVERSION - MILLISECOND]
+    assert die.chip.warnings == []
+
+
+def test_a_single_measurement_under_way_goes_on_when_set_again(die: Bench) -> None:
+    die.write(0x0A, SINGLE)
+    die.clock.advance(CONVERSION - MILLISECOND)
+    die.write(0x0A, SINGLE)
+    die.clock.advance(MILLISECOND)
+    assert die.read(0x02) == b"\x01"
 
 
 def test_sample_is_frozen_within_one_transaction(die: Bench) -> None:

@@ -179,6 +179,18 @@ def test_filter_delay_does_not_depend_on_the_sample_rate(clock: ManualClock) -> 
     assert bench.words(0x43)[0] == pytest.approx(16.384 * (1500 - 5.9), abs=0.6)
 
 
+def test_thermometer_can_be_stopped_alone_and_starts_again(clock: ManualClock) -> None:
+    bench = Bench(clock, still(rate=(0.0, 0.0, 1.0), temperature_c=25.0))
+    bench.wait(100)
+    bench.write(0x6B, 0x09)  # PWR_MGMT_1: PD_PTAT
+    bench.wait(10)
+    assert bench.words(0x41, 1) == [0]
+    assert bench.words(0x43)[2] == pytest.approx(131 * 180 / math.pi, abs=10)
+    bench.write(0x6B, 0x01)
+    bench.wait(10)
+    assert bench.words(0x41, 1) == [1335]
+
+
 def test_temperature_has_a_filter_of_its_own(clock: ManualClock) -> None:
     bench = Bench(clock, ramp(10.0))
     bench.write(0x1A, 6)

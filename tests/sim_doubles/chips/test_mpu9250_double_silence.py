@@ -26,6 +26,9 @@ def wobble(at: int) -> InertialTruth:
         {0x1A: 0x41, 0x23: 0x80, 0x6A: 0x40},  # FIFO stopping when full, 2-byte packets
         {0x1A: 0x01, 0x25: 0x8C, 0x26: 0x02, 0x27: 0x88, 0x6A: 0x20},  # AK8963 read each sample
         {0x1A: 0x01, 0x19: 0x04, 0x67: 0x01, 0x34: 0x07, 0x25: 0x8C, 0x27: 0x8A, 0x6A: 0x20},
+        {0x1A: 0x01, 0x67: 0x10, 0x31: 0x8C, 0x32: 0x00, 0x34: 0x9F, 0x6A: 0x20},  # SLV4 once
+        {0x1A: 0x01, 0x67: 0x01, 0x34: 0x1F, 0x25: 0x8D, 0x27: 0x81, 0x6A: 0x20},  # nobody there
+        {0x1A: 0x01, 0x25: 0x8C, 0x26: 0x03, 0x27: 0x86, 0x23: 0x01, 0x6A: 0x60},  # AK8963 in FIFO
     ],
 )
 def test_long_silence_ends_in_the_same_bytes_for_bounded_work(settings: dict[int, int]) -> None:
@@ -62,10 +65,37 @@ def test_an_hour_of_silence_costs_what_the_slowest_filter_remembers(
     I2cBusDouble("i2c-1", clock, chip.targets).write(0x68, b"\x1b\x01")
     clock.advance(3_600_000 * MILLISECOND)
     chip.catch_up()
-    # the first 512, then 512 and those in which the accelerometer's lag of 1.88 ms forgets
-    remembered = math.ceil(math.log(2**53) / math.log(1 + 1 / 32 / 1.88))
-    assert chip.samples == len(asked) == 512 + 512 + remembered
+    assert chip.samples == len(asked) == remembered(1 / 32)
     assert asked == sorted(asked)
+
+
+def remembered(period_ms: float) -> int:
+    """How many samples the accelerometer's lag of 1.88 ms takes to forget."""
+    return math.ceil(math.log(2**53) / math.log(1 + period_ms / 1.88))
+
+
+@pytest.mark.parametrize(
+    ("settings", "first", "last"),
+    [
+        ({}, 0, 0),
+        ({0x6A: 0x40}, 0, 0),  # a FIFO into which nothing goes
+        ({0x6A: 0x20}, 32, 32),
+        ({0x23: 0x08, 0x6A: 0x40}, 0, 512),
+        ({0x23: 0x08, 0x6A: 0x60}, 32, 512),
+        ({0x23: 0x08, 0x1A: 0x40, 0x6A: 0x40}, 512, 512),
+    ],
+)
+def test_only_what_can_still_be_seen_is_simulated(
+    clock: ManualClock, settings: dict[int, int], first: int, last: int
+) -> None:
+    """At 8 kHz, as after power-up."""
+    chip = Mpu9250Double(clock, wobble)
+    bus = I2cBusDouble("i2c-1", clock, chip.targets)
+    for register, content in settings.items():
+        bus.write(0x68, bytes([register, content]))
+    clock.advance(10_000 * MILLISECOND)
+    chip.catch_up()
+    assert chip.samples == first + last + remembered(1 / 8)
 
 
 def test_same_accesses_at_the_same_instants_give_the_same_bytes() -> None:
