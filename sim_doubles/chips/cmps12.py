@@ -1,21 +1,23 @@
 """Double of the Devantech CMPS12, a tilt-compensated compass on I2C. Source: Devantech's page.
 
 Modelled: bearing in 0.1 degree and in 256ths, the BNO055's own in 16ths of a degree, pitch, roll,
-temperature, calibration state, version; the three command sequences with the 20 ms after each byte:
-store and erase the calibration profile, change the address. The CMPS14 is the same up to register
-5, in register 30 and in the change of address.
+the raw sensors as they follow from these (`cmps12_raw`), temperature, calibration state, version;
+the three command sequences with the 20 ms after each byte: store and erase the calibration profile,
+change the address. The CMPS14 is the same up to register 5, in register 30 and in the change of
+address.
 
-Not modelled: the raw sensors (registers 6 to 23 read 0), calibrating by motion: whoever moves the
-compass sets `calibration_state`; the 10 ms or so between the compass's own updates. Assumed where
-the page is silent: values are rounded to the nearest unit and taken at START, so that the two bytes
-of a bearing belong together; the 256ths are cut off; a byte within 20 ms of the last is lost and
-breaks a sequence off; after power-up the calibration state is the stored profile's, 0 without one;
-registers above 30 read 0xFF.
+Not modelled: calibrating by motion: whoever moves the compass sets `calibration_state`; the 10 ms
+or so between the compass's own updates; noise of the raw sensors. Assumed where the page is silent:
+values are rounded to the nearest unit and taken at START, so that the two bytes of a bearing belong
+together; the 256ths are cut off; a byte within 20 ms of the last is lost and breaks a sequence off;
+after power-up the calibration state is the stored profile's, 0 without one; registers above 30 read
+0xFF.
 """
 
 from collections.abc import Callable
 
 from firmware_runtime.devs.time import MILLISECOND
+from sim_doubles.chips.cmps12_raw import Vector, raw_sensors
 from sim_doubles.chips.command_sequence import (
     CHANGE_ADDRESS,
     CommandSequence,
@@ -33,6 +35,7 @@ BEARING_256 = 1
 BEARING = 2
 PITCH = 4
 ROLL = 5
+RAW = 6
 TEMPERATURE = 25
 BNO055_BEARING = 26
 PITCH_180 = 28
@@ -50,12 +53,16 @@ def _level(_at: int) -> tuple[float, float]:
     return (0.0, 0.0)
 
 
+def _at_rest(_at: int) -> Vector:
+    return (0.0, 0.0, 0.0)
+
+
 class Cmps12Double(RegisterTarget):
     """A CMPS12; `bearing_deg` gives the compass bearing in degrees, clockwise from north.
 
-    `pitch_roll_deg` gives both in degrees. Each is asked once a transaction, at an instant in ns.
-    World face: `calibration_state` as register 30 shows it, `temperature_c`; `stored_state` is the
-    state the stored profile holds, None without one.
+    `pitch_roll_deg` gives both in degrees, `rate_rad_s` what the raw gyro measures. Each is asked
+    once a transaction, at an instant in ns. World face: `calibration_state` as register 30 shows
+    it, `temperature_c`; `stored_state` is the state the stored profile holds, None without one.
     """
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
@@ -65,6 +72,7 @@ class Cmps12Double(RegisterTarget):
         *,
         bearing_deg: Callable[[int], float],
         pitch_roll_deg: Callable[[int], tuple[float, float]] = _level,
+        rate_rad_s: Callable[[int], Vector] = _at_rest,
         calibration_state: int = CALIBRATED,
         temperature_c: float = 25.0,
         version: int = 7,
@@ -76,6 +84,7 @@ class Cmps12Double(RegisterTarget):
         self.temperature_c = temperature_c
         self._bearing_deg = bearing_deg
         self._pitch_roll_deg = pitch_roll_deg
+        self._rate_rad_s = rate_rad_s
         self._version = version
         self._registers = bytes(REGISTERS)
         self._next_command_at = self._at
@@ -142,6 +151,8 @@ class Cmps12Double(RegisterTarget):
         registers[BEARING : BEARING + 2] = tenths.to_bytes(2, "big")
         registers[PITCH] = _whole(pitch, 90) & 0xFF
         registers[ROLL] = _whole(roll, 90) & 0xFF
+        raw = raw_sensors(bearing, pitch, roll, self._rate_rad_s(self._at))
+        registers[RAW : RAW + len(raw)] = raw
         registers[TEMPERATURE] = _whole(self.temperature_c, 127) & 0xFF
         sixteenths = round(bearing * 16) % 5760
         registers[BNO055_BEARING : BNO055_BEARING + 2] = sixteenths.to_bytes(2, "big")

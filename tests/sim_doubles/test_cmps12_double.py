@@ -1,5 +1,8 @@
 """The CMPS12's double by bytes; every expected value is worked out by hand."""
 
+import math
+import struct
+
 import pytest
 
 from firmware_runtime.hal.errors import NoAcknowledge
@@ -64,12 +67,45 @@ def test_all_registers_at_one_attitude(bus: I2cBusDouble) -> None:
     assert registers[2:4] == b"\x04\xd2"  # 1234
     assert registers[4] == 0xF4  # -12
     assert registers[5] == 46
-    assert registers[6:25] == bytes(19)
+    assert registers[24] == 0
     assert registers[25] == 0xFC  # -4
     assert registers[26:28] == b"\x07\xb7"  # 1974.7 sixteenths
     assert registers[28:30] == b"\xff\xf4"  # -12
     assert registers[30] == 0x33
     assert registers[31] == 0xFF
+
+
+def raw(bus: I2cBusDouble) -> tuple[int, ...]:
+    """Magnetometer, accelerometer and gyro by axis."""
+    return struct.unpack(">9h", bus.write_read(ADDRESS, b"\x06", 18))
+
+
+@pytest.mark.parametrize(
+    ("bearing_deg", "pitch_roll_deg", "field_and_force"),
+    [
+        (0.0, (0.0, 0.0), (320, 0, -640, 0, 0, 981)),
+        (90.0, (0.0, 0.0), (0, 320, -640, 0, 0, 981)),
+        (180.0, (0.0, 0.0), (-320, 0, -640, 0, 0, 981)),
+        (0.0, (90.0, 0.0), (-640, 0, -320, 981, 0, 0)),
+        (0.0, (0.0, 90.0), (320, -640, 0, 0, 981, 0)),
+        (0.0, (30.0, 0.0), (-43, 0, -714, 490, 0, 849)),
+    ],
+)
+def test_raw_sensors_follow_from_the_attitude(
+    bus: I2cBusDouble,
+    attitude: Attitude,
+    bearing_deg: float,
+    pitch_roll_deg: tuple[float, float],
+    field_and_force: tuple[int, ...],
+) -> None:
+    attitude.bearing_deg, attitude.pitch_roll_deg = bearing_deg, pitch_roll_deg
+    assert raw(bus) == (*field_and_force, 0, 0, 0)
+
+
+def test_raw_gyro_is_in_sixteenths_of_a_degree_a_second(clock: ManualClock) -> None:
+    turning = (0.0, math.radians(-10.0), math.radians(90.0))
+    compass = Cmps12Double(clock, ADDRESS, bearing_deg=lambda _: 0.0, rate_rad_s=lambda _: turning)
+    assert raw(I2cBusDouble("i2c-1", clock, [compass]))[6:] == (0, -160, 1440)
 
 
 @pytest.mark.parametrize(
