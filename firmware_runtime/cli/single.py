@@ -9,7 +9,7 @@ from contextlib import closing, contextmanager
 from importlib import import_module
 from pathlib import Path
 from time import monotonic_ns
-from typing import Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 from drivers.catalogue.trial import Actuator, OnBus, OnPort, Sensor, Triable
 from firmware_runtime.hal.accounted_bus import AccountedBus
@@ -18,6 +18,9 @@ from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.retry import THREE_ATTEMPTS
 from firmware_runtime.hal.serial import SerialPort
+
+if TYPE_CHECKING:
+    from sim_doubles.served.server import RealClock
 
 BUS: Final = "/dev/i2c-1"
 """The bus on the pin header of every Raspberry Pi."""
@@ -46,14 +49,16 @@ def single(chip: Triable, arguments: argparse.Namespace) -> Iterator[Single]:
 
     Raises HalError, BusInUse where a run drives the line; SettingError for options that do not fit.
     """
-    now: Now = _clock() if arguments.doubles else monotonic_ns
+    clock = _clock() if arguments.doubles else None
+    now: Now = monotonic_ns if clock is None else clock.look
     if isinstance(chip, OnBus):
-        bus = _bus_double(chip, arguments.address, now) if arguments.doubles else _bus(arguments)
+        address: int = arguments.address
+        bus = _bus(arguments) if clock is None else _bus_double(chip, address, clock)
         with closing(AccountedBus(bus, BUS_HZ, THREE_ATTEMPTS)) as line:
-            yield Single(chip.build(line, arguments.address, vars(arguments)), now)
+            yield Single(chip.build(line, address, vars(arguments)), now)
     else:
-        double = arguments.doubles
-        with closing(_port_double(chip, now) if double else _port(chip, arguments)) as port:
+        port = _port(chip, arguments) if clock is None else _port_double(chip, clock)
+        with closing(port):
             yield Single(chip.build(port, vars(arguments)), now)
 
 
@@ -69,20 +74,22 @@ def _port(chip: OnPort, arguments: argparse.Namespace) -> SerialPort:
 # Doubles -----------------------------------------------------------------------------------------
 
 
-def _clock() -> Now:
-    look: Now = import_module("sim_doubles.served.server").RealClock().look
-    return look
+def _clock() -> "RealClock":
+    clock: RealClock = import_module("sim_doubles.served.server").RealClock()
+    return clock
 
 
-def _bus_double(chip: OnBus, address: int, now: Now) -> I2cBus:
-    targets = import_module("sim_doubles.benches.singles").ON_BUS[chip.name](now, address)
-    double: I2cBus = import_module("sim_doubles.i2c_bus").I2cBusDouble("double", now, targets)
+def _bus_double(chip: OnBus, address: int, clock: "RealClock") -> I2cBus:
+    targets = import_module("sim_doubles.benches.singles").ON_BUS[chip.name](clock, address)
+    double: I2cBus = import_module("sim_doubles.i2c_bus").I2cBusDouble(
+        "double", clock, targets, bus_hz=BUS_HZ, reach=clock.reach
+    )
     return double
 
 
-def _port_double(chip: OnPort, now: Now) -> SerialPort:
-    target = import_module("sim_doubles.benches.singles").ON_PORT[chip.name](now)
+def _port_double(chip: OnPort, clock: "RealClock") -> SerialPort:
+    target = import_module("sim_doubles.benches.singles").ON_PORT[chip.name](clock)
     double: SerialPort = import_module("sim_doubles.serial_line").SerialLineDouble(
-        "double", now, target
+        "double", clock, target
     )
     return double

@@ -49,7 +49,7 @@ class Rig:
         self._ramp = SECOND if name == "md25" else 200 * MILLISECOND
         if isinstance(chip, OnBus):
             self.doubles: Sequence[Any] = ON_BUS[name](pace.clock, chip.address)
-            self.bus = I2cBusDouble("double", pace.clock, self.doubles)
+            self.bus = I2cBusDouble("double", pace.clock, self.doubles, reach=pace.clock.reach)
             self.chip = chip.build(self.bus, chip.address, options)
         else:
             target = ON_PORT[name](pace.clock)
