@@ -21,7 +21,7 @@ from firmware_runtime.cli.readers_gone import (
 from firmware_runtime.cli.status import Status
 from firmware_runtime.deployment.errors import DeploymentError
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.service.control import ControlError
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
@@ -55,6 +55,7 @@ VERBS = {
 }
 """Where each verb is, in this package."""
 
+_PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """For numpy, whose import starts a pool of threads else: the thread of the loop is the only one."""
 
@@ -81,6 +82,9 @@ def _carried_out(parsed: argparse.Namespace) -> int:
         status: int = parsed.execute(parsed)
     except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
+    except (NoAcknowledge, WrongDevice) as error:
+        is_real = not getattr(parsed, "doubles", None)
+        return _refuse(error, Status.NO_DEVICE, _PROBE if is_real else "")
     except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE)
     except DeploymentError as error:
@@ -113,6 +117,6 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     return top
 
 
-def _refuse(error: FirmwareRuntimeError, status: Status) -> int:
-    tell(f"firmware-runtime: {error}", sys.stderr)
+def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
+    tell(f"firmware-runtime: {error}{hint}", sys.stderr)
     return status
