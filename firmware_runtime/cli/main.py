@@ -82,11 +82,8 @@ def _carried_out(parsed: argparse.Namespace) -> int:
         status: int = parsed.execute(parsed)
     except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
-    except (NoAcknowledge, WrongDevice) as error:
-        is_real = not getattr(parsed, "doubles", None)
-        return _refuse(error, Status.NO_DEVICE, _PROBE if is_real else "")
     except (HalError, ControlError) as error:
-        return _refuse(error, Status.NO_DEVICE)
+        return _refuse(error, Status.NO_DEVICE, _hint(error, parsed))
     except DeploymentError as error:
         return _refuse(error, Status.NOT_DEPLOYED)
     except FirmwareRuntimeError as error:
@@ -115,6 +112,12 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     for module in asked_for or dict.fromkeys(VERBS.values()):
         import_module(f"firmware_runtime.cli.{module}").add_to(verbs)
     return top
+
+
+def _hint(error: Exception, parsed: argparse.Namespace) -> str:
+    """What to do about a chip that is not there; on doubles nothing could be asked."""
+    is_chip = isinstance(error, NoAcknowledge | WrongDevice)
+    return _PROBE if is_chip and not getattr(parsed, "doubles", None) else ""
 
 
 def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
