@@ -125,8 +125,8 @@ def together(first: FaultCount, second: FaultCount) -> FaultCount:
 
 def _counted(cells: Cells, model: int) -> Iterator[FaultCount]:
     for index in range(ROWS):
-        found = row(cells, model, index)
-        if found[_COUNT] > 0:
+        if cells[model * MODEL_CELLS + index * ROW_CELLS + _COUNT] > 0:  # few are
+            found = row(cells, model, index)
             yield FaultCount(
                 OTHER_KINDS if index == KINDS else _text(found[_KIND]),
                 found[_COUNT],
