@@ -192,7 +192,7 @@ class Layout:
     def from_description(cls, description: dict[str, Any]) -> "Layout":
         """Read a header's layout back. Raises KeyError or TypeError when it is not one."""
         names = {name: tuple(description[name]) for name in _NAMED}
-        fault_models = tuple(description.get("fault_models", ()))  # none before faults were counted
+        fault_models = tuple(map(str, description.get("fault_models", ())))  # none in older files
         return cls(**names, fault_models=fault_models, worst=int(description["worst"]))
 
 
