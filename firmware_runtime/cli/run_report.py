@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from firmware_runtime.cli.chart import chart
-from firmware_runtime.cli.fault_text import fault_lines
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.series import Series
 from firmware_runtime.cli.session import Session
@@ -66,10 +65,7 @@ class Report:
         for warning in self._session.robot.warnings:
             self._say(f"warning: {warning}")
         if self._json:
-            found = self._as_json(outcome)
-            for line in fault_lines(found["statistics"]):
-                print(f"firmware-runtime: fault: {line}", file=sys.stderr)
-            print(json.dumps(found, allow_nan=False))
+            print(json.dumps(self._as_json(outcome), allow_nan=False))
         else:
             print("\n".join(self._as_text(outcome)))
 
