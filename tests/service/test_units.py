@@ -135,7 +135,7 @@ def test_guard_and_run_live_in_the_same_sandbox() -> None:
     own = {
         "ExecStart", "ExecReload", "ExecStopPost", "Restart", "RestartSec", "SuccessExitStatus",
         "CPUSchedulingPolicy", "CPUSchedulingPriority", "LimitRTPRIO", "OOMScoreAdjust",
-        "SystemCallFilter", "WatchdogSec",
+        "SystemCallFilter", "TimeoutStopSec", "WatchdogSec",
     }  # fmt: skip
     run, guard = (dict(Unit(service)["Service"]) for service in (RUNTIME, GUARD))
     assert {k: v for k, v in run.items() if k not in own} == {
