@@ -24,11 +24,14 @@ class AdapterProfile(NamedTuple):
     empty_write: bool = True
     empty_read: bool = True
 
-    def refusal(self, messages: Sequence[Message]) -> int | None:
-        """Return the errno these messages are refused with, None when the adapter takes them."""
+    def refusal(self, messages: Sequence[Message], *, holds: bool = False) -> int | None:
+        """Return the errno these messages are refused with, None when the adapter takes them.
+
+        `holds` says that others of the same transaction follow.
+        """
         if not 1 <= len(messages) <= MOST_MESSAGES:
             return errno.EINVAL
-        last = len(messages) - 1
+        last = len(messages) if holds else len(messages) - 1
         for index, message in enumerate(messages):
             is_read = isinstance(message, int)
             length = message if isinstance(message, int) else len(message)

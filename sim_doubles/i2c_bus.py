@@ -23,7 +23,6 @@ from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import and_
 
-from firmware_runtime.hal.budget import wire_ns
 from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 from sim_doubles.clock import Now
@@ -31,6 +30,7 @@ from sim_doubles.faults import FaultScript
 from sim_doubles.i2c_adapter import ADAPTERS
 from sim_doubles.i2c_alteration import Alteration
 from sim_doubles.i2c_target import Target
+from sim_doubles.i2c_timing import WireTiming
 from sim_doubles.i2c_transaction import Transaction
 
 __all__ = ["I2cBusDouble", "Target", "Transaction"]
@@ -65,7 +65,6 @@ class I2cBusDouble(I2cBus):
             raise ValueError(f"{name}: adapter is {adapter!r}, expected one of {list(ADAPTERS)}")
         self.name = name
         self.bus_hz = bus_hz
-        self.overhead_ns = overhead_ns
         self.faults = faults
         self.log: deque[Transaction] = deque(maxlen=log_length)
         self.transactions = self.errors = self.bytes = self.bits = 0
@@ -73,11 +72,13 @@ class I2cBusDouble(I2cBus):
         self._targets = tuple(targets)
         self._adapter = ADAPTERS[adapter]
         self._pulses_missing = 0
-        self._closed = False
-        self._reach = reach
+        self._closed = self._holds = False
+        self._timing = WireTiming(now, reach, bus_hz, overhead_ns)
         self._lock = threading.Lock()
-        self._began_at = 0
-        self._bits_sent = 0
+
+    def be_behind(self, adapter: str) -> None:
+        """Report errors, and refuse messages, as another Linux adapter does from now on."""
+        self._adapter = ADAPTERS[adapter]
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction; return what was read, in order, joined."""
@@ -88,17 +89,48 @@ class I2cBusDouble(I2cBus):
 
     def transfer(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction as the adapter does; raises a plain OSError with its errno."""
+        messages = tuple(messages)
         with self._lock:
-            return self._transferred(address, tuple(messages))
+            self._stop_what_is_held()
+            return self._transferred((address,) * len(messages), messages)
 
-    def _transferred(self, address: int, messages: tuple[Message, ...]) -> bytes:
-        at = self._now()
+    def transfer_parts(
+        self, parts: Sequence[tuple[int, Message]], *, continues: bool = False, holds: bool = False
+    ) -> bytes:
+        """Carry out messages to addresses of their own as one transaction, or as a piece of one.
+
+        A piece that `holds` ends without STOP, and the one that `continues` it begins with a
+        repeated START. Whatever else comes in between ends the transaction held. Faults, counters
+        and log take each piece as a transaction to the first address.
+        """
+        addresses, messages = (tuple(each) for each in zip(*parts, strict=True))
+        with self._lock:
+            if not continues:
+                self._stop_what_is_held()
+            try:
+                answer = self._transferred(addresses, messages, holds=holds)
+            except OSError:
+                self._stop_what_is_held()  # whatever went wrong, it ends with STOP
+                raise
+            self._holds = holds
+            return answer
+
+    def _stop_what_is_held(self) -> None:
+        if self._holds:
+            self._holds = False
+            for target in self._targets:
+                target.stop()
+
+    def _transferred(
+        self, addresses: tuple[int, ...], messages: tuple[Message, ...], *, holds: bool = False
+    ) -> bytes:
+        at, address = self._now(), addresses[0] if addresses else 0
         try:
-            self._refuse(messages)
+            self._refuse(messages, holds=holds)
             if self.faults is None:
-                answer = self._on_the_wire(self._targets, address, messages)
+                answer = self._on_the_wire(self._targets, addresses, messages, holds=holds)
             else:
-                answer = self._with_faults(self.faults, at, address, messages)
+                answer = self._with_faults(self.faults, at, addresses, messages, holds=holds)
         except OSError as error:
             self.errors += 1
             self.log.append(Transaction(at, address, messages, b"", error.errno))
@@ -136,37 +168,45 @@ class I2cBusDouble(I2cBus):
         """Release the bus; the targets go on as they are."""
         self._closed = True
 
-    def _refuse(self, messages: tuple[Message, ...]) -> None:
+    def _refuse(self, messages: tuple[Message, ...], *, holds: bool) -> None:
         """Raise what ends a transaction before its START."""
         if self._closed:
             raise _os_error(errno.EBADF)
-        refused_with = self._adapter.refusal(messages)
+        refused_with = self._adapter.refusal(messages, holds=holds)
         if refused_with is not None:
             raise _os_error(refused_with)
         if self._pulses_missing:
             raise _os_error(self._adapter.no_completion)
 
     def _on_the_wire(
-        self, targets: Sequence[Target], address: int, messages: tuple[Message, ...]
+        self,
+        targets: Sequence[Target],
+        addresses: tuple[int, ...],
+        messages: tuple[Message, ...],
+        *,
+        holds: bool,
     ) -> bytes:
         answer = b""
-        self._begin_timing()
+        self._timing.begin()
         left = len(messages)
+        stops = True
         try:
-            for message in messages:
+            for address, message in zip(addresses, messages, strict=False):
                 left -= 1
-                stop_bits = 0 if left else 1
+                stop_bits = 0 if left or holds else 1
                 if isinstance(message, int):
                     answer += self._read(targets, address, message)
-                    self._pass(START_BITS + BITS_PER_BYTE * message + stop_bits)
+                    self._timing.take(START_BITS + BITS_PER_BYTE * message + stop_bits)
                 else:
                     answering = self._start(targets, address, read=False)
-                    self._pass(START_BITS + BITS_PER_BYTE * len(message) + stop_bits)
+                    self._timing.take(START_BITS + BITS_PER_BYTE * len(message) + stop_bits)
                     self._write(answering, message)
+            stops = not holds
         finally:
-            self.bits += 1
-            for target in targets:
-                target.stop()
+            if stops:
+                self.bits += 1
+                for target in targets:
+                    target.stop()
         return answer
 
     def _start(self, targets: Sequence[Target], address: int, *, read: bool) -> list[Target]:
@@ -174,7 +214,7 @@ class I2cBusDouble(I2cBus):
         self.bits += START_BITS
         answering = [target for target in targets if target.start(address, read=read)]
         if not answering:
-            self._pass(START_BITS + 1)
+            self._timing.take(START_BITS + 1)
             raise _os_error(self._adapter.address_refused)
         return answering
 
@@ -193,33 +233,27 @@ class I2cBusDouble(I2cBus):
         colliding = ([target.read() for target in answering] for _ in range(length))
         return bytes([reduce(and_, driven) for driven in colliding])
 
-    def _begin_timing(self) -> None:
-        """Let the adapter's overhead pass; the transaction begins on the wire."""
-        if self._reach is not None:
-            self._bits_sent = 0
-            self._began_at = self._now() + self.overhead_ns
-            self._reach(self._began_at)
-
-    def _pass(self, bits: int) -> None:
-        """Let that many more bits of the transaction take their time."""
-        if self._reach is not None:
-            self._bits_sent += bits
-            self._reach(self._began_at + wire_ns(self._bits_sent, self.bus_hz))
-
     def _count(self, length: int) -> None:
         self.bytes += length
         self.bits += BITS_PER_BYTE * length
 
     def _with_faults(
-        self, script: FaultScript, at: int, address: int, messages: tuple[Message, ...]
+        self,
+        script: FaultScript,
+        at: int,
+        addresses: tuple[int, ...],
+        messages: tuple[Message, ...],
+        *,
+        holds: bool,
     ) -> bytes:
         """Carry out a transaction with what the script has due in it."""
-        alteration = script.alteration(self.transactions, at, address, messages)
+        alteration = script.alteration(self.transactions, at, addresses[0], messages)
         if alteration is None:
-            return self._on_the_wire(self._targets, address, messages)
+            return self._on_the_wire(self._targets, addresses, messages, holds=holds)
         self._fail_before_start(alteration)
         reachable = [] if alteration.address_refused else self._present(alteration)
-        answer = self._on_the_wire(reachable, address, alteration.cut(messages))
+        messages_left = alteration.cut(messages)
+        answer = self._on_the_wire(reachable, addresses, messages_left, holds=holds)
         if alteration.refused_byte is not None:
             self._count(1)
             raise _os_error(self._adapter.byte_refused)

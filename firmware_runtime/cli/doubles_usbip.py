@@ -48,6 +48,8 @@ def execute(arguments: argparse.Namespace) -> int:
     path = arguments.socket or Path(f"/run/{board.name}.doubles")
     clock = RealClock()
     bench = bench_for(board, clock)
+    for double in bench.buses.values():
+        double.be_behind("i2c-tiny-usb")
     with OutputLog(arguments.log, bench) as log:
         service = DoublesService(board.name, bench, clock, log)
         with (

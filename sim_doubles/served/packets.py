@@ -23,6 +23,18 @@ class Transfer(Struct, tag="transfer", array_like=True, frozen=True):
     messages: tuple[bytes | int, ...]
 
 
+class Part(Struct, tag="part", array_like=True, frozen=True):
+    """An I2C transaction whose messages have addresses of their own, or a piece of one.
+
+    One that `holds` ends without STOP; one that `continues` goes on with what was held.
+    """
+
+    bus: str
+    messages: tuple[tuple[int, bytes | int], ...]
+    continues: bool = False
+    holds: bool = False
+
+
 class Write(Struct, tag="write", array_like=True, frozen=True):
     """Bytes for a serial port."""
 
@@ -98,7 +110,7 @@ class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
     result: dict[str, object]
 
 
-Asked: TypeAlias = Transfer | Write | Read | Look | Conclude | Strike | Enable
+Asked: TypeAlias = Transfer | Part | Write | Read | Look | Conclude | Strike | Enable
 Answered: TypeAlias = Done | Failed | Refused | Standing | Concluded
 
 

@@ -19,6 +19,7 @@ from sim_doubles.served.packets import (
     Enable,
     Failed,
     Look,
+    Part,
     Read,
     Refused,
     Standing,
@@ -84,11 +85,14 @@ class DoublesService:
         at = self._now()
         return Standing(self._board, at, self._bench.outputs, self._bench.levels(at))
 
-    def _carried_out(self, asked: Transfer | Write | Read | Strike) -> bytes:
+    def _carried_out(self, asked: Transfer | Part | Write | Read | Strike) -> bytes:
         """Carry out a transaction. Raises the OSError that an adapter reports."""
         match asked:
             case Transfer(bus, address, messages):
                 return _found(self._bench.buses, bus).transfer(address, messages)
+            case Part(bus, parts, continues, holds):
+                line = _found(self._bench.buses, bus)
+                return line.transfer_parts(parts, continues=continues, holds=holds)
             case Write(port, data):
                 _found(self._bench.ports, port).write(data)
                 return b""

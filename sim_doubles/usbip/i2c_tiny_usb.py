@@ -1,12 +1,10 @@
 """An i2c-tiny-usb adapter as a USB device: what Linux's driver of that name asks, answered.
 
-The driver sends an I2C transaction message by message and asks after each whether it was
-acknowledged. Doubles carry out a transaction at one instant; so writes wait for the message that
-ends it, and count as acknowledged until then. A program sees no difference: whichever message was
-refused, the kernel reports ENXIO for the whole call.
-
-What a Pi's bcm2835 refuses, this adapter refuses too, by a stall: a read that is not the last
-message. Likewise messages to several addresses in one transaction.
+The driver sends an I2C transaction message by message, each with its address, and asks after each
+whether it was acknowledged. Doubles take a transaction as a whole; so writes wait for the message
+that ends it, or for a read, and count as acknowledged until then. A program sees no difference:
+whichever message was refused, the kernel reports ENXIO for the whole call. What is sent on with a
+read that is not last is a piece of the transaction, held without STOP.
 
 Not modelled: the speed of the bus (SET_DELAY is taken and changes nothing), clock stretching.
 Source: Linux 6.1 drivers/i2c/busses/i2c-tiny-usb.c.
@@ -14,9 +12,9 @@ Source: Linux 6.1 drivers/i2c/busses/i2c-tiny-usb.c.
 
 import errno
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import IntEnum
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.usbip.descriptors import descriptors
@@ -26,8 +24,20 @@ from sim_doubles.usbip.packets import Setup
 FUNCTIONALITY: Final = 0x0EFF_0009
 """Plain transfers, and every SMBus call that can be made of them."""
 
-Transfer: TypeAlias = Callable[[int, Sequence[Message]], bytes]
-"""Carries out a transaction with an address. Raises OSError with the errno of an adapter."""
+
+class Piece(NamedTuple):
+    """A transaction, or a piece of one: messages with their addresses.
+
+    It `continues` what was held, or begins with START; it `holds`, or ends with STOP.
+    """
+
+    messages: tuple[tuple[int, Message], ...]
+    continues: bool
+    holds: bool
+
+
+Transfer: TypeAlias = Callable[[Piece], bytes]
+"""Carries out a piece. Raises OSError with the errno of an adapter."""
 
 
 class Kind(IntEnum):
@@ -73,8 +83,8 @@ class I2cTinyUsb:
         self._transfer = transfer
         self._descriptors = descriptors(serial)
         self._status = ACKNOWLEDGED
-        self._address = 0
-        self._waiting: list[Message] = []
+        self._waiting: list[tuple[int, Message]] = []
+        self._continues = False
 
     def control(self, setup: Setup, written: bytes) -> bytes:
         """Answer a control request. Raises Stalled for what the device does not know."""
@@ -107,25 +117,27 @@ class I2cTinyUsb:
         raise Stalled
 
     def _message(self, request: int, setup: Setup, written: bytes) -> bytes:
-        """Take one message; the last one lets the transaction happen."""
+        """Take one message; a read, and the last one, let happen what waits."""
         if request & FIRST:
             self._waiting.clear()
-            self._address = setup.index
+            self._continues = False
         is_read = bool(setup.value & READ)
         is_last = bool(request & LAST)
-        if setup.index != self._address or (is_read and not is_last):
-            raise Stalled
         self._status = ACKNOWLEDGED
-        self._waiting.append(setup.length if is_read else written)
-        return self._carried_out(setup.length if is_read else 0) if is_last else b""
+        self._waiting.append((setup.index, setup.length if is_read else written))
+        if is_read or is_last:
+            return self._carried_out(setup.length if is_read else 0, holds=not is_last)
+        return b""
 
-    def _carried_out(self, read_length: int) -> bytes:
+    def _carried_out(self, read_length: int, *, holds: bool) -> bytes:
         """Carry out what waits; bytes that nobody sent read as zeros, and the status says so."""
-        messages = tuple(self._waiting)
+        piece = Piece(tuple(self._waiting), self._continues, holds)
         self._waiting.clear()
+        self._continues = holds
         try:
-            return self._transfer(self._address, messages)
+            return self._transfer(piece)
         except OSError as error:
+            self._continues = False
             if error.errno not in _REFUSALS:
                 raise Stalled from error
             self._status = REFUSED

@@ -8,14 +8,12 @@ from socket import AF_UNIX, SOCK_STREAM, socketpair
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.i2c import Message
-from sim_doubles.served.packets import Done, Failed, Question, encode, read_answer
-from sim_doubles.served.packets import Transfer as TransferAsked
+from sim_doubles.served.packets import Done, Failed, Part, Question, encode, read_answer
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 from sim_doubles.usbip.errors import NotAttached
 from sim_doubles.usbip.host_controller import HostController
-from sim_doubles.usbip.i2c_tiny_usb import I2cTinyUsb, Transfer
+from sim_doubles.usbip.i2c_tiny_usb import I2cTinyUsb, Piece, Transfer
 from sim_doubles.usbip.packets import Conversation
 
 PATIENCE: Final = 30 * SECOND
@@ -76,8 +74,8 @@ def plugged_in(
 def transfer_of(service: DoublesService, bus: str) -> Transfer:
     """What carries out transactions on a bus of served doubles."""
 
-    def transfer(address: int, messages: Sequence[Message]) -> bytes:
-        asked = TransferAsked(bus, address, tuple(messages))
+    def transfer(piece: Piece) -> bytes:
+        asked = Part(bus, piece.messages, piece.continues, piece.holds)
         match read_answer(service.answer(encode(Question(0, asked)))).answered:
             case Done(data):
                 return data

@@ -160,17 +160,59 @@ def test_a_quick_write_asks_who_is_there(host: Host) -> None:
 
 
 @pytest.mark.parametrize("messages", [(1, b"\x75"), (1, 1)])
-def test_a_read_that_is_not_last_stalls_and_nothing_happens(
+def test_behind_a_pis_adapter_a_read_that_is_not_last_stalls_and_nothing_happens(
     rig: ServedRig, host: Host, messages: Sequence[Message]
 ) -> None:
     assert host.transaction(SENSOR, messages) == errno.EIO
-    assert rig.bench.buses["i2c1"].transactions == 0
+    assert rig.bench.buses["i2c1"].bytes == 0
 
 
-def test_messages_to_two_addresses_stall(rig: ServedRig, host: Host) -> None:
-    host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 1), b"\x00")
-    assert host.read(TRANSFER + LAST, 1, SENSOR, 1).status == -errno.EPIPE
-    assert rig.bench.buses["i2c1"].transactions == 0
+@pytest.mark.parametrize(
+    ("messages", "found"),
+    [
+        ((b"\x75", 1, b"\x19", 2), b"\x71\x00\x00"),
+        ((b"\x74", 1, 1, b"\x75", 1), b"\x00\x00\x71"),
+        ((1, 1), b"\x97\x9a"),  # the pointer goes on
+    ],
+)
+def test_behind_its_own_a_read_may_be_anywhere(
+    rig: ServedRig, host: Host, messages: Sequence[Message], found: bytes
+) -> None:
+    rig.bench.buses["i2c1"].be_behind("i2c-tiny-usb")
+    assert host.transaction(SENSOR, messages) == found
+
+
+def test_pieces_of_a_transaction_are_joined_by_a_repeated_start(rig: ServedRig, host: Host) -> None:
+    """Samples are frozen until STOP, so both reads are of one sample."""
+    bus = rig.bench.buses["i2c1"]
+    bus.be_behind("i2c-tiny-usb")
+    host.transaction(SENSOR, (b"\x19\x00\x01",))
+    rig.clock.advance(200_000_000)
+    host.read(TRANSFER + FIRST, 1, SENSOR, 2)
+    rig.clock.advance(50_000_000)
+    host.ask((VENDOR_OUT, TRANSFER, 0, SENSOR, 1), b"\x3a")
+    assert host.read(TRANSFER, 1, SENSOR, 1).read == b"\x01", "a sample is there"
+    rig.clock.advance(50_000_000)
+    host.ask((VENDOR_OUT, TRANSFER, 0, SENSOR, 1), b"\x3a")
+    assert host.read(TRANSFER + LAST, 1, SENSOR, 1).read == b"\x00", "and no new one"
+    assert host.transaction(SENSOR, (b"\x3a", 1)) == b"\x01"
+
+
+def test_messages_of_one_transaction_may_go_to_several_addresses(
+    rig: ServedRig, host: Host
+) -> None:
+    host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 2), b"\x05\xe2")
+    host.ask((VENDOR_OUT, TRANSFER, 0, SENSOR, 1), b"\x75")
+    assert host.read(TRANSFER + LAST, 1, SENSOR, 1).read == b"\x71"
+    assert rig.bench.buses["i2c1"].transactions == 1
+    assert host.transaction(PWM, (b"\x05", 1)) == b"\xe2"
+
+
+def test_a_transaction_that_is_held_ends_when_another_comes(rig: ServedRig, host: Host) -> None:
+    rig.bench.buses["i2c1"].be_behind("i2c-tiny-usb")
+    host.read(TRANSFER + FIRST, 1, SENSOR, 2)
+    assert host.transaction(PWM, (b"\x00", 1)) == b"\x11"
+    assert host.transaction(SENSOR, (b"\x75", 1)) == b"\x71"
 
 
 def test_the_log_has_what_went_on_through_the_adapter(host: Host, tmp_path: Path) -> None:

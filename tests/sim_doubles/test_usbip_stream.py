@@ -1,7 +1,7 @@
 """The stream that carries USB/IP: pieces of any size, what is cut short, what is no request."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_runtime.hal.i2c import Message
 from sim_doubles.usbip.errors import NotAttached, NotUsbip
-from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, I2cTinyUsb
+from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, I2cTinyUsb, Piece
 from sim_doubles.usbip.packets import HEADER, Conversation
 from sim_doubles.usbip.plugged import PluggedBus, transfer_of
 from tests.support.served_rig import ServedRig, served_rig
@@ -39,10 +38,10 @@ def rig(tmp_path: Path) -> Iterator[ServedRig]:
 
 @given(st.lists(st.integers(1, 40)))
 def test_requests_may_come_in_pieces_of_any_size(sizes: list[int]) -> None:
-    written: list[tuple[int, Sequence[Message]]] = []
+    written: list[Piece] = []
 
-    def transfer(address: int, messages: Sequence[Message]) -> bytes:
-        written.append((address, messages))
+    def transfer(piece: Piece) -> bytes:
+        written.append(piece)
         return b""
 
     conversation = Conversation(I2cTinyUsb("x", transfer))
@@ -53,7 +52,7 @@ def test_requests_may_come_in_pieces_of_any_size(sizes: list[int]) -> None:
         sent += conversation.receive(stream[:size])
         stream = stream[size:]
     sent += conversation.receive(stream)
-    assert written == [(PWM, (b"12345",))]
+    assert written == [(((PWM, b"12345"),), False, False)]
     first, second = sent[: HEADER.size], sent[HEADER.size :]
     assert answers(first, reads=False)[0].number == 1
     assert answers(second)[0].read == ACKNOWLEDGED
@@ -81,7 +80,7 @@ def test_a_request_withdrawn_was_answered_before(rig: ServedRig) -> None:
     ],
 )
 def test_what_is_no_request_is_refused_in_a_sentence(bytes_: bytes, sentence: str) -> None:
-    conversation = Conversation(I2cTinyUsb("x", lambda _address, _messages: b""))
+    conversation = Conversation(I2cTinyUsb("x", lambda _piece: b""))
     with pytest.raises(NotUsbip, match=sentence):
         conversation.receive(bytes_)
 
@@ -89,7 +88,7 @@ def test_what_is_no_request_is_refused_in_a_sentence(bytes_: bytes, sentence: st
 @settings(deadline=None)
 @given(st.binary(max_size=200))
 def test_no_bytes_break_it_otherwise(noise: bytes) -> None:
-    conversation = Conversation(I2cTinyUsb("x", lambda _address, _messages: b""))
+    conversation = Conversation(I2cTinyUsb("x", lambda _piece: b""))
     with suppress(NotUsbip):
         assert len(answers(conversation.receive(noise), reads=False)) <= len(noise) // HEADER.size
 

@@ -65,13 +65,15 @@ def absent(device: str) -> str:
 
 
 def read_first(device: str) -> str:
-    """A read, then a write, in one transaction."""
+    """A read, then a write to another address and a read there, in one transaction."""
+    identity, mode = i2c_msg.read(SENSOR, 1), i2c_msg.read(PWM, 1)
     with SMBus(device) as bus:
-        try:
-            bus.i2c_rdwr(i2c_msg.read(SENSOR, 2), i2c_msg.write(SENSOR, (WHO_AM_I,)))
-        except OSError as error:
-            return errno.errorcode[error.errno or 0]
-    raise AssertionError("it was carried out")
+        bus.i2c_rdwr(
+            i2c_msg.write(SENSOR, (WHO_AM_I,)), identity, i2c_msg.write(PWM, (0x01,)), mode
+        )
+    found = bytes(identity) + bytes(mode)
+    assert found == b"\x71\x04", found
+    return found.hex(" ")
 
 
 def burst(device: str) -> str:
