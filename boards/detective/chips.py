@@ -8,6 +8,7 @@ from boards.detective.settings import (
     TreadsTable,
 )
 from boards.lines import Lines
+from drivers.chips import cmps12, md25, sabertooth, srf08
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.hmc5883l import Hmc5883l
@@ -28,25 +29,26 @@ def sonar(table: SonarTable, lines: Lines) -> RangeFinder:
     if table.chip == "maxbotix":
         return Maxbotix(lines.ports[str(table.port)], table.family)
     settings = Srf08Settings(max_range_m=table.max_range_m, gain=table.gain)
-    return Srf08(lines.buses[str(table.bus)], table.address or 0x73, settings)
+    address = _known(table.address, srf08.SHIPPED_AT)
+    return Srf08(lines.buses[str(table.bus)], address, settings)
 
 
 def compass(table: CompassTable, lines: Lines) -> BearingSensor:
     """A CMPS12 or an HMC5883L."""
     if table.chip == "hmc5883l":
         return Hmc5883l(lines.buses[table.bus])
-    return Cmps12(lines.buses[table.bus], table.address or 0x61)
+    return Cmps12(lines.buses[table.bus], _known(table.address, cmps12.SHIPPED_AT))
 
 
 def treads(table: TreadsTable, lines: Lines) -> TreadDriver:
     """An MD25 or a Sabertooth."""
     if table.driver == "sabertooth":
         settings = SabertoothSettings(timeout_ns=seconds(table.timeout_s))
-        address = 128 if table.address is None else table.address
+        address = _known(table.address, sabertooth.SHIPPED_AT)
         return Sabertooth(lines.ports[str(table.port)], address, settings)
     return Md25(
         lines.buses[str(table.bus)],
-        0x58 if table.address is None else table.address,
+        _known(table.address, md25.SHIPPED_AT),
         Md25Settings(acceleration=table.acceleration),
     )
 
@@ -92,3 +94,8 @@ def radar_motor_settings(settings: DetectiveSettings) -> RadarMotorSettings:
     """How fast the head turns, and for how long without an order."""
     table = settings.radar_motor
     return RadarMotorSettings(table.duty, table.frequency_hz, seconds(table.longest_turn_s))
+
+
+def _known(address: int | None, shipped_at: int) -> int:
+    """The address of a chip: the one stated, or that of every new one."""
+    return shipped_at if address is None else address

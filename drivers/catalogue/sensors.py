@@ -119,7 +119,7 @@ SENSORS: Final = (
     OnBus(
         name="srf08",
         title="SRF08 sonar: distance",
-        address=0x73,
+        address=srf08.SHIPPED_AT,
         addresses=srf08.ADDRESSES,
         build=_sonar,
         options=(
@@ -139,7 +139,7 @@ SENSORS: Final = (
     OnBus(
         name="cmps12",
         title="CMPS12 or CMPS14 compass: bearing",
-        address=0x61,
+        address=cmps12.SHIPPED_AT,
         addresses=cmps12.ADDRESSES,
         build=_compass,
     ),

@@ -20,6 +20,8 @@ from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x60, 0x68)
+SHIPPED_AT: Final = 0x60
+"""Where a motor board has its PCA9685: beside one, give it another address."""
 
 VERSION: Final = 0x00
 BEARING: Final = 0x02
@@ -47,7 +49,7 @@ class Cmps12:
 
     measurement: tuple[Step, ...] = ()
 
-    def __init__(self, bus: I2cBus, address: int = 0x61) -> None:
+    def __init__(self, bus: I2cBus, address: int = SHIPPED_AT) -> None:
         self.address = address
         self.place = f"CMPS12 at 0x{address:02x} on {bus.name}"
         if address not in ADDRESSES:

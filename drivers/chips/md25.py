@@ -24,6 +24,7 @@ from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x58, 0x60)
+SHIPPED_AT: Final = 0x58
 
 SPEED1: Final = 0x00
 ENCODER1: Final = 0x02
@@ -86,7 +87,7 @@ class Md25:
     timeout_ns = TIMEOUT_NS
 
     def __init__(
-        self, bus: I2cBus, address: int = 0x58, settings: Md25Settings | None = None
+        self, bus: I2cBus, address: int = SHIPPED_AT, settings: Md25Settings | None = None
     ) -> None:
         settings = settings or Md25Settings()
         self.address = address

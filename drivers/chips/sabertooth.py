@@ -20,6 +20,7 @@ from drivers.chips.step import Step
 from firmware_runtime.hal.serial import SerialPort
 
 ADDRESSES: Final = range(128, 136)
+SHIPPED_AT: Final = 128
 
 AUTOBAUD: Final = b"\xaa"
 M1_FORWARD: Final = 0
@@ -74,7 +75,10 @@ class Sabertooth:
     """
 
     def __init__(
-        self, port: SerialPort, address: int = 128, settings: SabertoothSettings | None = None
+        self,
+        port: SerialPort,
+        address: int = SHIPPED_AT,
+        settings: SabertoothSettings | None = None,
     ) -> None:
         settings = settings or SabertoothSettings()
         self.address = address

@@ -24,6 +24,8 @@ from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x70, 0x80)
+SHIPPED_AT: Final = 0x70
+"""Every PCA9685 answers there too until its ALLCALL is off: beside one, give it another address."""
 
 COMMAND: Final = 0x00
 REVISION: Final = 0x00
@@ -83,7 +85,7 @@ class Srf08:
     """
 
     def __init__(
-        self, bus: I2cBus, address: int = 0x73, settings: Srf08Settings | None = None
+        self, bus: I2cBus, address: int = SHIPPED_AT, settings: Srf08Settings | None = None
     ) -> None:
         settings = settings or Srf08Settings()
         self.address = address

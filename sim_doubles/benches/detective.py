@@ -143,16 +143,16 @@ class DetectiveBench:
     def _treads(self) -> MotorPair:
         table = self._settings.treads
         if table.driver == "sabertooth":
-            driver = SabertoothDouble(self._now, table.address or 128)
+            driver = SabertoothDouble(self._now, *_stated(table.address))
             self._plug_in(table.port, driver)
             return driver.motors
-        chip = Md25Double(self._now, table.address or 0x58)
+        chip = Md25Double(self._now, *_stated(table.address))
         self._wired[str(table.bus)].append(chip)
         return chip.motors
 
     def _sonar(self, table: SonarTable, echoes: Callable[[int], Sequence[float]]) -> None:
         if table.chip == "srf08":
-            double = Srf08Double(self._now, table.address or 0x70, echoes=echoes)
+            double = Srf08Double(self._now, *_stated(table.address), echoes=echoes)
             self._wired[str(table.bus)].append(double)
             return
         sonar = MaxbotixDouble(
@@ -163,7 +163,7 @@ class DetectiveBench:
 
     def _compass(self, table: CompassTable, bearing_deg: Callable[[int], float]) -> None:
         if table.chip == "cmps12":
-            chip = Cmps12Double(self._now, table.address or 0x60, bearing_deg=bearing_deg)
+            chip = Cmps12Double(self._now, *_stated(table.address), bearing_deg=bearing_deg)
             self._wired[table.bus].append(chip)
             return
         magnetometer = Hmc5883lDouble(self._now, lambda at: _field(bearing_deg(at)))
@@ -189,6 +189,11 @@ class DetectiveBench:
         for sampler in self._samplers:
             sampler.catch_up()
         self.arena.advance(self._now())
+
+
+def _stated(address: int | None) -> tuple[int, ...]:
+    """The address, where the board states one; else a double has that of a new chip."""
+    return () if address is None else (address,)
 
 
 def _field(bearing_deg: float) -> tuple[float, float, float]:

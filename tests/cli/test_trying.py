@@ -200,7 +200,7 @@ def test_options_that_do_not_fit_are_refused(name: str, said: dict[str, Any]) ->
 
 def test_an_absent_sensor_is_an_error_and_not_waited_for() -> None:
     rig = Rig("cmps12", TrialPace())
-    rig.bus.faults = FaultScript([NackAddress(address=0x61, times=None)])
+    rig.bus.faults = FaultScript([NackAddress(address=0x60, times=None)])
     with pytest.raises(NoAcknowledge):
         rig.watch(10 * SECOND)
 

@@ -5,6 +5,7 @@ range; the contract is the same for all.
 """
 
 import importlib
+import inspect
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,20 @@ import drivers.chips
 import sim_doubles.chips
 from drivers.catalogue.identity import IDENTITIES
 from drivers.catalogue.table import CHIPS
+from drivers.chips.cmps12 import Cmps12
+from drivers.chips.md25 import Md25
+from drivers.chips.mpu9250 import Mpu9250
+from drivers.chips.pca9685 import Pca9685
+from drivers.chips.sabertooth import Sabertooth
+from drivers.chips.srf08 import Srf08
 from firmware_runtime.hal.budget import bits
 from firmware_runtime.hal.errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
+from sim_doubles.chips.cmps12 import Cmps12Double
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.chips.sabertooth import SabertoothDouble
+from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.faults import ForcedRegister, NackAddress, StuckSda
 from tests.support.chip_row import MILLISECOND, Row
 from tests.support.detective_rows import Cmps12Row, Hmc5883lRow, Md25Row, Srf08Row
@@ -47,6 +60,24 @@ UNHARMED = [row for row in ROWS if row.keeps_nothing]
 FORGETFUL = [row for row in ROWS if not row.keeps_nothing]
 STATING_TRAFFIC = [row for row in ROWS if row.traffic]
 every_chip = pytest.mark.parametrize("row_type", ROWS, ids=lambda row: row.module)
+
+
+@pytest.mark.parametrize(
+    ("driver", "double"),
+    [
+        (Pca9685, Pca9685Double),
+        (Mpu9250, Mpu9250Double),
+        (Srf08, Srf08Double),
+        (Cmps12, Cmps12Double),
+        (Md25, Md25Double),
+        (Sabertooth, SabertoothDouble),
+    ],
+)
+def test_without_an_address_a_driver_speaks_to_a_chip_as_shipped(
+    driver: type, double: type
+) -> None:
+    addresses = [inspect.signature(each).parameters["address"].default for each in (driver, double)]
+    assert addresses[0] == addresses[1]
 
 
 @every_chip
