@@ -23,6 +23,9 @@ from firmware_runtime.telemetry.layout import STEPS
 STATUS_EVERY = SECOND
 SUMMARY_EVERY = 60 * SECOND
 RESERVE = MILLISECOND
+TELL_EVERY = SECOND
+"""Ns from one line about episodes of a model to the next: a loop that is always late has hundreds
+in a second, and writing them takes the time that it lacks."""
 PATIENCE = SECOND
 """Ns after which a summary for the journal is made all the same: a fast loop never has the time."""
 
@@ -43,6 +46,7 @@ class Chronicle:
         self._summary = summary
         self._is_ready = False
         self._told = dict.fromkeys(executive.accounts, 0)
+        self._tell_at = dict.fromkeys(executive.accounts, 0)
         self._status_at = 0
         self._summary_at = SUMMARY_EVERY
         self._longest = 0
@@ -58,8 +62,8 @@ class Chronicle:
             self._notices.alive()
         self._faults.attend(now)
         for account, told in self._told.items():
-            if account.episodes > told and not account.in_episode:
-                self._told[account] = account.episodes
+            if account.episodes > told and not account.in_episode and now >= self._tell_at[account]:
+                self._tell_at[account] = now + TELL_EVERY
                 self._tell(account)
         has_time = now >= self._status_at and left > 2 * self._longest + RESERVE
         if has_time or now >= self._summary_at + PATIENCE:
@@ -74,17 +78,20 @@ class Chronicle:
                 self._tell(account)
 
     def _tell(self, account: ModelAccount) -> None:
-        """One line for an episode that is over."""
+        """One line for an episode that is over, and for those that came too fast before it."""
+        episodes, self._told[account] = account.episodes - self._told[account], account.episodes
         late_us, period_us = account.latest_in_episode // MICROSECOND, account.period // MICROSECOND
         missed, cause = account.missed_in_episode, account.cause or "unknown"
         self._journal.write(
-            f"{account.path}: {late_us} us late, {missed} missed, period {period_us} us: {cause}",
+            f"{account.path}: {late_us} us late, {missed} missed, period {period_us} us: {cause}"
+            + (f"; the last of {episodes} episodes" if episodes > 1 else ""),
             WARNING,
             MODEL=account.path,
             PERIOD_US=period_us,
             LATE_US=late_us,
             MISSED=missed,
             CAUSE=cause,
+            EPISODES=episodes,
         )
 
     def _show_status(self, now: int) -> None:

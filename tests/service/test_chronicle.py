@@ -212,3 +212,22 @@ def test_a_fault_is_a_line_when_it_comes_and_at_the_end_with_its_number(
     (last,) = journald.heard()
     assert "\nCOUNT=11\n" in last
     journal.close()
+
+
+def test_a_loop_that_is_late_again_and_again_writes_a_line_a_second_with_their_number(
+    tmp_path: Path, journald: Listener
+) -> None:
+    every_other = dict.fromkeys(range(5, 245, 2), 3 * PERIOD)
+    executive = Executive(Robot(), StallingClock(every_other), list)
+    journal = Journal(tmp_path / "journal")
+    chronicle = Chronicle(executive, Notices(), journal, lambda _statistics: "a summary")
+    executive.run(5 * SECOND)
+    chronicle.close()
+    journal.close()
+    lines = journald.heard()
+    (account,) = executive.accounts
+    assert len(lines) <= 1 + 5
+    counts = [int(line.partition("\nEPISODES=")[2].partition("\n")[0]) for line in lines]
+    assert sum(counts) == account.episodes > 2 * len(lines)
+    assert counts[0] == 1
+    assert f"the last of {counts[1]} episodes" in lines[1]
