@@ -30,11 +30,27 @@ class Robot:
     """Takes up gains and limits from new settings of the board, while the robot runs."""
     warnings: Sequence[str]
     """What works less well than it should, found while the chips were brought up."""
+    still_on: Sequence[Callable[[], str | None]] = ()
+    """Each reads one chip back: what it still drives, in a sentence. Raises HalError."""
+    unseen: Sequence[str] = ()
+    """What drives something and cannot be read back."""
 
     def find_chips(self) -> None:
         """Raise the HalError of the first chip that is missing or another one; actuate nothing."""
         for step in self.probe:
             step()
+
+    def outputs_on(self) -> list[str]:
+        """What is on by what can be read back, or cannot be at the moment; one sentence each."""
+        found: list[str] = []
+        for read_back in self.still_on:
+            try:
+                on = read_back()
+            except Exception as error:  # noqa: BLE001 -- a defect must not hide the next chip
+                on = f"{text_of(error)}; not read back"
+            if on is not None:
+                found.append(on)
+        return found
 
     def make_safe(self) -> list[str]:
         """Write every safe state, each on its own; return what failed, one sentence each."""

@@ -75,11 +75,17 @@ def event_model(settings: DetectiveSettings, model_file: Path | None) -> Coupled
 def build(settings: DetectiveSettings, lines: Lines) -> Robot:
     """The robot on these lines; nothing is sent yet."""
     model = DetectiveRobot(settings, lines)
+    treads = model.treads.driver
     return Robot(
         model=model,
         # The PCA9685 leaves the ALLCALL address before anything else is said on the bus.
         probe=(model.bridge_chip.silence, model.bridge_chip.identify, *_identities(model)),
-        stop=(model.treads.driver.stop, model.bridge_chip.stop_all),
+        stop=(treads.stop, model.bridge_chip.stop_all),
+        still_on=(
+            *((treads.still_on,) if isinstance(treads, Md25) else ()),
+            model.bridge_chip.still_on,
+        ),
+        unseen=() if isinstance(treads, Md25) else (treads.place,),
         result=lambda: {"found": model.has_found},
         ended=model.mission.ended,
         ends_on_failure=settings.mission.on_failure == "end",

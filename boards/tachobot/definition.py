@@ -69,6 +69,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
             model.imu_chip.identify,
         ),
         stop=tuple(chip.stop_all for chip in pwm),
+        still_on=tuple(chip.still_on for chip in pwm),
         result=lambda: yaw_result(settings, model.controller.attitude.motion),
         ended=None,
         ends_on_failure=True,

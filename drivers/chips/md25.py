@@ -181,6 +181,17 @@ class Md25:
         signed = not self._is_up and self._read(MODE, 1)[0] & SIGNED
         self._write(SPEED1, *((0, 0) if signed else (STOP, STOP)))
 
+    def still_on(self) -> str | None:
+        """Read back which speeds are not stop, in a sentence; None if none is. In any mode.
+
+        It feeds the chip's timeout: to be followed by a stop if something is on.
+        """
+        signed = self._read(MODE, 1)[0] & SIGNED
+        speeds = self._read(SPEED1, 2)
+        if all(speed == (0 if signed else STOP) for speed in speeds):
+            return None
+        return f"{self.place}: speeds read {speeds[0]}, {speeds[1]}, expected stop"
+
     # ---------------------------------------------------------------------------------------------
 
     def _set_mode(self) -> None:

@@ -271,6 +271,21 @@ class Pca9685:
         """
         self._write(ALL_LED_OFF_H, FULL)
 
+    def still_on(self) -> str | None:
+        """Read back which outputs are not full-off, in a sentence; None if all are.
+
+        Right in any state of the chip: two transactions, 1.6 ms at 400 kHz, or one for each channel
+        where the chip does not count registers up by itself.
+        """
+        if self._bus.write_read(self.address, bytes((MODE1,)), 1)[0] & AI:
+            highs = self._bus.write_read(self.address, bytes((LED0_ON_L,)), 4 * CHANNELS)[3::4]
+        else:
+            registers = range(LED0_ON_L + 3, LED0_ON_L + 4 * CHANNELS, 4)
+            reads = (self._bus.write_read(self.address, bytes((each,)), 1) for each in registers)
+            highs = b"".join(reads)
+        on = [str(channel) for channel, high in enumerate(highs) if not high & FULL]
+        return f"{self.place}: outputs {', '.join(on)} are on" if on else None
+
     # Registers ----------------------------------------------------------------------------------
 
     def _write(self, register: int, value: int) -> None:

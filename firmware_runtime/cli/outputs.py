@@ -1,6 +1,6 @@
 """A board's outputs, held by a process that runs no model: all it can do is switch them off."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -64,6 +64,18 @@ class Outputs:
             failed = [text_of(error)]
         self._has_failed = failed != []
         return failed
+
+    def outputs_on(self) -> list[str]:
+        """What is on by what can be read back, one sentence each."""
+        try:
+            return self._robot().outputs_on()
+        except HalError as error:
+            return [text_of(error)]
+
+    @property
+    def unseen(self) -> Sequence[str]:
+        """What cannot be read back. Raises HalError where nothing can be opened."""
+        return self._robot().unseen
 
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
         """Why a run under these conditions would not be switched off from here; None if it would.

@@ -169,9 +169,15 @@ def _run(
 def _arming(
     arguments: argparse.Namespace, board: boards.registry.Board, messages: Messages
 ) -> Arming | None:
-    """Who decides whether outputs may be driven; doubles have nothing to be hurt."""
+    """Who decides whether outputs may be driven; doubles have nothing to be hurt.
+
+    Those that another process serves can be switched off by another one still: then it takes the
+    run's right to drive.
+    """
     if arguments.doubles and not arguments.supervised:
-        return None
+        if arguments.doubles is True:
+            return None
+        return Arming(at_start=True, demand_guard=False, tell=messages, free=True)
     settings = board.settings.arming
     return Arming(
         at_start=settings.at_start or arguments.arm,
@@ -216,7 +222,7 @@ def _serving(
     settings = session.board.settings.executive
     if isinstance(executive.clock, MonotonicClock) and settings.max_load_percent < ANY_LOAD:
         limit, policy = settings.max_load_percent, settings.overload
-        Overload(executive, limit, policy, session.arming, messages)
+        Overload(executive, limit, policy, session.supervision, messages)
     reloading = Reloading(session.board, session.robot, executive, notices, messages)
     try:
         yield None if sys.stdin.isatty() else reloading.request

@@ -1,7 +1,8 @@
-"""`firmware-runtime safe-state BOARD`: write full-off to every chip, and nothing else."""
+"""`firmware-runtime safe-state BOARD`: every output off, whoever drives it, and seen to stay so."""
 
 import argparse
 import sys
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic_ns
@@ -10,19 +11,26 @@ from boards.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.guard import add_doubles
-from firmware_runtime.cli.outputs import Outputs, switched_off
-from firmware_runtime.cli.readers_gone import readers_may_go
-from firmware_runtime.cli.settings_in_force import forget_settings, kept_settings
+from firmware_runtime.cli.outputs import switched_off
+from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.runs_under_way import folders_of_runs
+from firmware_runtime.cli.settings_in_force import (
+    forget_settings,
+    kept_for,
+    kept_settings,
+    settings_path,
+)
 from firmware_runtime.cli.status import Status
+from firmware_runtime.cli.switching_off import BETWEEN, WATCH, SwitchingOff
 from firmware_runtime.cli.until_signal import until_signal
-from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.errors import BoardError
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import BoardError, text_of
 from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.paths import default_path
+from firmware_runtime.telemetry.paths import default_path, directories
 
 PATIENCE = 2 * SECOND
-"""Ns in which it is tried again: a stuck bus may come free; systemd waits for longer."""
-BETWEEN = 20 * MILLISECOND
+"""Ns in which it is tried again: a stuck bus may come free, a run that is busy may acknowledge;
+systemd waits for longer."""
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -40,33 +48,40 @@ def add_to(verbs: SubParsers) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write until all chips have acknowledged, at most for two seconds.
+    """Take the right to drive from whoever has it, and write until all chips have acknowledged.
 
     A signal ends the trying again, but never between two chips.
     """
     meant, statistics, faults = _what_is_meant(arguments)
-    outputs = [Outputs(board, arguments.doubles, statistics) for board in meant]
-
-    def make_safe() -> list[str]:
-        return [failure for each in outputs for failure in each.make_safe()]
-
-    give_up_at = monotonic_ns() + PATIENCE
+    switching = SwitchingOff(meant, arguments.doubles, statistics)
     with until_signal() as signal:
-        failed = make_safe()
-        while failed and monotonic_ns() < give_up_at and not signal.wait(BETWEEN / SECOND):
-            failed = make_safe()
-    for each in outputs:
-        each.close()
+        failed = _switch_off(switching, lambda: signal.wait(BETWEEN / SECOND))
+    warnings = switching.warnings()
+    if not failed and switching.is_over:
+        for path in {*switching.statistics_found, statistics}:
+            forget_settings(path)
+    switching.close()
+    for sentence in (*faults, *warnings, *(f"not made safe: {each}" for each in failed)):
+        tell(f"firmware-runtime: {sentence}", sys.stderr)
     if not failed:
-        forget_settings(statistics)
-    with readers_may_go():
-        for fault in faults:
-            print(f"firmware-runtime: {fault}", file=sys.stderr)
-        for failure in failed:
-            print(f"firmware-runtime: not made safe: {failure}", file=sys.stderr)
-        if not failed:
-            print(f"{meant[0].name}: all outputs off ({arguments.reason})")
+        tell(f"{meant[0].name}: all outputs off ({arguments.reason})", sys.stdout)
     return Status.NOT_SAFE if failed else Status.OK
+
+
+def _switch_off(switching: SwitchingOff, wait: Callable[[], bool]) -> list[str]:
+    """Return what is on, or may be; `wait` lets some time pass, and ends it if a signal came."""
+    give_up_at = monotonic_ns() + PATIENCE
+    switching.take_right()
+    failed = switching.make_safe()
+    switching.find_runs()
+    while failed or not switching.has_acknowledged():
+        if monotonic_ns() >= give_up_at or wait():
+            break
+        failed = switching.make_safe()
+    if failed:
+        return failed
+    failed = switching.make_safe()  # a write that was under way is over by now
+    return failed or switching.stays_off(give_up_at + WATCH, wait)
 
 
 def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path | None, list[str]]:
@@ -78,16 +93,29 @@ def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path | N
     try:
         stated = chosen_board(arguments.board, arguments.assignments)
     except BoardError as error:
-        statistics = _statistics(arguments, Path(arguments.board).stem)
-        left = kept_settings(statistics)
-        if left is None:
-            raise
-        return [left], statistics, [str(error), "its last run's settings were taken instead"]
+        for possible in _possible(arguments):
+            left = kept_settings(possible)
+            if left is not None:
+                kept = settings_path(possible)
+                taken = f"its last run's settings were taken instead, from {kept}"
+                return [left], possible, [text_of(error), taken]
+        raise
     statistics = _statistics(arguments, stated.name)
     left = kept_settings(statistics)
     if left is None or _off(left, arguments) == _off(stated, arguments):
         return [stated], statistics, []
     return [stated, left], statistics, []
+
+
+def _possible(arguments: argparse.Namespace) -> Iterator[Path]:
+    """Where a run may keep its statistics whose board's file cannot be read any more."""
+    if arguments.statistics is not None:
+        yield arguments.statistics
+        return
+    yield from kept_for(arguments.board, directories())
+    yield from kept_for(arguments.board, folders_of_runs())
+    with suppress(StatisticsFileError, OSError):
+        yield default_path(Path(arguments.board).stem)
 
 
 def _statistics(arguments: argparse.Namespace, board: str) -> Path | None:

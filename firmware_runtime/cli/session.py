@@ -105,6 +105,11 @@ class Session:
             self._enable(enabled=True)
 
     @property
+    def supervision(self) -> Arming | None:
+        """What lets a run drive that may not drive of itself; None for any other."""
+        return None if self.arming is None or self.arming.is_free else self.arming
+
+    @property
     def has_failed(self) -> bool:
         """Whether the robot itself ended the run because something went wrong."""
         return self.ending is not None and self.ending.failed

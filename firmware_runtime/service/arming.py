@@ -3,9 +3,10 @@
     disarmed --asked for by the board or by request, nobody objects--> armed
     armed --request, a guard's takeover, a guard gone where one is demanded--> disarmed
 
-A takeover is a higher generation in the statistics file: the guard has written full-off because it
-took this process for dead. If the process comes back it finds the new generation before its next
-write, makes its outputs safe itself, acknowledges, and stays disarmed until it is asked anew.
+A takeover is another epoch in the statistics file (`watched_run`): the guard has written full-off
+because it took this process for dead, or `safe-state` because it was asked to. The process finds it
+before its next write, makes its outputs safe itself, acknowledges, and stays disarmed until it is
+asked to arm again.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,6 +18,7 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.service.watched_run import is_asked_for
 from firmware_runtime.telemetry.layout import GENERATION, GUARD
 
 GUARD_PATIENCE = SECOND // 2
@@ -31,11 +33,17 @@ Objection: TypeAlias = Callable[[int], str | None]
 class Arming:
     """An attendant of the run, and the leave that motors ask for (`permit`).
 
-    `tell` hears of every change, in a sentence. Until `attach` nothing is permitted.
+    `tell` prints every change, in a sentence. Until `attach` nothing is permitted. With `free`
+    nothing is asked or said before it is armed: its outputs can hurt nobody.
     """
 
     def __init__(
-        self, *, at_start: bool, demand_guard: bool, tell: Callable[[str], None] = lambda _: None
+        self,
+        *,
+        at_start: bool,
+        demand_guard: bool,
+        tell: Callable[[str], None] = lambda _: None,
+        free: bool = False,
     ) -> None:
         self.armed = False
         self.was_armed = False
@@ -43,6 +51,7 @@ class Arming:
         self._is_wanted = at_start
         self._demands_guard = demand_guard
         self._tell = tell
+        self.is_free = free
         self._objections: Sequence[Objection] = ()
         self._generation = 0
         self._acknowledged = 0
@@ -67,7 +76,7 @@ class Arming:
         self._executive = executive
         self._make_safe = make_safe
         self._enable = enable
-        self._objections = (self._guard_objects, *objections)
+        self._objections = () if self.is_free else (self._guard_objects, *objections)
         executive.attendants.append(self)
 
     def permit(self) -> bool:
@@ -92,7 +101,8 @@ class Arming:
             self._is_wanted = False
             self._off_again_at = NEVER
             self._acknowledge()
-            self._tell("armed")
+            if not self.is_free:
+                self._tell("armed")
         return against
 
     def disarm(self, reason: str) -> list[str]:
@@ -112,7 +122,8 @@ class Arming:
         self._notice()
         if self.armed:
             return
-        if self._executive.cells[GENERATION] != self._acknowledged:
+        if (epoch := self._executive.cells[GENERATION]) != self._acknowledged:
+            self._is_wanted = self._is_wanted and not is_asked_for(epoch)
             self._switch_off()
             self._acknowledge()
         elif now >= self._off_again_at:
@@ -147,7 +158,10 @@ class Arming:
         self._executive.arm(armed=self.armed, generation=self._acknowledged)
 
     def _why_withdrawn(self) -> str:
-        if self._executive.cells[GENERATION] != self._generation:
+        epoch = self._executive.cells[GENERATION]
+        if epoch != self._generation:
+            if is_asked_for(epoch):
+                return "safe-state took its right to drive"
             return "the guard took over, because this process seemed dead"
         return "the guard is gone"
 

@@ -71,6 +71,12 @@ class ControlSocket:
         return answer()
 
 
+def post(path: Path, request: str) -> None:
+    """Send a request to a run, if there is one, and wait for nothing."""
+    with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as telling:
+        telling.sendto(request.encode(), socket.MSG_DONTWAIT, os.fspath(path))
+
+
 def ask(path: Path, request: str) -> Answer:
     """Send a request to a run and return its answer. Raises ControlError when there is none."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:

@@ -4,7 +4,8 @@ A run drives only under the *epoch* it was armed under: the cell GENERATION of i
 before every write that could move something. Taking the right means putting another number there:
 the present instant, ns, which was never there before and never will be again. So two processes that
 take it at once, a guard and `safe-state`, need no lock and lose nothing: any epoch but its own ends
-the run's right, and it acknowledges the one that it finds.
+the run's right, and it acknowledges the one that it finds. An epoch below zero means that a person
+asked for it: then the run does not arm itself again as its board may want.
 """
 
 import os
@@ -98,11 +99,18 @@ class WatchedRun:
             return f"no finished step for {silent / MILLISECOND:.0f} ms"
         return ""
 
-    def take_right(self) -> bool:
+    def take_right(self, *, asked_for: bool = False) -> bool:
         """Take its right to drive; return whether that could be written down."""
         with suppress(StatisticsFileError):
-            self._cells[GENERATION] = monotonic_ns()
+            self._cells[GENERATION] = -monotonic_ns() if asked_for else monotonic_ns()
             return True
+        return False
+
+    @property
+    def was_asked_to_stop(self) -> bool:
+        """Whether the right was taken last because a person asked for it."""
+        with suppress(StatisticsFileError):
+            return is_asked_for(self._cells[GENERATION])
         return False
 
     def close(self) -> None:
@@ -110,6 +118,11 @@ class WatchedRun:
         if self._process is not None:
             os.close(self._process)
             self._process = None
+
+
+def is_asked_for(epoch: int) -> bool:
+    """Whether a person asked for this epoch, and not a guard."""
+    return epoch < 0
 
 
 def is_readable(descriptors: list[int], timeout_ns: int) -> bool:

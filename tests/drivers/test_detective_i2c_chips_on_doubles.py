@@ -190,6 +190,20 @@ def test_a_timeout_a_former_program_switched_off_is_on_again(
     assert motors.speeds == (0.0, 0.0)
 
 
+@pytest.mark.parametrize(("mode", "stop"), [(0, 128), (1, 0), (2, 128), (3, 0)])
+def test_speeds_that_are_not_stop_are_read_back_in_any_mode(
+    motors: Motors, mode: int, stop: int
+) -> None:
+    driver = Md25(motors.bus)
+    motors.bus.write(0x58, bytes((0x0F, mode)))
+    motors.bus.write(0x58, bytes((0x00, stop, stop)))
+    assert driver.still_on() is None
+    motors.bus.write(0x58, bytes((0x00, stop, stop + 1)))
+    assert f"speeds read {stop}, {stop + 1}" in str(driver.still_on())
+    driver.stop()
+    assert driver.still_on() is None
+
+
 @pytest.mark.parametrize("mode", [0, 1, 2, 3])
 def test_bring_up_only_slows_what_a_former_program_left_turning(
     motors: Motors, clock: ManualClock, mode: int

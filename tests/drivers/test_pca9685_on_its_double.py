@@ -145,3 +145,19 @@ def test_a_brown_out_is_told_by_verify_and_cured_by_bring_up(bench: Bench) -> No
         chip.set_duties(0, (0.5,))
     bench.bring_up().set_duties(0, (0.5,))
     assert bench.double.duty(0) == 0.5
+
+
+def test_what_is_on_is_read_back_by_whoever_comes_later(bench: Bench) -> None:
+    chip, later = bench.bring_up(), Pca9685(bench.bus)
+    assert later.still_on() is None
+    chip.set_duties(3, (0.25, 0.0, 1.0))
+    assert later.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 3, 5 are on"
+    later.stop_all()
+    assert later.still_on() is None
+
+
+def test_a_chip_that_does_not_count_registers_up_is_read_channel_by_channel(bench: Bench) -> None:
+    chip = Pca9685(bench.bus)
+    assert chip.still_on() is None  # as after power-up
+    bench.bus.write(0x40, b"\x09\x00")  # LED0_OFF_H
+    assert chip.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 0 are on"

@@ -22,12 +22,16 @@ from tests.support.periodic_models import Robot
 class Rig:
     """An arming around a run; `safe` counts how often outputs were made safe."""
 
-    def __init__(self, *, at_start: bool = False, demand_guard: bool = False) -> None:
+    def __init__(
+        self, *, at_start: bool = False, demand_guard: bool = False, free: bool = False
+    ) -> None:
         self.safe = 0
         self.not_safe: list[str] = []
         self.told: list[str] = []
         self.against: str | None = None
-        self.arming = Arming(at_start=at_start, demand_guard=demand_guard, tell=self.told.append)
+        self.arming = Arming(
+            at_start=at_start, demand_guard=demand_guard, tell=self.told.append, free=free
+        )
         configuration = Configuration(armed_at_start=False)
         self.executive = Executive(Robot(), VirtualClock(), list, configuration)
         self.enabled = 0
@@ -120,6 +124,38 @@ def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
     rig.executive.cells[GENERATION] = 3
     rig.arming.attend(0, 0)
     assert (rig.safe, rig.cells) == (1, (0, 3))
+
+
+def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() -> None:
+    rig = Rig(at_start=True)
+    rig.against = "not yet"
+    rig.arming.attend(0, 0)
+    rig.executive.cells[GENERATION] = -3
+    rig.arming.attend(0, 0)
+    rig.against = None
+    rig.arming.attend(SECOND, 0)
+    assert not rig.arming.armed
+    assert (rig.safe, rig.cells) == (1, (0, -3))
+    assert rig.arming.request(SECOND) == []
+    assert rig.arming.permit()
+
+
+def test_a_run_that_was_armed_says_that_safe_state_took_its_right() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[GENERATION] = -3
+    rig.arming.attend(0, 0)
+    assert rig.told[-1] == "disarmed: safe-state took its right to drive"
+
+
+def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -> None:
+    rig = Rig(at_start=True, free=True)
+    rig.against = "an overrun"
+    rig.arming.attend(0, 0)
+    assert rig.arming.permit()
+    assert rig.told == []
+    rig.executive.cells[GENERATION] = -3
+    assert not rig.arming.permit()
 
 
 def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:

@@ -11,6 +11,8 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.telemetry.layout import STEPS
+from firmware_runtime.telemetry.statistics_reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
 __all__ = ["GuardedRun", "guarded_run", "wait_until"]
@@ -37,6 +39,7 @@ class GuardedRun:
         words: Sequence[str],
         program: str,
         environment: Mapping[str, str],
+        supervised: bool,
     ) -> None:
         """Start the doubles, the guard and the run, and wait until it drives."""
         chips = self._start("doubles", "serve", board, "--socket", self.socket, "--log", self.log)
@@ -46,8 +49,8 @@ class GuardedRun:
             self.guard = self._start("guard", self.robot, "--doubles", self.socket)
             assert self.guard.stdout is not None
             assert "watching" in self.guard.stdout.readline()
-        arguments = ["run", board, "--doubles", self.socket, "--supervised", "--arm"]
-        arguments += ["--for", "600", "--json", *words]
+        arguments = ["run", board, "--doubles", self.socket, "--for", "600", "--json", *words]
+        arguments += ["--supervised", "--arm"] if supervised else []
         if not guard:
             arguments += ["--set", "arming.demand_guard=false"]
         self.environment |= environment
@@ -147,6 +150,12 @@ class GuardedRun:
         path = self.log.with_name(f"{self.robot}.guard")
         return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
+    def steps(self) -> int:
+        """How many steps the run has made."""
+        path = self.log.with_name(f"{self.robot}.stats")
+        steps: int = read_statistics(path).cells[STEPS]
+        return steps
+
     def fault_ends_at(self) -> int:
         """The instant (CLOCK_MONOTONIC) at which the bus is free again."""
         fault = next(line for line in self.lines() if line.get("event") == "fault")
@@ -185,6 +194,7 @@ def guarded_run(
     words: Sequence[str] = (),
     program: str = "",
     environment: Mapping[str, str] | None = None,
+    supervised: bool = True,
 ) -> Iterator[GuardedRun]:
     """A run that drives its motors; everything is killed afterwards.
 
@@ -194,7 +204,12 @@ def guarded_run(
     run = GuardedRun(directory, robot)
     try:
         run.start(
-            board or robot, guard=guard, words=words, program=program, environment=environment or {}
+            board or robot,
+            guard=guard,
+            words=words,
+            program=program,
+            environment=environment or {},
+            supervised=supervised,
         )
         yield run
     finally:
