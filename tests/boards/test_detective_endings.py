@@ -8,6 +8,7 @@ import pytest
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import FaultScript, NackAddress
 from tests.support.detective_outage import mission_with_outage
 from tests.support.second_choice_board import second_choice_board
 from tests.support.virtual_detective import LONGEST_S, VirtualDetective, virtual_detective
@@ -59,6 +60,16 @@ def test_a_chip_that_loses_its_supply_for_a_moment(name: str, phase: str) -> Non
     robot.run(PHASES_S[phase])
     chips_of(robot)[name].power_cycle()
     assert ends(robot)
+
+
+@pytest.mark.parametrize("phase", PHASES_S)
+@pytest.mark.parametrize("address", [0x40, 0x58, 0x61, 0x62, 0x73, 0x75])
+def test_a_chip_that_answers_no_more(address: int, phase: str) -> None:
+    robot = virtual_detective("mission.longest_s=40")
+    robot.run(PHASES_S[phase])
+    silent = NackAddress(address=address, times=None)
+    robot.bench.buses["i2c1"].faults = FaultScript([silent])
+    ends(robot)
 
 
 @pytest.mark.parametrize("phase", ["search", "approach"])
