@@ -77,7 +77,7 @@ class AccountedStep:
         root, clock = tickers(count), HastyClock()
         settings = configuration(directory, recorded=recorded)
         instruments = Instruments(root, clock.now, settings)
-        simulator = Simulator(root, instruments=instruments.for_simulator)
+        simulator = Simulator(root, instruments=[instruments])
         instruments.attach(simulator)
         path = settings.statistics_path
         if instruments.recorder is not None and path is not None:

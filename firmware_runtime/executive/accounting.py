@@ -1,9 +1,10 @@
-"""The accounts of all periodic models, and what the policies make of a late loop.
+"""The accounts of all models, and what the policies make of a late loop.
 
 A model with policy `stop` that waits for its turn, or ran, beyond its limit ends the run. After a
-step, what ran and what was coalesced is counted; then a model with policy `skip` that ran, and is
-booked again before the present instant, is moved on by whole periods. A model that still waits for
-its turn is left alone: its late activation runs once, and only then are further ones dropped.
+step, what ran and what was coalesced is counted; then a periodic model with policy `skip` that is
+through with a period, and is booked again before the present instant, is moved on by whole periods.
+A model that still waits for its turn is left alone: its late activation runs once, and only then
+are further ones dropped.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,21 +14,27 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.event_account import EventAccount
+from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import Layout
 
+EVENT_TOLERANCE = MILLISECOND
+"""Lateness, ns, up to which an event of a model without a period is no overrun."""
+
 
 class Accounting:
-    """An instrument that opens an account for every periodic model, and keeps the accounts.
+    """Opens an account for every model, and keeps the accounts.
 
-    Comes after `step` in the simulator's list of instruments. `overrun` says why the run must stop;
-    it is empty until a policy demands it.
+    `watch` is called once for each model, in order of declaration. `overrun` says why the run must
+    stop; it is empty until a policy demands it.
     """
 
     def __init__(self, step: Step, policies: Mapping[str, ActivationPolicy]) -> None:
         self.accounts: list[ModelAccount] = []
+        self.periodic: list[PeriodicAccount] = []
         self.overrun = ""
         self._step = step
         self._policies = policies
@@ -35,13 +42,16 @@ class Accounting:
         self._stopping: list[ModelAccount] = []
         self._postpone: Callable[[Atomic, int], None]
 
-    def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
-        """Watch the model if it is periodic."""
+    def watch(self, atomic: Atomic, path: str, functions: Functions) -> Functions:
+        """Open the account of a model; return its functions, watched."""
+        number = len(self.accounts)
+        account: ModelAccount
         if atomic.period == NEVER:
-            return functions
-        path = self._step.paths[-1]
-        policy = self._policies.get(path, SKIP)
-        account = ModelAccount(atomic, path, len(self._step.paths) - 1, policy)
+            account = EventAccount(atomic, path, number, SKIP, EVENT_TOLERANCE)
+        else:
+            policy = self._policies.get(path, SKIP)
+            account = PeriodicAccount(atomic, path, number, policy)
+            self.periodic.append(account)
         self.accounts.append(account)
         return account.watch(functions, self._step, self._touched)
 
@@ -49,9 +59,9 @@ class Accounting:
         """Take over the first deadlines; return policies that nothing falls under, as faults."""
         self._postpone = simulator.postpone
         for account in self.accounts:
-            account.deadline = simulator.due_at(account.atomic)
+            account.begin(simulator.due_at(account.atomic))
         self._stopping = [each for each in self.accounts if each.stop_after != NEVER]
-        unknown = self._policies.keys() - {account.path for account in self.accounts}
+        unknown = self._policies.keys() - {account.path for account in self.periodic}
         return [f"policy of {path}: no periodic model has this path" for path in sorted(unknown)]
 
     def count_in(self, cells: Cells, layout: Layout) -> None:
@@ -61,8 +71,8 @@ class Accounting:
 
     @property
     def tolerance(self) -> int:
-        """The least lateness that is an overrun of some model; 1 ms if there is no such model."""
-        return min((account.tolerance for account in self.accounts), default=MILLISECOND)
+        """The least lateness that is an overrun of some periodic model; 1 ms if there is none."""
+        return min((account.tolerance for account in self.periodic), default=MILLISECOND)
 
     @property
     def has_limits(self) -> bool:
@@ -72,8 +82,8 @@ class Accounting:
     def is_overdue(self, now: int) -> bool:
         """Whether a model with policy `stop` waits for its turn beyond its limit."""
         for account in self._stopping:
-            if now - account.deadline > account.stop_after:
-                self._stop(account, now - account.deadline)
+            if now - account.due > account.stop_after:
+                self._stop(account, now - account.due)
                 return True
         return False
 
@@ -83,18 +93,17 @@ class Accounting:
         Returns the account of the activation that ran latest, if any ran.
         """
         step = self._step
+        at, own_times = step.at, step.own_times
         latest = None
         for account in self._touched:
-            ran = account.ran  # one that was replanned as well is in the list twice
-            account.count(step.at, step.own_times[account.number])
-            if ran:
+            if account.settle(at, own_times[account.number]):
                 if account.lateness > account.stop_after:
                     self._stop(account, account.lateness)
-                if account.skips and account.deadline < now:
-                    account.skip_to(now)
-                    self._postpone(account.atomic, account.deadline)
                 if latest is None or account.lateness > latest.lateness:
                     latest = account
+            is_late = account.skips and account.due <= account.booked < now
+            if is_late and step.began_at[account.number] >= step.started:
+                self._postpone(account.atomic, account.skip_to(now))
         self._touched.clear()
         return latest
 
@@ -108,10 +117,10 @@ class Accounting:
             sum(account.late_by.sum for account in accounts),
         )
 
-    def skip_due(self, now: int) -> None:
+    def end(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""
         for account in self.accounts:
-            account.skip_due(now)
+            account.end(now)
 
     def _stop(self, account: ModelAccount, late: int) -> None:
         self.overrun = (

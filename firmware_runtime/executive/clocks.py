@@ -34,7 +34,7 @@ class Clock(Protocol):
 
     @property
     def speed(self) -> float:
-        """How many times as fast as CLOCK_MONOTONIC it goes; 1 where time only stands or jumps."""
+        """How many times as fast as CLOCK_MONOTONIC it goes; 0 if only when the loop waits."""
 
     def start(self, at: int) -> None:
         """From this moment on, count from `at`."""
@@ -132,7 +132,7 @@ class VirtualClock:
     """
 
     def __init__(self) -> None:
-        self.speed: float = 1
+        self.speed: float = 0
         self._now = 0
 
     def start(self, at: int) -> None:

@@ -33,7 +33,7 @@ class PathDeadline:
 
 
 class DeadlineWatch:
-    """Counts the misses of one deadline; an instrument of the actuator's model."""
+    """Counts the misses of one deadline; watches the actuator's model."""
 
     def __init__(self, deadline: PathDeadline, now: Callable[[], int]) -> None:
         self.deadline = deadline
@@ -53,7 +53,7 @@ class DeadlineWatch:
             simulator.listen(source, self.leave)
         return missing
 
-    def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
+    def watch(self, atomic: Atomic, functions: Functions) -> Functions:
         """Note when the actuator's model has read its input."""
         if atomic is not self.deadline.to_model:
             return functions

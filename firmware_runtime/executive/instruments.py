@@ -1,23 +1,30 @@
-"""Everything that watches a run: what the simulator calls on the way, and what reads it after."""
+"""Everything that watches a run: what the simulator calls on the way, and what reads it after.
+
+Only together they are an instrument. Each part wraps what the part before it has wrapped and builds
+on it: the flight recorder and the accounts read the laps that `step` takes.
+"""
 
 from collections.abc import Callable
 
+from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.functions import Instrument
+from firmware_runtime.devs.functions import Functions
 from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import Accounting
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import DeadlineWatch
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import GarbageTime
+from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.recorder import Recorder
 from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.layout import Layout
 
 
 class Instruments:
-    """The instruments of one run."""
+    """The one instrument of a run; `Simulator(root, instruments=[instruments])`."""
 
     def __init__(
         self, root: Component, now: Callable[[], int], configuration: Configuration
@@ -33,11 +40,15 @@ class Instruments:
         self.buses = configuration.buses
         self._worst = configuration.worst
 
-    @property
-    def for_simulator(self) -> list[Instrument]:
-        """In the order in which they wrap a model's functions, innermost first."""
-        recorders = [] if self.recorder is None else [self.recorder]
-        return [self.step, *recorders, *self.watches, self.accounting]
+    def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
+        """Wrap one model's functions; the parts from the innermost outwards."""
+        functions = self.step.watch(atomic, functions)
+        number = len(self.step.paths) - 1
+        if self.recorder is not None:
+            functions = self.recorder.watch(number, functions)
+        for watch in self.watches:
+            functions = watch.watch(atomic, functions)
+        return self.accounting.watch(atomic, self.step.paths[number], functions)
 
     def attach(self, simulator: Engine) -> None:
         """Take up what only the finished simulator knows.
@@ -63,12 +74,16 @@ class Instruments:
         )
 
     def models(self) -> dict[str, dict[str, object]]:
-        """What is stated of each periodic model, for the header of the statistics file."""
-        return {
-            account.path: {
-                "period_ns": account.period,
-                "tolerance_ns": account.tolerance,
-                "policy": account.policy.policy,
-            }
-            for account in self.accounting.accounts
-        }
+        """What is stated of each model, for the header of the statistics file."""
+        accounts = self.accounting.accounts
+        return {account.path: _stated(account) for account in accounts}
+
+
+def _stated(account: ModelAccount) -> dict[str, object]:
+    is_periodic = isinstance(account, PeriodicAccount)
+    return {
+        "kind": account.kind,
+        "period_ns": account.period if is_periodic else None,
+        "tolerance_ns": account.tolerance,
+        "policy": account.policy.policy if is_periodic else None,
+    }

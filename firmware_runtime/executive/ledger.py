@@ -123,7 +123,7 @@ class Ledger:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
         file.open_section()
-        self._accounting.skip_due(min(now, self._until))
+        self._accounting.end(min(now, self._until))
         for _, watch in self._watches:
             watch.end()
         self._read_counters()

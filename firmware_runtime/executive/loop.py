@@ -81,7 +81,7 @@ class Executive:
         self.clock = clock
         self.inbox = Inbox(clock.now)
         self._instruments = Instruments(root, clock.now, configuration)
-        self.simulator = Simulator(root, instruments=self._instruments.for_simulator)
+        self.simulator = Simulator(root, instruments=[self._instruments])
         self._instruments.attach(self.simulator)
         self.progress = Progress(self._instruments.step, configuration.max_lag, clock.speed)
         self._readiness = Readiness(self.simulator, self.faults)
@@ -127,7 +127,7 @@ class Executive:
 
     @property
     def accounts(self) -> Sequence[ModelAccount]:
-        """The accounts of all periodic models."""
+        """The accounts of all models."""
         return self._instruments.accounting.accounts
 
     @property
@@ -259,7 +259,11 @@ class Executive:
         elif path is not None:
             with suppress(OSError):  # of a run before this one; a missing folder is the next fault
                 spans_path(path).unlink()
-        header = {"models": instruments.models(), "conditions": conditions}
+        header = {
+            "models": instruments.models(),
+            "clock_speed": self.clock.speed,
+            "conditions": conditions,
+        }
         file = StatisticsFile(instruments.layout(), header, path)
         # in virtual time equal runs have equal statistics, whatever they cost
         cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing

@@ -1,16 +1,15 @@
-"""The flight recorder's eyes: an instrument that writes down every function of every model."""
+"""The flight recorder's eyes: writes down every function of every model."""
 
 from collections.abc import Callable
 from pathlib import Path
 
-from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.spans import GARBAGE, MODELS, STEP, WAKING, SpanRing
 
 
 class Recorder:
-    """Keeps the last `rows` entries. Comes after `step` in the simulator's list of instruments."""
+    """Keeps the last `rows` entries."""
 
     def __init__(self, step: Step, rows: int) -> None:
         self._step = step
@@ -21,9 +20,9 @@ class Recorder:
         """From now on, record into the file at `path`. Raises StatisticsFileError."""
         self._record = SpanRing(self._step.paths, self._rows, path).record
 
-    def __call__(self, _atomic: Atomic, functions: Functions) -> Functions:
-        """Record one model's functions."""
-        step, track = self._step, MODELS + len(self._step.paths) - 1
+    def watch(self, number: int, functions: Functions) -> Functions:
+        """Record the functions, timed by the step, of the model with this number."""
+        step, track = self._step, MODELS + number
 
         def recorded(function: Callable[[], None]) -> Callable[[], None]:
             def call() -> None:

@@ -13,7 +13,7 @@ def relative_path(component: Component, root: Component) -> str:
 
 
 class Step:
-    """The instant under way, and an instrument that divides its time among the models.
+    """The instant under way, and what divides its time among the models.
 
     `at` is the instant of the run it stands for, `started` what the clock read when it began, and
     `lap` what it read when the last model's function returned. The time from one lap to the next is
@@ -39,8 +39,8 @@ class Step:
         self.at = at
         self.own_times[:] = self._zeros
 
-    def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
-        """Time one model's functions."""
+    def watch(self, atomic: Atomic, functions: Functions) -> Functions:
+        """Time one model's functions; called once for each model, in order of declaration."""
         number, own_times, began_at, now = (
             len(self.paths),
             self.own_times,

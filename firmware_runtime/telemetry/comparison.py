@@ -29,6 +29,7 @@ from firmware_runtime.telemetry.layout import (
     ELAPSED,
     INPUTS_DROPPED,
     MODEL,
+    MODEL_COUNTERS,
     STEP_HISTOGRAM,
     STEPS,
     TIMELINE,
@@ -39,6 +40,9 @@ from firmware_runtime.telemetry.layout import (
 from firmware_runtime.telemetry.statistics import NO_INSTANT, RunState, Statistics
 
 _LAST_LATE = MODEL.index("last_late_ns")
+_SCHEDULED, _SKIPPED = MODEL.index("scheduled"), MODEL.index("skipped")
+_OUTCOMES = [MODEL.index(name) for name in ("run", "skipped", "coalesced")]
+_COUNTERS = [MODEL.index(name) for name in MODEL_COUNTERS]
 _LATENESS, _STEP = WORST.index("lateness_ns"), WORST.index("step_ns")
 
 
@@ -52,7 +56,10 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
     layout = later.layout
     cells = _copy_of(later)
     for index in _counters(layout):
-        cells[index] -= earlier.cells[index]
+        cells[index] = max(cells[index] - earlier.cells[index], 0)
+    for index in range(len(layout.models)):
+        first = layout.model(index)
+        cells[first + _SCHEDULED] = sum(cells[first + outcome] for outcome in _OUTCOMES)
     for part in _histograms(layout):
         _subtract(cells[part], earlier.cells[part])
     cells[layout.timeline] = empty_cells(TIMELINE)
@@ -68,7 +75,7 @@ def same_run(later: Statistics, earlier: Statistics) -> bool:
     return (
         later.header["writer"] == earlier.header["writer"]
         and later.layout == earlier.layout
-        and all(later.cells[index] >= earlier.cells[index] for index in _counters(later.layout))
+        and all(later.cells[index] >= earlier.cells[index] for index in _certain(later.layout))
     )
 
 
@@ -131,11 +138,22 @@ def _faults(statistics: Statistics) -> list[list[FaultCount]]:
     return [fault_table.read(block, model) for model in models]
 
 
+def _certain(layout: Layout) -> set[int]:
+    """Where the counters are that the run itself wrote.
+
+    How long it has lasted and what it has skipped a reader knows before the run has written it; a
+    process that is gone then has not written it at all (`overdue`).
+    """
+    models = map(layout.model, range(len(layout.models)))
+    told = {first + index for first in models for index in (_SCHEDULED, _SKIPPED)}
+    return {*_counters(layout)} - {ELAPSED, *told}
+
+
 def _counters(layout: Layout) -> Iterator[int]:
-    """Where all cells are that only grow, histograms aside."""
+    """Where all cells are that count up, histograms aside."""
     yield from (ELAPSED, STEPS, INPUTS_DROPPED, CPU)
     for index in range(len(layout.models)):
-        yield from range(layout.model(index), layout.model(index) + _LAST_LATE)
+        yield from (layout.model(index) + counter for counter in _COUNTERS)
     yield from range(layout.bus(0), layout.bus(len(layout.buses)))
     yield from range(layout.deadline(0), layout.deadline(len(layout.deadlines)))
 

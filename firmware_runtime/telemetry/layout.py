@@ -1,7 +1,7 @@
 """Where each number of a statistics file stands: one row of signed 64-bit cells.
 
-In order: the run's own cells, the histogram of step times, one block for each periodic model (its
-counters, then its histograms of lateness and of step time), one block for each bus, one cell for
+In order: the run's own cells, the histogram of step times, one block for each model (its
+counters, then its histograms of lateness and of own time), one block for each bus, one cell for
 each deadline, one block for each place in the list of worst activations, the text that says how
 the run ended, the timeline, and one block for each model that can report faults (`fault_table`).
 Blocks of a kind have the same length; they stand in the order in which the header names models,
@@ -31,9 +31,24 @@ RUN = (
     "yielded_ns",
     "generation",
     "guard_ns",
+    "written_ns",
 )
-"""All written by the run, but the last two: they are the guard's, see `service.guard`."""
-MODEL = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes", "last_late_ns")
+"""All written by the run, but `generation` and `guard_ns`: they are the guard's, see there."""
+MODEL = (
+    "scheduled",
+    "run",
+    "skipped",
+    "coalesced",
+    "overruns",
+    "episodes",
+    "last_late_ns",
+    "due_ns",
+    "irregular",
+    "returned_ns",
+    "reactions",
+)
+MODEL_COUNTERS = (*MODEL[: MODEL.index("last_late_ns")], "irregular", "reactions")
+"""Of these, the ones that only grow."""
 BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
 WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
 SLOT = (
@@ -70,6 +85,7 @@ DEVICES = 8
     YIELDED,
     GENERATION,
     GUARD,
+    WRITTEN,
 ) = range(len(RUN))
 STEP_TIMES = len(RUN)
 REASON = 32
@@ -84,7 +100,7 @@ class Layout:
     """The names a file has blocks for; everything else follows from them."""
 
     models: tuple[str, ...] = ()
-    """Periodic models, by path."""
+    """Every model, by path."""
     timed: tuple[str, ...] = ()
     """Every model, by path: whose own time is kept in the list of worst activations."""
     buses: tuple[str, ...] = ()
@@ -94,16 +110,16 @@ class Layout:
     """Models with a port for faults, by path."""
 
     def model(self, index: int) -> int:
-        """First cell of a periodic model's block."""
+        """First cell of a model's block."""
         return _MODELS + index * _MODEL_CELLS
 
     def lateness(self, index: int) -> slice:
-        """A periodic model's histogram of lateness."""
+        """A model's histogram of lateness."""
         first = self.model(index) + len(MODEL)
         return slice(first, first + CELLS)
 
     def step(self, index: int) -> slice:
-        """A periodic model's histogram of its own time in a step."""
+        """A model's histogram of its own time."""
         first = self.model(index) + len(MODEL) + CELLS
         return slice(first, first + CELLS)
 

@@ -30,6 +30,7 @@ from firmware_runtime.telemetry.layout import (
     YIELDED,
     Layout,
 )
+from firmware_runtime.telemetry.overdue import waiting
 from firmware_runtime.telemetry.refusals import as_they_hold
 from firmware_runtime.telemetry.timeline import Span, read_timeline
 
@@ -69,6 +70,11 @@ class Statistics:
         return RunState(self.cells[STATE])
 
     @property
+    def is_virtual(self) -> bool:
+        """Whether it ran in virtual time: nothing can be late then, nothing takes any time."""
+        return bool(self.header["conditions"].get("clock") == "VirtualClock")
+
+    @property
     def reason(self) -> str | None:
         """How the run ended, in a sentence; None before that."""
         text = bytes(self.cells[self.layout.reason]).rstrip(b"\0")
@@ -86,7 +92,7 @@ class Statistics:
         return read_timeline(self.cells[self.layout.timeline])
 
     def lateness(self) -> Histogram:
-        """A histogram of its own: the lateness of all periodic models, in ns."""
+        """A histogram of its own: the lateness of all models' activations, in ns."""
         merged = Histogram(empty_cells())
         for index in range(len(self.layout.models)):
             merged.merge(Histogram(self.cells[self.layout.lateness(index)]))
@@ -117,8 +123,8 @@ class Statistics:
             "schema": SCHEMA,
             **{total: sum(model[total] for model in models.values()) for total in TOTALS},
             "deadline_misses": self._deadline_misses(),
-            "lateness_us": self.lateness().summary_us(),
-            "step_us": Histogram(self.cells[STEP_HISTOGRAM]).summary_us(),
+            "lateness_us": self._times(self.lateness()),
+            "step_us": self._times(Histogram(self.cells[STEP_HISTOGRAM])),
             "models": models,
             "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
             "faults": self.faults(),
@@ -127,21 +133,36 @@ class Statistics:
         }
 
     def _model(self, index: int) -> dict[str, Any]:
-        counters = self._fields(self.layout.model(index), MODEL)
-        last_late_ns = counters.pop("last_late_ns")
-        is_known = counters["overruns"] > 0 and last_late_ns != NO_INSTANT
+        first = self.layout.model(index)
+        fields = self._fields(first, MODEL)
+        is_known = fields["overruns"] > 0 and fields["last_late_ns"] != NO_INSTANT
         stated = self.header["models"][self.layout.models[index]]
+        period_ns = stated["period_ns"]
         own_time = Histogram(self.cells[self.layout.step(index)])
         return {
-            **counters,
-            "last_late_t_ns": last_late_ns if is_known else None,
-            "period_us": stated["period_ns"] / 1000,
+            **{total: fields[total] for total in TOTALS},
+            "last_late_t_ns": fields["last_late_ns"] if is_known else None,
+            "kind": "event" if period_ns is None else "periodic",
+            "period_us": None if period_ns is None else period_ns / 1000,
             "tolerance_us": stated["tolerance_ns"] / 1000,
             "policy": stated["policy"],
-            "lateness_us": Histogram(self.cells[self.layout.lateness(index)]).summary_us(),
-            "step_us": own_time.summary_us(),
-            "load": self._share(own_time.sum),
+            "waiting": self._waiting(index),
+            "reactions": fields["reactions"],
+            "irregular": fields["irregular"],
+            "returned_after_us": fields["returned_ns"] / 1000 if fields["irregular"] > 0 else None,
+            "lateness_us": self._times(Histogram(self.cells[self.layout.lateness(index)])),
+            "step_us": self._times(own_time),
+            "load": None if self.is_virtual else self._share(own_time.sum),
         }
+
+    def _waiting(self, index: int) -> int:
+        if not self.writer_alive:
+            return 0
+        return waiting(self.cells, self.layout, self.header, index)
+
+    def _times(self, histogram: Histogram) -> dict[str, float | None]:
+        """What was measured; in virtual time, in which a step takes none, nothing was."""
+        return (Histogram(empty_cells()) if self.is_virtual else histogram).summary_us()
 
     def _bus(self, index: int) -> dict[str, Any]:
         counters = self._fields(self.layout.bus(index), BUS)

@@ -12,13 +12,20 @@ from typing import Any
 
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, SEQUENCE, Layout
+from firmware_runtime.telemetry.layout import (
+    ELAPSED,
+    HEARTBEAT,
+    SEQUENCE,
+    WRITTEN,
+    Layout,
+)
 from firmware_runtime.telemetry.mapped_file import Kind, ReadableFile
+from firmware_runtime.telemetry.overdue import count_overdue
 from firmware_runtime.telemetry.process_identity import checked_identity, this_process
-from firmware_runtime.telemetry.statistics import SCHEMA, Statistics
+from firmware_runtime.telemetry.statistics import Statistics
 from firmware_runtime.telemetry.whole_file import replace_file
 
-STATISTICS = Kind("statistics file", b"FWRTSTAT", SCHEMA)
+STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
 SAVED = "saved"
 """In a header: this is a copy, with what held of the writer when it was made."""
 
@@ -66,8 +73,9 @@ def _is_a_run_s_own(path: Path) -> bool:
 class StatisticsFile:
     """The writing end: `cells`, and the sequence around them.
 
-    `header` holds `models` (by path: `period_ns`, `tolerance_ns`, `policy`) and `conditions`; the
-    writing process and the layout join it. Raises StatisticsFileError when it cannot be made.
+    `header` holds `models` (by path: `kind`, `period_ns`, `tolerance_ns`, `policy`), `conditions`
+    and `clock_speed`; the writing process and the layout join it. Raises StatisticsFileError when
+    it cannot be made.
     """
 
     def __init__(self, layout: Layout, header: Mapping[str, Any], path: Path | None = None) -> None:
@@ -87,11 +95,12 @@ class StatisticsFile:
         """Note the instant and the heartbeat, then make the sequence even.
 
         The heartbeat is the instant of CLOCK_MONOTONIC up to which logical time has caught up with
-        the clock: it is behind by `lag`, ns of real time.
+        the clock: it is behind by `lag`, ns of real time. `written_ns` is when that was written.
         """
         cells = self.cells
         cells[ELAPSED] = now
-        cells[HEARTBEAT] = monotonic_ns() - lag
+        cells[WRITTEN] = written_at = monotonic_ns()
+        cells[HEARTBEAT] = written_at - lag
         self._sequence = cells[SEQUENCE] = self._sequence + 2
 
     def close_section_as_it_was(self) -> None:
@@ -100,5 +109,6 @@ class StatisticsFile:
 
     def statistics(self) -> Statistics:
         """A copy of what has been counted so far."""
-        copy = memoryview(bytes(self.cells)).cast("q")
+        copy = memoryview(bytearray(self.cells)).cast("q")
+        count_overdue(copy, self.layout, self.header, is_alive=True)
         return Statistics(self.header, self.layout, copy)

@@ -14,6 +14,7 @@ from time import monotonic, sleep
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.layout import STATE, WORST, Layout
 from firmware_runtime.telemetry.mapped_file import ReadableFile
+from firmware_runtime.telemetry.overdue import count_overdue
 from firmware_runtime.telemetry.process_identity import is_running
 from firmware_runtime.telemetry.refusals import refused
 from firmware_runtime.telemetry.statistics import RunState, Statistics
@@ -44,7 +45,7 @@ def _read(file: ReadableFile) -> Statistics:
         is_running(header["writer"])
         for path in layout.models:
             stated = header["models"][path]
-            _ = stated["period_ns"] + stated["tolerance_ns"], stated["policy"]
+            _ = (stated["period_ns"] or 0) + stated["tolerance_ns"], stated["policy"]
         refused(header["conditions"])
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise file.damaged(f"its header has no usable {error}") from error
@@ -79,7 +80,9 @@ def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:
             if alive:
                 raise _busy(file, stopped=_sequence(file) == first_sequence)
         elif complete or not alive:
-            return Statistics(header, layout, memoryview(cells).cast("q"), alive, complete)
+            copy = memoryview(bytearray(cells)).cast("q")
+            count_overdue(copy, layout, header, is_alive=alive)
+            return Statistics(header, layout, copy, alive, complete)
 
 
 def _saved(file: ReadableFile, layout: Layout) -> Statistics:

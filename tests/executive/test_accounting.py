@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
@@ -182,10 +182,16 @@ def test_a_confluent_activation_has_run() -> None:
     assert run.counts("imu") == (3, 3, 0, 0)  # at 0, 10 and 15 ms
 
 
-def test_a_model_without_a_period_has_no_account() -> None:
+def test_every_model_has_an_account() -> None:
     run = Run(Robot(), VirtualClock())
     run.until(PERIOD)
-    assert list(run.json()["models"]) == ["imu"]
+    models = run.json()["models"]
+    assert {path: model["kind"] for path, model in models.items()} == {
+        "imu": "periodic",
+        "thrust": "event",
+    }
+    assert models["imu"]["period_us"] == PERIOD / MICROSECOND
+    assert models["thrust"]["period_us"] is models["thrust"]["policy"] is None
 
 
 def test_what_is_due_when_the_run_is_stopped_counts_as_skipped() -> None:

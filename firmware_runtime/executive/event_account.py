@@ -1,0 +1,82 @@
+"""The account of a model without a period.
+
+Its activations are its events: instants booked ahead of time, by a positive time advance. That
+instant is the deadline. A booking that an input moves before it is due never was one. What a model
+does without having booked it, answering an input at the input's own instant, is a reaction: it has
+no deadline of its own, so no lateness either, but its own time counts.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.step import Step
+
+
+class EventAccount(ModelAccount):
+    """Counts the booked events of one model, and its reactions."""
+
+    kind = "event"
+
+    def watch(self, functions: Functions, step: Step, touched: list[ModelAccount]) -> Functions:
+        """Wrap the model's functions; an account with something to count joins `touched`."""
+        atomic, number, began_at = self.atomic, self.number, step.began_at
+
+        def book() -> None:
+            """Note the instant the model books with its present time advance."""
+            sigma = atomic.sigma
+            # a time advance that is no such thing is refused by the simulator, next
+            books = sigma.__class__ is int and 0 < sigma < NEVER
+            self.due = step.at + sigma if books else NEVER
+            if not self.is_touched:
+                self.is_touched = True
+                touched.append(self)
+
+        def due(transition: Callable[[], None]) -> Callable[[], None]:
+            def call() -> None:
+                transition()
+                if self.due == step.at:
+                    self.ran = True
+                    self.lateness = began_at[number] - step.at
+                book()
+
+            return call
+
+        def external(elapsed: int) -> None:
+            begun, booked = step.lap, self.due
+            functions.external(elapsed)
+            book()
+            if booked <= begun and booked != self.due:
+                self.coalesced += 1
+
+        def confluent() -> None:
+            functions.internal()
+            functions.external(0)
+
+        return replace(
+            functions,
+            internal=due(functions.internal),
+            external=external,
+            confluent=due(functions.confluent or confluent),
+        )
+
+    def settle(self, at: int, own_time: int) -> bool:
+        """Count what the step at instant `at` has left; return whether an event ran."""
+        self.is_touched = False
+        self.own_time.record(own_time)
+        ran = self.ran
+        if ran:
+            self.count_run(at)
+        else:
+            self.count_reaction()
+        self.write()
+        return ran
+
+    def end(self, now: int) -> None:
+        """Count what is due at `now` as skipped: the run is over."""
+        if self.due <= now:
+            self.skip(1)
+        self.due = NEVER
+        self.write()

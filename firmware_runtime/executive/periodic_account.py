@@ -1,0 +1,205 @@
+"""The account of a periodic model: one activation is one period, however many phases it has.
+
+Deadlines are the first booking and every whole period after it. The event at a deadline is the
+activation; those between two deadlines are its further phases (waiting for a conversion, reading,
+sleeping for the rest), and their own time is the activation's. A transition with a time advance of
+zero continues what it follows.
+
+A model keeps its period if it comes back at its deadlines. One that comes back later, at another
+instant, has contradicted what it states: that is counted (`irregular`), its cycle is taken to go on
+from there, and what it has moved by is added up. Each whole period of that sum, and each one slept
+through, is an activation that was due and did not run. So what is scheduled stays what the clock
+says, to less than a period, whatever the model does.
+
+An input may move the deadlines: to the instant that the model books because of it, if that is later
+than the deadline; or if it is earlier, and the model then books a whole period from there. A model
+that is passive has no deadline until an input makes it book one.
+"""
+
+from dataclasses import replace
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.step import Step
+
+
+class PeriodicAccount(ModelAccount):
+    """Counts the periods of one model; `spent` is its own time since the last activation began."""
+
+    kind = "periodic"
+
+    def __init__(self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy) -> None:
+        super().__init__(atomic, path, number, policy, policy.tolerance(atomic.period))
+        self.period = atomic.period
+        self.skips = policy.policy == "skip"
+        self.spent = 0
+        self._slip = 0
+        self._came_back_after = 0
+        """Ns after the activation before it, of one in the step under way that was irregular."""
+        self._is_answering = False
+        """An input is being answered in zero time: what the model books then is its plan."""
+        self._moved_at = NEVER
+        """When an input moved the next event to before the deadline; NEVER: none did."""
+        self._is_by_input = False
+        """Either of both."""
+
+    # During a step ------------------------------------------------------------------------------
+
+    def watch(  # noqa: C901 -- written out: a call more for each transition would be felt
+        self, functions: Functions, step: Step, touched: list[ModelAccount]
+    ) -> Functions:
+        """Wrap the model's functions; an account with something to count joins `touched`."""
+        atomic, number, began_at, period = self.atomic, self.number, step.began_at, self.period
+
+        def internal() -> None:
+            functions.internal()
+            at = step.at
+            if at >= self.due:
+                if at > self.due:
+                    self._come_back(at)
+                self.ran = True
+                self.lateness = began_at[number] - at
+                self.due = at + period
+            sigma = atomic.sigma
+            # a time advance that is no such thing is refused by the simulator, next
+            if self._is_by_input:
+                self._book_after_input(step, sigma)
+            elif sigma.__class__ is int and 0 < sigma < NEVER:
+                self.booked = at + sigma
+            elif sigma == NEVER:
+                self.due = self.booked = NEVER
+            if not self.is_touched:
+                self.is_touched = True
+                touched.append(self)
+
+        def external(elapsed: int) -> None:
+            begun = step.lap
+            functions.external(elapsed)
+            self._answer(step.at, atomic.sigma, begun)
+            self._touch(touched)
+
+        own_confluent = functions.confluent
+        if own_confluent is None:  # the simulator calls internal and external, as above
+            return replace(functions, internal=internal, external=external)
+
+        def confluent() -> None:
+            own_confluent()
+            at = step.at
+            if at >= self.due:
+                if at > self.due:
+                    self._come_back(at)
+                self._activate(at, began_at[number])
+                self.booked = self.due
+            self._answer(at, atomic.sigma, at)
+            self._touch(touched)
+
+        return replace(functions, internal=internal, external=external, confluent=confluent)
+
+    def _touch(self, touched: list[ModelAccount]) -> None:
+        if not self.is_touched:
+            self.is_touched = True
+            touched.append(self)
+
+    def _activate(self, at: int, began_at: int) -> None:
+        """The activation that is due at `at`, or was moved there, has run."""
+        self.ran = True
+        self.lateness = began_at - at
+        self.due = at + self.period
+
+    def _answer(self, at: int, sigma: int, begun: int) -> None:
+        """Book after an input that was handled from `begun` on."""
+        if sigma.__class__ is not int:
+            return
+        if sigma == 0:
+            self._is_answering = self._is_by_input = True
+        else:
+            self._replan(at + sigma if sigma < NEVER else NEVER, begun)
+
+    def _book_after_input(self, step: Step, sigma: int) -> None:
+        """Book after an event that an input has brought about."""
+        if sigma.__class__ is not int or sigma == 0:
+            return
+        at = step.at
+        booked = at + sigma if sigma < NEVER else NEVER
+        if self._is_answering:
+            self._is_answering = False
+            self._replan(booked, step.lap)
+            return
+        self._is_by_input = False
+        if at < self.due and booked == at + self.period:
+            # what the input had moved to before the deadline was the activation itself
+            self.coalesced += self.due <= self._moved_at
+            self._activate(at, step.began_at[self.number])
+            self._slip = 0
+        self._moved_at = NEVER
+        self.booked = booked
+        if booked == NEVER:
+            self.due = NEVER
+
+    def _come_back(self, at: int) -> None:
+        """The model was not active at its deadline, and is now."""
+        missed, slip = divmod(at - self.due, self.period)
+        self._slip += slip
+        if self._slip >= self.period:
+            self._slip -= self.period
+            missed += 1
+        self._came_back_after = at - self.due + self.period
+        if missed > 0:
+            self.miss(missed)
+
+    def _replan(self, booked: int, begun: int) -> None:
+        """An input that was handled from `begun` on has the model book another instant."""
+        before, due = self.booked, self.due
+        self.booked = booked
+        if booked == before:
+            pass
+        elif booked < due < NEVER:
+            if before == due or self._moved_at != NEVER:
+                self._moved_at = begun
+        else:
+            if due <= begun and booked > due:
+                in_time = -(-(booked - due) // self.period)
+                self.coalesced += min((begun - due) // self.period + 1, in_time)
+            if booked != due:
+                self.due, self._slip = booked, 0
+            self._moved_at = NEVER
+        self._is_by_input = self._moved_at != NEVER
+
+    # After it -----------------------------------------------------------------------------------
+
+    def settle(self, at: int, own_time: int) -> bool:
+        """Count what the step at instant `at` has left; return whether an activation ran."""
+        self.is_touched = False
+        ran = self.ran
+        if ran:
+            if self.run > 0:
+                self.own_time.record(self.spent)
+            self.spent = own_time
+            self.count_run(at)
+            if self._came_back_after > 0:
+                self.count_irregular(self._came_back_after)
+                self._came_back_after = 0
+        else:
+            self.spent += own_time
+        self.write()
+        return ran
+
+    def skip_to(self, now: int) -> int:
+        """Drop every activation booked before `now`; return when the next is due, in phase."""
+        missed = -(-(now - self.booked) // self.period)
+        self.due += missed * self.period
+        self.booked += missed * self.period
+        self.skip(missed)
+        return self.booked
+
+    def end(self, now: int) -> None:
+        """Count what is due at `now` as skipped, and the last activation's time: it is over."""
+        if self.due <= now:
+            self.skip((now - self.due) // self.period + 1)
+        if self.run > 0:
+            self.own_time.record(self.spent)
+        self.due = NEVER
+        self.write()

@@ -1,0 +1,66 @@
+"""What is due by the clock and has not run, counted by the reader: the loop may never get there.
+
+The file has the deadline of each model's next activation, and when its numbers were written. From
+that a reader knows the present instant of a run that is under way, however long the loop has been
+stuck, and the last one of a run whose process is gone.
+
+- While the process lives, an activation that is due waits for its turn, as long as its model's next
+  one is not due too. Of two, one has not run: it counts as skipped, as the loop will count it. But
+  where the policy is to catch up, all of them wait: each will run.
+- When the process is gone without having ended the run, nothing waits any more: what was due by the
+  last instant written has been skipped.
+- A run that has ended has counted this itself.
+"""
+
+from collections.abc import Mapping
+from time import monotonic_ns
+from typing import Any
+
+from firmware_runtime.telemetry.histogram import Cells
+from firmware_runtime.telemetry.layout import ELAPSED, MODEL, STATE, WRITTEN, Layout
+
+_SCHEDULED, _SKIPPED, _DUE = map(MODEL.index, ("scheduled", "skipped", "due_ns"))
+
+
+def count_overdue(
+    cells: Cells, layout: Layout, header: Mapping[str, Any], *, is_alive: bool
+) -> None:
+    """Add what is overdue to a copy of a run's cells, with the instant up to which it is."""
+    speed = header.get("clock_speed")
+    if speed is None or cells[STATE] != 0 or cells[WRITTEN] == 0:
+        return
+    if is_alive:
+        read_at = monotonic_ns()
+        cells[ELAPSED] += max(round((read_at - cells[WRITTEN]) * speed), 0)
+        cells[WRITTEN] = read_at
+    now = cells[ELAPSED]
+    for index, path in enumerate(layout.models):
+        first, stated = layout.model(index), header["models"][path]
+        due = cells[first + _DUE]
+        if due > now:
+            continue
+        number = _dropped(now - due, stated) if is_alive else due_since(now - due, stated)
+        cells[first + _SCHEDULED] += number
+        cells[first + _SKIPPED] += number
+
+
+def waiting(cells: Cells, layout: Layout, header: Mapping[str, Any], index: int) -> int:
+    """How many activations of a model are due and wait for their turn, of cells that were read."""
+    due, now = cells[layout.model(index) + _DUE], cells[ELAPSED]
+    if "clock_speed" not in header or cells[STATE] != 0 or due > now:
+        return 0
+    stated = header["models"][layout.models[index]]
+    return due_since(now - due, stated) - _dropped(now - due, stated)
+
+
+def due_since(ago: int, stated: Mapping[str, Any]) -> int:
+    """How many deadlines there have been, if the first was so long ago, ns."""
+    period = stated["period_ns"]
+    return 1 if period is None else ago // int(period) + 1
+
+
+def _dropped(ago: int, stated: Mapping[str, Any]) -> int:
+    """How many of them will not run any more, while the process lives."""
+    if stated["policy"] != "skip":
+        return 0
+    return max(-(-ago // int(stated["period_ns"])) - 1, 0)
