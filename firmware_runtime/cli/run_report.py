@@ -13,6 +13,7 @@ from firmware_runtime.cli.session import Session
 from firmware_runtime.cli.statistics_text import statistics_text
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.telemetry.periods_kept import periods_not_kept
 from firmware_runtime.telemetry.statistics import RunState
 
 
@@ -60,6 +61,8 @@ class Report:
         """Print the result; sentences on what went wrong go to standard error."""
         if self._has_failed(outcome):
             self._say(outcome.reason)
+        for sentence in periods_not_kept(self._session.executive.statistics.as_json()):
+            self._say(f"warning: {sentence}")
         for fault in outcome.faults:
             self._say(f"not made safe: {fault}")
         for warning in self._session.robot.warnings:

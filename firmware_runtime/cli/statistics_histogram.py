@@ -1,6 +1,6 @@
 """Lateness in the layout of cyclictest's `--histogram`, so that scripts made for it can plot it.
 
-One line for every microsecond, one column for every periodic model: how many activations began so
+One line for every microsecond, one column for every model: how many activations began so
 many whole microseconds late. Buckets are at most 3.1 % wide; one that spans several microseconds is
 counted at the lowest, so no activation is shown later than it was, and none is lost. As in
 cyclictest, what is beyond the last line is an overflow; here the last line is the largest sample's.
@@ -23,7 +23,7 @@ def histogram_text(statistics: Statistics) -> Iterator[str]:
     ]
     counted = [_by_microsecond(column) for column in columns]
     lines = min(max((max(each, default=0) for each in counted), default=0) + 1, LONGEST)
-    yield f"# {' '.join(layout.models) or 'no periodic model'}"
+    yield f"# {' '.join(layout.models) or 'no model'}"
     yield "# Histogram"
     for us in range(lines):
         yield " ".join([f"{us:06d}", *(f"{each.get(us, 0):06d}" for each in counted)])

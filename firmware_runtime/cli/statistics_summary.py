@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from firmware_runtime.cli.fault_text import faults_total
+from firmware_runtime.telemetry.periods_kept import not_keeping
 
 _CLASSES = {"SCHED_FIFO": "FIFO", "SCHED_RR": "RR", "SCHED_OTHER": "OTHER"}
 _TENS = 10.0
@@ -13,11 +14,13 @@ def summary(statistics: Mapping[str, Any]) -> str:
     """Statistics as `Statistics.as_json` gives them, in one line.
 
     `100 Hz 99.98 % late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c1 11 % FIFO60
-    governor=performance armed`: the rate of the fastest periodic model, the share of activations
+    governor=performance armed`: the rate of the fastest periodic model, or how many events there
+    have been where there is none, the share of activations
     that ran on time, overruns, skipped of scheduled, lateness, buses, conditions, state. Before the
     buses `faults 7`, if models reported any; before the state `overloaded`, if it has been.
     """
-    parts = [*_activations(statistics), *_faults(statistics), *_buses(statistics)]
+    parts = [*_activations(statistics), *_periods(statistics), *_faults(statistics)]
+    parts += _buses(statistics)
     parts += _conditions(statistics["conditions"])
     return " ".join([*parts, _state(statistics["conditions"]["run"])])
 
@@ -41,25 +44,32 @@ def on_time(statistics: Mapping[str, Any]) -> float | None:
 def rate_hz(statistics: Mapping[str, Any]) -> float | None:
     """The rate of the fastest periodic model, None if there is no such model."""
     periods = [model["period_us"] for model in statistics["models"].values()]
-    return 1e6 / min(periods) if periods else None
+    return 1e6 / min(filter(None, periods)) if any(periods) else None
 
 
 def _activations(statistics: Mapping[str, Any]) -> list[str]:
     rate, share = rate_hz(statistics), on_time(statistics)
-    if rate is None:
-        step = statistics["step_us"]
-        return [
-            f"{statistics['conditions']['run']['steps']} steps",
-            f"p99 {milliseconds(step['p99'])} max {milliseconds(step['max'])}",
-        ]
+    first = f"{statistics['scheduled']} events" if rate is None else f"{rate:g} Hz"
+    skipped = f"skip {statistics['skipped']}/{statistics['scheduled']}"
+    if is_virtual(statistics):
+        return [first, "virtual time", skipped]
     late = statistics["lateness_us"]
     return [
-        f"{rate:g} Hz",
+        first,
         "- %" if share is None else f"{int(share * 10000) / 100:.2f} %",  # 100 only if all were
         f"late {statistics['overruns']}",
-        f"skip {statistics['skipped']}/{statistics['scheduled']}",
+        skipped,
         f"p99 {milliseconds(late['p99'])} max {milliseconds(late['max'])}",
     ]
+
+
+def is_virtual(statistics: Mapping[str, Any]) -> bool:
+    """Whether the run was in virtual time, in which nothing can be late."""
+    return bool(statistics["conditions"].get("clock") == "VirtualClock")
+
+
+def _periods(statistics: Mapping[str, Any]) -> list[str]:
+    return [f"period not kept by {path}" for path in not_keeping(statistics)]
 
 
 def _faults(statistics: Mapping[str, Any]) -> list[str]:

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from firmware_runtime.cli.fault_text import fault_lines
-from firmware_runtime.cli.statistics_summary import summary
+from firmware_runtime.cli.statistics_summary import is_virtual, summary
+from firmware_runtime.telemetry.periods_kept import periods_not_kept
 from firmware_runtime.telemetry.refusals import refusals
 
 _WORST_SHOWN = 3
@@ -16,6 +17,8 @@ def statistics_text(statistics: Mapping[str, Any], worst: int = _WORST_SHOWN) ->
     return [
         summary(statistics),
         _story(statistics),
+        *(f"  {sentence}" for sentence in periods_not_kept(statistics)),
+        *_virtual(statistics),
         "",
         *_models(statistics),
         *_times(statistics),
@@ -64,9 +67,23 @@ def _story(statistics: Mapping[str, Any]) -> str:
     return (
         f"{state} {run['elapsed_s']:.2f} s: {statistics['run']} of "
         f"{statistics['scheduled']} activations run, {statistics['skipped']} skipped, "
-        f"{statistics['coalesced']} coalesced; {statistics['overruns']} overruns in "
-        f"{statistics['episodes']} episodes"
+        f"{statistics['coalesced']} coalesced{_waiting(statistics)}; {statistics['overruns']} "
+        f"overruns in {statistics['episodes']} episodes"
     )
+
+
+def _waiting(statistics: Mapping[str, Any]) -> str:
+    """What is due and has not had its turn yet, where there is such a thing."""
+    waiting = sum(model["waiting"] for model in statistics["models"].values())
+    return f", {waiting} waiting" if waiting > 0 else ""
+
+
+def _virtual(statistics: Mapping[str, Any]) -> list[str]:
+    if not is_virtual(statistics):
+        return []
+    return [
+        "  in virtual time, in which nothing is late and nothing takes time: there are counts only"
+    ]
 
 
 def _ended(run: Mapping[str, Any]) -> str:
@@ -79,15 +96,28 @@ def _ended(run: Mapping[str, Any]) -> str:
 def _models(statistics: Mapping[str, Any]) -> list[str]:
     if not statistics["models"]:
         return []
-    head = ("lateness of", "rate", "p50", "p99", "max", "budget", "load", "late", "skipped", "last")
+    if is_virtual(statistics):
+        head: tuple[str, ...] = ("activations of", "rate", "run", "skipped")
+        rows = [
+            (path, rate_text(model), str(model["run"]), str(model["skipped"]))
+            for path, model in statistics["models"].items()
+        ]
+        return _aligned([head, *rows])
+    head = ("lateness of", "rate", "run", "p50", "p99", "max", "budget", "load", "late", "skipped")
     rows = [(path, *_model(model)) for path, model in statistics["models"].items()]
-    return [*_aligned([head, *rows]), ""]
+    return [*_aligned([(*head, "last"), *rows]), ""]
+
+
+def rate_text(model: Mapping[str, Any]) -> str:
+    """How often a model is due; one without a period has events."""
+    return "events" if model["period_us"] is None else f"{1e6 / model['period_us']:g} Hz"
 
 
 def _model(model: Mapping[str, Any]) -> tuple[str, ...]:
     late, last = model["lateness_us"], model["last_late_t_ns"]
     return (
-        f"{1e6 / model['period_us']:g} Hz",
+        rate_text(model),
+        str(model["run"]),
         *(microseconds(late[key]) for key in ("p50", "p99", "max")),
         microseconds(model["tolerance_us"]),
         _percent(model["load"]),
@@ -98,6 +128,8 @@ def _model(model: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _times(statistics: Mapping[str, Any]) -> list[str]:
+    if is_virtual(statistics):
+        return []
     keys = ("p50", "p90", "p99", "p999", "max")
     rows: list[tuple[str, ...]] = [("time of", "p50", "p90", "p99", "p99.9", "max")]
     for path, model in statistics["models"].items():

@@ -84,7 +84,7 @@ def _add_forms(verb: argparse.ArgumentParser) -> None:
     forms.add_argument(
         "--histogram",
         action="store_true",
-        help="print the lateness of each periodic model as cyclictest prints its histogram",
+        help="print the lateness of each model as cyclictest prints its histogram",
     )
 
 

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from firmware_runtime.cli.fault_text import fault_lines, faults_total
 from firmware_runtime.cli.statistics_summary import summary
-from firmware_runtime.cli.statistics_text import causes_text, microseconds
+from firmware_runtime.cli.statistics_text import causes_text, microseconds, rate_text
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of
 from firmware_runtime.telemetry.statistics import Statistics
 
@@ -84,7 +84,7 @@ def _facts(found: dict[str, Any]) -> Text:
 
 
 def _models(found: dict[str, Any], lately: dict[str, Any], width: int) -> Table:
-    """A row for every periodic model: the whole run's lateness, and what happened lately."""
+    """A row for every model: the whole run's lateness, and what happened lately."""
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("lateness", no_wrap=True)
     names = ["rate", "p50", "p99", "max", "load", "late", "skipped", "lately p99"]
@@ -94,7 +94,7 @@ def _models(found: dict[str, Any], lately: dict[str, Any], width: int) -> Table:
     for path, model in found["models"].items():
         late = model["lateness_us"]
         cells = {
-            "rate": f"{1e6 / model['period_us']:g} Hz",
+            "rate": rate_text(model),
             "p50": microseconds(late["p50"]),
             "p99": microseconds(late["p99"]),
             "max": microseconds(late["max"]),

@@ -13,8 +13,9 @@ class Atomic(Component):
     and `sigma`, the time advance in ns; set them with `hold_in`, `passivate`, `activate`, or
     assign `sigma` alone.
 
-    A model whose activations recur with a fixed period states it in `period` (ns): the executive
-    then accounts for its activations one by one and may skip whole periods when the loop is late.
+    A model whose activations recur with a fixed period states it in `period` (ns), however many
+    phases a period has: the executive then accounts for its activations by the clock, and may skip
+    whole periods when the loop is late.
     """
 
     period: int = NEVER

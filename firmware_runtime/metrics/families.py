@@ -58,6 +58,11 @@ class Families:
         )
         self._overruns = _counter("overruns", "Activations later than the tolerance", model)
         self._episodes = _counter("overrun_episodes", "Rows of overruns and skips", model)
+        self._irregular = _counter(
+            "irregular_activations", "Activations at another time than the period says", model
+        )
+        self._reactions = _counter("reactions", "Answers to inputs, without a deadline", model)
+        self._waiting = _gauge("waiting", "Activations that are due and wait for their turn", model)
         self._misses = _counter(
             "deadline_misses", "Samples not in effect in time", ["board", "deadline"]
         )
@@ -113,6 +118,9 @@ class Families:
                 self._activations.add_metric([board, path, outcome], model[outcome])
             self._overruns.add_metric([board, path], model["overruns"])
             self._episodes.add_metric([board, path], model["episodes"])
+            self._irregular.add_metric([board, path], model["irregular"])
+            self._reactions.add_metric([board, path], model["reactions"])
+            self._waiting.add_metric([board, path], model["waiting"])
             _add(self._late, [board, path], Histogram(cells[layout.lateness(index)]))
             _add(self._own, [board, path], Histogram(cells[layout.step(index)]))
 

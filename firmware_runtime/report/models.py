@@ -1,4 +1,4 @@
-"""The periodic models: a table of what became of their activations, and charts of each."""
+"""The models: a table of what became of their activations, and charts of each."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 from firmware_runtime.report.distribution import Mark, distribution
 from firmware_runtime.report.markup import element
 from firmware_runtime.report.tables import table
-from firmware_runtime.report.words import duration_us, instant, rate, share
+from firmware_runtime.report.words import NOTHING, duration_us, instant, rate, share
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.statistics import Statistics
 
@@ -18,7 +18,7 @@ _TIMES = ("p50", "p99", "p999", "max")
 def models_section(statistics: Statistics, models: Mapping[str, Any]) -> list[Element]:
     """The tables, then lateness and own time of each model."""
     if not models:
-        return [element("p", "This model has no periodic part: it acts when something happens.")]
+        return [element("p", "This model has no atomic model.")]
     return [
         _activations(models),
         _times(models),
@@ -37,15 +37,15 @@ def _activations(models: Mapping[str, Any]) -> Element:
     rows = (
         [
             path,
-            rate(model["period_us"]),
-            model["policy"],
+            "events" if model["period_us"] is None else rate(model["period_us"]),
+            model["policy"] or NOTHING,
             duration_us(model["tolerance_us"]),
             *(f"{model[key]:,}" for key in _COUNTS),
             instant(model["last_late_t_ns"]),
         ]
         for path, model in models.items()
     )
-    return table("What became of the activations of each periodic model", head, rows)
+    return table("What became of the activations of each model", head, rows)
 
 
 def _times(models: Mapping[str, Any]) -> Element:
@@ -64,11 +64,14 @@ def _times(models: Mapping[str, Any]) -> Element:
 
 
 def _charts(statistics: Statistics, models: Mapping[str, Any]) -> Iterator[Element]:
-    """Lateness is left out where there is one model only: it is the page's first chart."""
+    """Lateness is left out where one model only was activated: it is the page's first chart."""
+    activated = sum(model["run"] > 0 for model in models.values())
     for index, (path, model) in enumerate(models.items()):
-        if len(models) > 1:
+        if model["run"] > 0 and activated > 1:
             lateness = Histogram(statistics.cells[statistics.layout.lateness(index)])
             limit = Mark("tolerance", tolerance_ns(model), "limit")
             yield distribution(f"lateness-{index}", f"{path}: lateness", lateness, [limit])
         own_time = Histogram(statistics.cells[statistics.layout.step(index)])
+        if own_time.samples == 0:
+            continue
         yield distribution(f"own-time-{index}", f"{path}: own time", own_time)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from firmware_runtime.report.words import count, passed
+from firmware_runtime.telemetry.periods_kept import not_keeping, periods_not_kept
 from firmware_runtime.telemetry.refusals import refused
 
 
@@ -31,6 +32,7 @@ def _worst_of(statistics: Mapping[str, Any]) -> tuple[str, str]:
         "Late activations": statistics["overruns"] > 0,
         "Missed deadlines": any(statistics["deadline_misses"].values()),
         "Faults": bool(statistics["faults"]),
+        "Period not kept": bool(not_keeping(statistics)),
     }
     for word, applies in doubts.items():
         if applies:
@@ -68,7 +70,7 @@ def _timing(statistics: Mapping[str, Any]) -> Iterator[str]:
     scheduled, late, skipped = (statistics[key] for key in ("scheduled", "overruns", "skipped"))
     activations = count(scheduled, "activation")
     if scheduled == 0:
-        yield "No periodic model has been activated, so nothing could be late."
+        yield "No model has been activated, so nothing could be late."
     elif late == skipped == 0:
         yield f"{activations}: none began later than its model tolerates, none was skipped."
     else:
@@ -79,6 +81,7 @@ def _timing(statistics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _beside(statistics: Mapping[str, Any]) -> Iterator[str]:
+    yield from (f"{sentence}." for sentence in periods_not_kept(statistics))
     for path, kinds in statistics["faults"].items():
         reported = sum(counted["count"] for counted in kinds.values())
         yield f"{path} reported {count(reported, 'fault')}."

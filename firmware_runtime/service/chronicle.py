@@ -12,7 +12,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.service.fault_journal import FaultJournal
@@ -80,18 +80,20 @@ class Chronicle:
     def _tell(self, account: ModelAccount) -> None:
         """One line for an episode that is over, and for those that came too fast before it."""
         episodes, self._told[account] = account.episodes - self._told[account], account.episodes
-        late_us, period_us = account.latest_in_episode // MICROSECOND, account.period // MICROSECOND
-        missed, cause = account.missed_in_episode, account.cause or "unknown"
+        late_us, missed = account.latest_in_episode // MICROSECOND, account.missed_in_episode
+        cause, period_us = account.cause or "unknown", account.period // MICROSECOND
+        is_periodic = account.period != NEVER
+        period = f", period {period_us} us" if is_periodic else ""
         self._journal.write(
-            f"{account.path}: {late_us} us late, {missed} missed, period {period_us} us: {cause}"
+            f"{account.path}: {late_us} us late, {missed} missed{period}: {cause}"
             + (f"; the last of {episodes} episodes" if episodes > 1 else ""),
             WARNING,
             MODEL=account.path,
-            PERIOD_US=period_us,
             LATE_US=late_us,
             MISSED=missed,
             CAUSE=cause,
             EPISODES=episodes,
+            **({"PERIOD_US": period_us} if is_periodic else {}),
         )
 
     def _show_status(self, now: int) -> None:

@@ -179,7 +179,7 @@ class _Run:
 
 
 def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
-    """What notices late activations; None for a run without periodic models."""
+    """What notices late activations; None for a run without models."""
     tolerances = [stated["tolerance_ns"] for stated in statistics.header["models"].values()]
     if not tolerances:
         return None

@@ -75,10 +75,10 @@ def test_times_have_two_digits(us: float | None, text: str) -> None:
     assert milliseconds(us) == text
 
 
-def test_a_run_without_periodic_models_has_steps_instead() -> None:
+def test_a_run_without_periodic_models_has_events_instead() -> None:
     file = StatisticsFile(Layout(), {"models": {}, "conditions": {"scheduler": "SCHED_OTHER"}})
     line = summary(file.statistics().as_json())
-    assert line == "0 steps p99 - max - OTHER governor=unknown disarmed"
+    assert line == "0 events - % late 0 skip 0/0 p99 - max - OTHER governor=unknown disarmed"
 
 
 def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(

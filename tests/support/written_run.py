@@ -71,7 +71,7 @@ class WrittenRun:
         Histogram(self.cells[self.file.layout.lateness(0)]).record(lateness)
         for place in (STEP_HISTOGRAM, self.file.layout.step(0)):
             Histogram(self.cells[place]).record(step)
-        for name, grown in zip(MODEL, (1 + skipped, 1, skipped, 0, late, late, 0), strict=True):
+        for name, grown in zip(MODEL, (1 + skipped, 1, skipped, 0, late, late), strict=False):
             self.cells[self.file.layout.model(0) + MODEL.index(name)] += grown
         self.elapsed = at + lateness + step
 

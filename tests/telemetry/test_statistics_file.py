@@ -95,8 +95,8 @@ def test_a_file_of_another_program_is_refused(path: Path) -> None:
 
 
 def test_a_file_of_another_version_is_refused(file: StatisticsFile, path: Path) -> None:
-    overwrite(path, 8, struct.pack("=q", 2))
-    with pytest.raises(StatisticsFileError, match=r"schema 2; this program reads schema 1"):
+    overwrite(path, 8, struct.pack("=q", 1))
+    with pytest.raises(StatisticsFileError, match=r"schema 1; this program reads schema 2"):
         read_statistics(path)
     assert file.layout.cells > 0
 

@@ -1,0 +1,192 @@
+"""One activation is one period, whatever phases lie in between; and models without a period."""
+
+from functools import partial
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.telemetry.periods_kept import not_keeping, periods_not_kept
+from tests.support.executives import Run
+from tests.support.periodic_models import Actuator
+from tests.support.phased_models import FIFTY_HZ, PERIODS, Board, Phased, Sporadic, deadlines
+from tests.support.stalling_clock import StallingClock
+
+PERIOD = 20 * MILLISECOND
+UNTIL = 4 * SECOND
+
+
+def test_a_50_hz_model_of_three_phases_has_201_activations_in_4_s() -> None:
+    sensor = Phased("sensor", PERIOD, FIFTY_HZ)
+    run = Run(sensor, VirtualClock())
+    run.until(UNTIL)
+    assert sensor.transitions == 3 * 200 + 2  # trigger and wait have no time between them
+    assert run.counts("sensor") == (201, 201, 0, 0)
+    assert run.model("sensor")["irregular"] == 0
+
+
+def test_its_own_time_is_that_of_all_phases_and_its_lateness_that_of_the_first() -> None:
+    sensor, clock = Phased("sensor", PERIOD, FIFTY_HZ), StallingClock({2: 300 * MICROSECOND})
+    sensor.work = lambda number: clock.spend(MILLISECOND * (1 + number % 3))
+    run = Run(sensor, clock)
+    run.until(PERIOD * 5 - 1)
+    sensor_counted = run.model("sensor")
+    assert run.counts("sensor") == (5, 5, 0, 0)
+    assert sensor_counted["step_us"]["max"] == sensor_counted["step_us"]["mean"] == 6000
+    assert sensor_counted["lateness_us"]["max"] == 300
+    assert sensor_counted["load"] == pytest.approx(0.3, rel=0.01)
+
+
+def test_after_a_stall_the_late_period_runs_once_and_whole_periods_are_dropped() -> None:
+    sensor = Phased("sensor", PERIOD, FIFTY_HZ)
+    run = Run(sensor, StallingClock({10: 500 * MILLISECOND}))
+    run.until(UNTIL)
+    assert run.counts("sensor")[0] == 201
+    assert run.counts("sensor")[1] == sensor.cycles
+    assert run.counts("sensor")[2] == 24
+    assert run.model("sensor")["irregular"] == 0
+
+
+def test_a_model_that_does_not_keep_its_period_is_named_and_counted_by_the_clock() -> None:
+    sensor = Phased("sensor", PERIOD, (0, 6 * MILLISECOND, 20 * MILLISECOND))  # 26 ms in truth
+    run = Run(sensor, VirtualClock())
+    run.until(UNTIL)
+    scheduled, executed = run.counts("sensor")[:2]
+    assert executed == sensor.cycles
+    assert abs(scheduled - deadlines(0, PERIOD, UNTIL)) <= 1
+    counted = run.json()
+    assert counted["models"]["sensor"]["irregular"] == executed - 1
+    assert counted["models"]["sensor"]["returned_after_us"] == 26_000
+    assert not_keeping(counted) == ["sensor"]
+    (sentence,) = periods_not_kept(counted)
+    assert "20 ms" in sentence
+    assert "26 ms" in sentence
+
+
+def test_a_bring_up_that_shifts_the_phase_once_is_no_contradiction() -> None:
+    class BroughtUp(Phased):
+        """Two steps of a bring-up before its cycle begins, at 13 ms."""
+
+        is_up = False
+
+        def internal(self) -> None:
+            if self.is_up:
+                super().internal()
+            else:
+                self.is_up = self.phase == "waiting more"
+                self.hold_in("waiting more", 10 * MILLISECOND if self.is_up else 3 * MILLISECOND)
+
+    run = Run(BroughtUp("sensor", PERIOD, FIFTY_HZ), VirtualClock())
+    run.until(UNTIL)
+    counted = run.json()
+    assert counted["models"]["sensor"]["irregular"] <= 1
+    assert abs(counted["scheduled"] - deadlines(0, PERIOD, UNTIL)) <= 1
+    assert not_keeping(counted) == []
+
+
+def test_a_sporadic_model_has_its_events_and_its_reactions() -> None:
+    class Fed(Coupled):
+        def __init__(self) -> None:
+            super().__init__("robot")
+            self.command = self.in_port("command", int)
+            self.sporadic = self.add(Sporadic("sporadic", 5 * MILLISECOND))
+            self.couple(self.command, self.sporadic.command)
+
+    robot, clock = Fed(), StallingClock({2: 3 * MILLISECOND})
+    run = Run(robot, clock)
+    for at in (10, 20, 40, 43):  # the last one comes before what the one before it had booked
+        clock.at(at * MILLISECOND, partial(run.executive.inbox.post, robot.command, at))
+    run.until(SECOND)
+    counted = run.model("sporadic")
+    assert robot.sporadic.acted == [10, 20, 43]
+    assert run.counts("sporadic") == (3, 3, 0, 0)
+    assert counted["reactions"] == robot.sporadic.answered == 4
+    assert (counted["kind"], counted["period_us"]) == ("event", None)
+    assert counted["overruns"] == 1
+    assert counted["lateness_us"]["max"] == 3000
+
+
+def test_an_event_that_was_due_when_the_run_ended_is_skipped() -> None:
+    class Once(Actuator):
+        def initialize(self) -> None:
+            self.hold_in("waiting", MILLISECOND)
+
+        def internal(self) -> None:
+            raise ValueError
+
+    run = Run(Once("once"), VirtualClock())
+    run.until(SECOND)
+    assert run.counts("once") == (1, 0, 1, 0)
+
+
+@st.composite
+def _phases(draw: st.DrawFn) -> tuple[int, ...]:
+    """Durations, zeros among them, of a whole period."""
+    parts = draw(st.lists(st.integers(0, 5 * MILLISECOND), min_size=0, max_size=5))
+    return (*parts, draw(st.integers(MILLISECOND // 2, 5 * MILLISECOND)))
+
+
+@settings(deadline=None)
+@given(
+    phases=_phases(),
+    begin_at=st.integers(0, 9 * MILLISECOND),
+    until=st.integers(0, 60 * MILLISECOND),
+)
+def test_any_structure_of_phases_is_scheduled_as_the_clock_says(
+    phases: tuple[int, ...], begin_at: int, until: int
+) -> None:
+    sensor = Phased("sensor", sum(phases), phases, begin_at=begin_at)
+    run = Run(sensor, VirtualClock())
+    run.until(until)
+    expected = deadlines(begin_at, sum(phases), until)
+    assert run.counts("sensor") == (expected, expected, 0, 0)
+    assert run.model("sensor")["irregular"] == 0
+
+
+@pytest.mark.slow
+@settings(deadline=None, max_examples=60)
+@given(
+    phases=_phases(),
+    stalls=st.dictionaries(st.integers(0, 60), st.integers(1, 40 * MILLISECOND), max_size=5),
+    policy=st.sampled_from(["skip", "catch-up"]),
+)
+def test_no_stall_hides_a_period_whatever_its_phases(
+    phases: tuple[int, ...], stalls: dict[int, int], policy: str
+) -> None:
+    until = 80 * MILLISECOND
+    sensor = Phased("sensor", sum(phases), phases)
+    policies = {"sensor": ActivationPolicy(policy)}  # type: ignore[arg-type]
+    run = Run(sensor, StallingClock(stalls), Configuration(policies=policies, max_lag=NEVER))
+    run.until(until)
+    scheduled, executed, skipped, coalesced = run.counts("sensor")
+    assert scheduled == deadlines(0, sum(phases), until) == executed + skipped
+    assert coalesced == 0
+    assert executed == sensor.cycles
+    assert policy == "skip" or skipped <= 1
+
+
+@pytest.mark.parametrize("stalls", [{}, {50: 90_000_000, 300: 7_000_000, 301: 400_000_000}])
+def test_seven_models_of_incommensurate_periods_are_counted_exactly(
+    stalls: dict[int, int],
+) -> None:
+    board, clock = Board(), StallingClock(stalls)
+    run = Run(board, clock)
+    commands = range(3, 1000, 97)
+    for number in commands:
+        post = partial(run.executive.inbox.post, board.command, number)
+        clock.at(number * MILLISECOND, post)
+    run.until(SECOND)
+    for model, period in zip(board.periodic, PERIODS, strict=True):
+        scheduled, executed, skipped, coalesced = run.counts(model.name)
+        assert scheduled == deadlines(0, period, SECOND) == executed + skipped
+        assert coalesced == 0
+        assert executed == model.cycles
+    assert run.counts("sporadic")[1] == len(board.sporadic.acted)
+    total, executed, skipped, coalesced = run.counts()
+    assert total == executed + skipped + coalesced
+    assert list(run.json()["models"]) == [*(model.name for model in board.periodic), "sporadic"]
