@@ -40,7 +40,7 @@ def test_the_statistics_have_the_keys_others_rely_on(command: Callable[..., Any]
     assert {"skipped", "coalesced", "overruns", "episodes", "worst"} <= set(statistics)
     assert statistics["deadline_misses"] == {"imu.sample -> thrust_pairs": 0}
     assert set(statistics["lateness_us"]) == set(statistics["step_us"]) == PERCENTILES
-    assert {"imu", "controller", "thrust_pairs"} <= set(statistics["models"])
+    assert {"imu", "thrust_pairs"} <= set(statistics["models"])
     assert set(statistics["models"]["imu"]["lateness_us"]) == PERCENTILES
     assert set(statistics["bus"]["i2c1"]) == {
         "transactions",
