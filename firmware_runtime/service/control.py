@@ -20,7 +20,7 @@ from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.socket_file import SocketFile
 
 SUFFIX = ".control"
-PATIENCE_S = 2.0
+PATIENCE_S = 5.0
 """How long a request waits for its answer."""
 _LONGEST = 4096
 

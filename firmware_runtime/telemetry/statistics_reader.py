@@ -22,7 +22,7 @@ from firmware_runtime.telemetry.statistics_file import SAVED, STATISTICS
 
 STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
 SETTLE_S = 50e-6
-PATIENCE_S = 0.2
+PATIENCE_S = 1.0
 """A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
 _SEQUENCE_BYTES = 8
 _MODEL_OF_PLACE = WORST.index("model")

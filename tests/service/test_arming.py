@@ -3,7 +3,6 @@
 import os
 import socket
 from pathlib import Path
-from time import monotonic_ns
 
 import pytest
 
@@ -13,7 +12,8 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.service.arming import Arming
+from firmware_runtime.service import arming
+from firmware_runtime.service.arming import GUARD_PATIENCE, Arming
 from firmware_runtime.service.control import Answer, ControlError, ControlSocket, ask
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
 from tests.support.periodic_models import Robot
@@ -180,12 +180,14 @@ def test_outputs_that_could_not_be_switched_off_are_switched_off_again_until_the
     assert rig.safe == 3
 
 
-def test_a_guard_that_is_demanded_must_show_itself() -> None:
-    rig = Rig(demand_guard=True)
+def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, now = Rig(demand_guard=True), 100 * SECOND
+    monkeypatch.setattr(arming, "monotonic_ns", lambda: now)
     assert "the guard is absent" in rig.arming.request(0)[0]
-    rig.executive.cells[GUARD] = monotonic_ns()
+    rig.executive.cells[GUARD] = now - GUARD_PATIENCE
     assert rig.arming.request(0) == []
-    rig.executive.cells[GUARD] = monotonic_ns() - SECOND
+    assert rig.arming.permit()
+    rig.executive.cells[GUARD] -= 1
     assert not rig.arming.permit()
     rig.arming.attend(0, 0)
     assert rig.told[-1] == "disarmed: the guard is gone"

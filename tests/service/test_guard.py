@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.service.guard import Guard, Phase
 from firmware_runtime.telemetry.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, Layout
@@ -19,7 +19,8 @@ from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.takeovers import TakeoverFile, read_takeovers, takeovers_of
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
-STALL = 200 * MILLISECOND
+STALL = 20 * SECOND
+"""Longer than a busy machine holds up a test."""
 
 
 class Watch:
@@ -73,7 +74,7 @@ def wake_up() -> Iterator[int]:
 
 
 def hang(file: StatisticsFile) -> None:
-    file.cells[HEARTBEAT] = monotonic_ns() - SECOND
+    file.cells[HEARTBEAT] = monotonic_ns() - 2 * STALL
 
 
 def come_back(file: StatisticsFile) -> None:
@@ -87,9 +88,10 @@ def test_without_a_run_it_waits_and_writes_nothing(watch: Watch) -> None:
 
 
 def test_a_living_run_is_watched_and_sees_that_it_is(watch: Watch, file: StatisticsFile) -> None:
+    before = monotonic_ns()
     watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 0)
-    assert monotonic_ns() - file.cells[GUARD] < SECOND
+    assert before <= file.cells[GUARD] <= monotonic_ns()
 
 
 def test_a_run_that_it_could_not_switch_off_is_watched_and_not_told_so(

@@ -15,7 +15,7 @@ from firmware_runtime.telemetry.layout import STEPS
 from firmware_runtime.telemetry.statistics_reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
-__all__ = ["GuardedRun", "guarded_run", "wait_until"]
+__all__ = ["GuardedRun", "answer_like_chips", "guarded_run", "wait_until"]
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
 
