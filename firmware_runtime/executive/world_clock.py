@@ -42,9 +42,9 @@ class WorldClock:
 class OutsideClock(WorldClock):
     """Time of chips outside of this process, on a robot or served: real time, by a clock's `now`.
 
-    A transaction takes as long as it takes, but no less than its bits: doubles that are served
-    answer earlier, yet live as if it had taken that long. Before the first step nothing but wire
-    time passes.
+    A transaction takes as long as it takes. Doubles that are served answer at once, yet live as if
+    it had lasted as long as its bits: their bus says until when (`reach`). Before the first step
+    nothing else passes.
     """
 
     def __init__(self, now: Callable[[], int]) -> None:

@@ -79,14 +79,14 @@ class AccountedBus(I2cBus, BusCounters):
             while True:
                 self.count(size, busy_ns)
                 device.count(size, busy_ns)
-                began_at = self._time()
                 try:
                     answer = self._bus.transaction(address, messages)
                 except HalError as error:
                     if self._gives_up(error, attempt, device):
                         raise
                 else:
-                    self._time.reach(began_at + busy_ns)
+                    if self._bus.returns_early:
+                        self._time.reach(self._time() + busy_ns)
                     return answer
                 attempt += 1
 

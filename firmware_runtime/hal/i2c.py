@@ -22,9 +22,14 @@ GENERAL_CALL = 0x00
 
 
 class I2cBus(ABC):
-    """A bus by its name, as in board.toml and in every error."""
+    """A bus by its name, as in board.toml and in every error.
+
+    One that `returns_early` answers before the transaction has ended on the wire, as doubles in
+    another process do: for them it goes on as long as it takes.
+    """
 
     name: str
+    returns_early: bool = False
 
     @abstractmethod
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:

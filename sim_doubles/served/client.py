@@ -33,8 +33,10 @@ Ask: TypeAlias = Callable[[Asked, str], Answered]
 class ServedBus(I2cBus):
     """An I2C bus of served doubles; errors are those of the bus itself, and the server's absence.
 
-    One transaction is one question and one answer.
+    One transaction is one question and one answer, which comes at once.
     """
+
+    returns_early = True
 
     def __init__(self, name: str, ask: Ask) -> None:
         self.name = name

@@ -58,15 +58,23 @@ def test_it_counts_the_adapters_overhead_with_every_attempt() -> None:
     assert bus.busy_ns == 2 * (39 * BIT_NS + 30_000)
 
 
-def test_the_lines_go_on_by_what_a_transaction_takes() -> None:
+def test_a_bus_that_returns_early_is_taken_to_go_on_from_its_answer() -> None:
+    """When it began lies between question and answer; later is the safe side for who waits."""
     time = FollowingClock(ManualClock(1000))
-    bus = AccountedBus(ScriptedBus(b"\x71"), BUS_HZ, overhead_ns=30_000, time=time)
+
+    class EarlyBus(ScriptedBus):
+        returns_early = True
+
+        def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+            time.reach(time() + 200)
+            return super().transaction(address, messages)
+
+    bus = AccountedBus(EarlyBus(b"\x71"), BUS_HZ, overhead_ns=30_000, time=time)
     bus.write_read(0x68, b"\x75", 1)
-    assert bus.elapsed() == time() - 1000 == bus.busy_ns
+    assert bus.elapsed() == time() - 1000 == 200 + bus.busy_ns
 
 
-def test_lines_that_are_farther_by_then_stay_there() -> None:
-    """A transaction on a robot takes longer than its bits."""
+def test_any_other_has_moved_the_time_itself_or_real_time_has_passed() -> None:
     time = FollowingClock(ManualClock())
 
     class SlowBus(ScriptedBus):
