@@ -1,0 +1,195 @@
+"""The IMU's model over a chip that answers as scripted: stages, bias, faults, a lost chip."""
+
+from typing import Any, cast
+
+import pytest
+
+from drivers.bring_up import RETRY_AFTER
+from drivers.chips.mounting import Vector
+from drivers.chips.mpu9250 import Mpu9250
+from drivers.chips.mpu9250_burst import InertialSample
+from drivers.chips.step import Step
+from drivers.gyro_bias import GyroBias
+from drivers.imu import FAULTS_BEFORE_BRING_UP, REPEATS_BEFORE_CHECK, Imu
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.hal.errors import HalError
+from tests.support.atomic_bench import AtomicBench
+from tests.support.scripted_chip import SILENT, ScriptedChip
+
+PERIOD_MS = 10
+SAMPLES = 4
+"""Of the bias."""
+BEGUN_MS = 20
+"""The one step of the bring-up waits for 15 ms: two periods."""
+READY_MS = BEGUN_MS + PERIOD_MS * SAMPLES
+"""When the sample comes that completes the bias; the one after is the first to be sent."""
+
+
+def sample(z: float = 0.02) -> InertialSample:
+    return InertialSample((0.0, 0.0, 9.8), (0.01, -0.01, z), None, 21.0, field_overflow=False)
+
+
+class ScriptedMpu9250(ScriptedChip):
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps: list[HalError | None] = [None]
+        self.readings: list[InertialSample | HalError] = [sample()]
+        self.warnings: list[str] = []
+        self.field_repeats = 0
+        self.is_magnetometer_alive = True
+
+    def bring_up(self) -> tuple[Step, ...]:
+        wait = 15 * MILLISECOND
+        return (Step("identify", lambda: self.answer("step", self.steps), wait),)
+
+    def read_sample(self) -> InertialSample:
+        return self.answer("read", self.readings)
+
+    def check_magnetometer(self) -> bool:
+        self.answer("check", [None])
+        return self.is_magnetometer_alive
+
+
+class Rig(AtomicBench):
+    """The model, its chip, and what it said."""
+
+    def __init__(self) -> None:
+        self.chip = ScriptedMpu9250()
+        self.imu = Imu(
+            "imu",
+            cast("Mpu9250", self.chip),
+            PERIOD_MS * MILLISECOND,
+            GyroBias(SAMPLES, max_spread=0.05),
+        )
+        super().__init__(self.imu)
+        self.chip.now = lambda: self.simulator.now
+
+    @property
+    def samples(self) -> list[tuple[float, Any]]:
+        return self.said["sample"]
+
+    def fail(self, times: int) -> None:
+        """Let the next reads fail, so many times, and then answer again."""
+        self.chip.readings = [*[SILENT] * times, sample()]
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+@pytest.fixture
+def ready(rig: Rig) -> Rig:
+    """One that has sent its first sample."""
+    rig.run(READY_MS)
+    return rig
+
+
+def test_it_is_brought_up_at_once_and_a_steps_wait_lets_whole_periods_pass(rig: Rig) -> None:
+    rig.run(BEGUN_MS + PERIOD_MS)
+    assert rig.chip.calls == [("step", 0.0), ("read", BEGUN_MS + PERIOD_MS)]
+
+
+def test_the_bias_is_measured_first_and_nothing_is_sent_meanwhile(rig: Rig) -> None:
+    rig.chip.readings = [sample(0.02), sample(0.04), sample(0.02), sample(0.04), sample(0.5)]
+    rig.run(READY_MS)
+    assert rig.samples == []
+    assert rig.imu.bias == pytest.approx((0.01, -0.01, 0.03))
+    rig.run(READY_MS + PERIOD_MS)
+    ((at, first),) = rig.samples
+    rate: Vector = first.rate
+    assert at == READY_MS + PERIOD_MS
+    assert rate == pytest.approx((0.0, 0.0, 0.47))
+    assert first.acceleration == (0.0, 0.0, 9.8)
+
+
+def test_from_then_on_there_is_one_sample_a_period(ready: Rig) -> None:
+    ready.run(READY_MS + 5 * PERIOD_MS)
+    assert [at for at, _ in ready.samples] == [READY_MS + PERIOD_MS * n for n in range(1, 6)]
+
+
+def test_a_robot_that_moved_is_measured_again_and_that_is_said(rig: Rig) -> None:
+    rig.chip.readings = [sample(0.0), sample(0.4), sample(0.0), sample(0.4), sample(0.02)]
+    rig.run(READY_MS)
+    assert "the robot moved" in rig.faults[0].reason
+    assert rig.samples == []
+    assert "the robot moved" in (rig.imu.unready() or "")
+    rig.run(READY_MS + SAMPLES * PERIOD_MS)
+    assert (len(rig.faults), rig.imu.unready()) == (1, None)
+    assert rig.imu.bias == pytest.approx((0.01, -0.01, 0.02))
+
+
+def test_a_read_that_fails_is_a_fault_and_no_sample(ready: Rig) -> None:
+    ready.fail(2)
+    ready.run(READY_MS + 4 * PERIOD_MS)
+    assert [fault.consecutive for fault in ready.faults] == [1, 2]
+    assert [at for at, _ in ready.said["fault"]] == [READY_MS + 10, READY_MS + 20]
+    assert [at for at, _ in ready.samples] == [READY_MS + 30, READY_MS + 40]
+    assert ready.imu.consecutive_faults == 0
+
+
+def test_a_chip_that_failed_often_enough_in_a_row_is_brought_up_anew(ready: Rig) -> None:
+    ready.fail(FAULTS_BEFORE_BRING_UP)
+    ready.run(READY_MS + FAULTS_BEFORE_BRING_UP * PERIOD_MS)
+    assert ready.chip.times("step") == [0.0]
+    ready.run(READY_MS + (FAULTS_BEFORE_BRING_UP + 1) * PERIOD_MS)
+    assert len(ready.chip.times("step")) == 2
+
+
+def test_failures_that_a_good_read_interrupts_bring_nothing_up(ready: Rig) -> None:
+    almost = [SILENT] * (FAULTS_BEFORE_BRING_UP - 1)
+    ready.chip.readings = [*almost, sample(), *almost, sample()]
+    ready.run(READY_MS + 2 * FAULTS_BEFORE_BRING_UP * PERIOD_MS)
+    assert ready.chip.times("step") == [0.0]
+
+
+def test_the_bias_outlives_a_new_bring_up(ready: Rig) -> None:
+    ready.fail(FAULTS_BEFORE_BRING_UP)
+    ready.run(READY_MS + 200)
+    again_at = ready.chip.times("step")[1]
+    sent = [at for at, _ in ready.samples]
+    assert sent[0] == again_at + BEGUN_MS + PERIOD_MS
+    assert ready.samples[0][1].rate == pytest.approx((0.0, 0.0, 0.0))
+
+
+def test_a_bring_up_that_fails_is_begun_again_after_a_while(rig: Rig) -> None:
+    rig.chip.steps = [SILENT, SILENT, None]
+    rig.run(300)
+    wait_ms = RETRY_AFTER / MILLISECOND
+    assert rig.chip.times("step") == [0.0, wait_ms, 2 * wait_ms]
+    assert [fault.consecutive for fault in rig.faults] == [1, 2]
+    assert rig.samples
+
+
+def test_a_magnetometer_that_died_is_told_once_and_samples_go_on(ready: Rig) -> None:
+    ready.chip.field_repeats = REPEATS_BEFORE_CHECK - 1
+    ready.run(READY_MS + PERIOD_MS)
+    assert ready.chip.times("check") == []
+    ready.chip.field_repeats = REPEATS_BEFORE_CHECK
+    ready.chip.is_magnetometer_alive = False
+    ready.chip.warnings.append("no magnetometer")
+    ready.run(READY_MS + 2 * PERIOD_MS)
+    assert [(fault.kind, fault.reason) for fault in ready.faults] == [
+        ("Warning", "no magnetometer")
+    ]
+    ready.chip.field_repeats = 0
+    ready.run(READY_MS + 4 * PERIOD_MS)
+    assert (len(ready.faults), len(ready.samples)) == (1, 3)
+
+
+def test_a_magnetometer_that_repeats_itself_and_lives_costs_no_sample(ready: Rig) -> None:
+    ready.chip.field_repeats = REPEATS_BEFORE_CHECK
+    ready.run(READY_MS + 3 * PERIOD_MS)
+    assert (len(ready.chip.times("check")), len(ready.samples), ready.faults) == (3, 3, [])
+
+
+def test_it_says_why_there_are_no_samples(rig: Rig) -> None:
+    rig.run(0)
+    assert rig.imu.unready() == "is not up yet"
+    rig.run(BEGUN_MS)
+    assert rig.imu.unready() == "is not calibrated yet"
+    rig.run(READY_MS)
+    assert rig.imu.unready() is None
+    rig.fail(100)
+    rig.run(READY_MS + 3 * PERIOD_MS)
+    assert rig.imu.unready() == "has failed 3 times in a row"
