@@ -10,7 +10,7 @@ from boards.detective.wiring import DetectiveRobot
 from boards.faults import Device, address_clashes, setting_fault, unknown_buses
 from boards.lines import Lines
 from boards.robot import Robot
-from drivers.chips import cmps12, hmc5883l, md25, srf08
+from drivers.chips import cmps12, hmc5883l, maxbotix, md25, srf08
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.hmc5883l import Hmc5883l
 from drivers.chips.md25 import Md25
@@ -141,6 +141,12 @@ def _missing(settings: DetectiveSettings) -> Iterator[str]:
         if "port" in wanted and table.port is not None and table.port not in settings.ports:
             known = ", ".join(settings.ports) or "none, there is no table [ports]"
             yield f"{key}.port: {table.port!r}: expected one of {known}"
+    for key in _SONARS:
+        sonar: SonarTable = getattr(settings, key)
+        port = settings.ports.get(sonar.port or "")
+        if sonar.chip == "maxbotix" and port is not None and port.baud != maxbotix.BAUD:
+            expected = f"the MaxBotix of {key} sends at {maxbotix.BAUD}"
+            yield f"ports.{sonar.port}.baud: {port.baud}; {expected}"
     for key in _COMPASSES:
         compass: CompassTable = getattr(settings, key)
         if compass.chip == "cmps12" and compass.address is None:

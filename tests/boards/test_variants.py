@@ -100,6 +100,16 @@ def test_a_key_that_is_assigned_beside_the_choice_is_judged_all_the_same() -> No
     assert fault.startswith("treads.acceleration: has no effect; ")
 
 
+def test_a_maxbotix_on_a_port_of_another_rate_is_refused() -> None:
+    sonar = ("body_sonar.chip=maxbotix", "body_sonar.port=sonar", "body_sonar.period_s=0.2")
+    port = "ports.sonar={device='/dev/no/sonar', baud=%d}"
+    boards.registry.load("detective", [*sonar, port % 9600])
+    with pytest.raises(BoardError) as refusal:
+        boards.registry.load("detective", [*sonar, port % 57600])
+    (fault,) = refusal.value.faults
+    assert fault.startswith("ports.sonar.baud: 57600; ")
+
+
 def test_a_policy_that_stops_says_how_late() -> None:
     with pytest.raises(BoardError) as refusal:
         boards.registry.load("tachobot", ["overruns.imu.policy=stop"])

@@ -1,3 +1,5 @@
+import struct
+
 import pytest
 
 from drivers.chips.pca9685 import Pca9685
@@ -117,7 +119,9 @@ def test_the_low_pulse_comes_before_no_signal() -> None:
     bench.order(6000, arm=False)
     low, off = (each.messages[0] for each in list(bench.bus.log)[-2:])
     assert isinstance(low, bytes)
-    assert low[:1] == bytes([0x06 + 4 * 3])
+    register, on, switched_off = struct.unpack("<B2H", low)
+    assert register == 0x06 + 4 * 3
+    assert (switched_off - on) % 4096 / 4096 == pytest.approx(LOW, abs=1e-3)
     assert off == bytes([0xFD, 0x10])
 
 
@@ -165,6 +169,31 @@ def test_throttle_that_keeps_coming_puts_no_look_off() -> None:
     for at_ms in range(4500, 5500, 10):
         bench.order(at_ms, throttle=0.5)
     assert [at_ms for at_ms, is_armed in bench.armed if not is_armed] == [5000]
+
+
+def test_an_order_in_between_puts_no_look_off() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(4400, throttle=0.5)
+    bench.chip.power_cycle()
+    bench.run(4999)
+    assert bench.armed == [(4000, True)]
+    bench.run(5000)
+    assert bench.armed == [(4000, True), (5000, False)]
+
+
+def test_the_first_look_is_a_second_after_arming_however_long_it_was_armed_before() -> None:
+    bench = Bench()
+    bench.order(1000, arm=True)
+    bench.order(4700, throttle=0.5)
+    bench.order(4700, arm=False)
+    bench.order(5000, arm=True)
+    bench.run(8100)
+    bench.chip.power_cycle()
+    bench.run(8999)
+    assert bench.armed[-1] == (8000, True)
+    bench.run(9000)
+    assert bench.armed[-1] == (9000, False)
 
 
 def test_a_chip_that_lost_its_supply_is_not_armed() -> None:

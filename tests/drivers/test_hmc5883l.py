@@ -172,6 +172,27 @@ def test_a_measurement_is_given_once(chip: Hmc5883l, registers: Registers) -> No
         chip.read_field()
 
 
+def test_identified_again_it_has_no_measurement_to_give(
+    chip: Hmc5883l, registers: Registers
+) -> None:
+    measure(chip, registers, 100, 0, 0)
+    chip.identify()
+    with pytest.raises(NotReady, match="no measurement to read"):
+        chip.read_field()
+
+
+def test_a_start_that_was_not_acknowledged_leaves_nothing_of_the_one_before(
+    chip: Hmc5883l, registers: Registers
+) -> None:
+    measure(chip, registers, 100, 0, 0)
+    kept = registers.pop(CHIP)
+    with pytest.raises(NoAcknowledge):
+        chip.measurement[0].action()
+    registers[CHIP] = kept
+    with pytest.raises(NotReady, match="no measurement to read"):
+        chip.read_field()
+
+
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_a_field_beyond_the_range_is_no_field(
     chip: Hmc5883l, registers: Registers, axis: str

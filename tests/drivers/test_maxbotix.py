@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.maxbotix import FAMILIES, FrameDecoder, Maxbotix
+from drivers.chips.maxbotix import BAUD, FAMILIES, FRAME_NS, FrameDecoder, Maxbotix
 from drivers.chips.setting import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.serial import SerialPort
@@ -231,3 +231,10 @@ def test_a_whole_frame_must_have_come_within_the_ranging_time(
 def test_an_unknown_family_is_refused_with_the_known_ones(port: ScriptedPort) -> None:
     with pytest.raises(SettingError, match="MaxBotix ez on ttyS0: expected one of lv, xl, xl-10m"):
         Maxbotix(port, "ez")
+
+
+def test_the_longest_frame_takes_its_time_at_9600_baud() -> None:
+    """R, four digits, carriage return, with a start and a stop bit each."""
+    longest = 1 + max(max(family.digits) for family in FAMILIES.values()) + 1
+    assert FRAME_NS == longest * 10 * 1_000_000_000 // BAUD == 6_250_000
+    assert BAUD == 9600

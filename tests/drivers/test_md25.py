@@ -197,3 +197,24 @@ def test_a_mode_changed_by_another_program_is_told_and_stopped_in_its_words(
         running.set_speeds(0.0, 0.0)
     running.stop()
     assert writes(wire)[-1] == b"\x00\x00\x00"
+
+
+def test_identified_again_it_is_no_longer_ready_until_it_was_verified(
+    running: Md25, wire: Wire
+) -> None:
+    """Its mode may be another by now: a new bring-up begins so."""
+    running.identify()
+    wire.clear()
+    with pytest.raises(NotReady, match="speeds before bring-up"):
+        running.set_speeds(0.1, 0.1)
+    assert wire == []
+    running.verify()
+    running.set_speeds(0.1, 0.1)
+
+
+def test_verify_says_whether_it_may_be_driven(running: Md25, registers: Registers) -> None:
+    registers[CHIP][0x0F] = 1
+    with pytest.raises(NotReady, match="read 5, 1, expected 5, 0"):
+        running.verify()
+    with pytest.raises(NotReady, match="speeds before bring-up"):
+        running.set_speeds(0.1, 0.1)

@@ -158,6 +158,21 @@ def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -
     assert not rig.arming.permit()
 
 
+def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig, now = Rig(demand_guard=True), 100 * SECOND
+    monkeypatch.setattr("firmware_runtime.service.arming.monotonic_ns", lambda: now)
+    rig.executive.cells[GUARD] = now - SECOND // 2
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+    rig.executive.cells[GUARD] -= 1
+    assert not rig.arming.permit()
+    rig.arming.attend(0, 0)
+    assert "the guard is gone" in rig.told[-1]
+    assert any("the guard is absent" in why for why in rig.arming.request(0))
+
+
 def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:
     rig = Rig(at_start=True)
     rig.arming.attend(0, 0)
