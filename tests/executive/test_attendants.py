@@ -1,0 +1,51 @@
+"""Attendants: called before each wait, with the time that is left to the next event."""
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from tests.support.executives import Run
+from tests.support.periodic_models import PERIOD, Robot
+from tests.support.stalling_clock import StallingClock
+
+
+class Diary:
+    """An attendant that keeps when it was called, and what time it was given."""
+
+    def __init__(self, run: Run) -> None:
+        self.calls: list[tuple[int, int]] = []
+        run.executive.attendants.append(self)
+
+    def attend(self, now: int, left: int) -> None:
+        self.calls.append((now, left))
+
+
+def test_they_are_called_before_each_wait_with_the_time_to_the_next_event() -> None:
+    run = Run(Robot(), VirtualClock())
+    diary = Diary(run)
+    run.until(3 * PERIOD)
+    assert diary.calls[:4] == [(0, 0), (0, PERIOD), (PERIOD, PERIOD), (2 * PERIOD, PERIOD)]
+
+
+def test_what_a_step_took_is_not_left() -> None:
+    robot, clock = Robot(), StallingClock()
+    run = Run(robot, clock)
+    diary = Diary(run)
+    robot.imu.work = lambda _number: clock.spend(4 * MILLISECOND)
+    run.until(PERIOD)
+    assert diary.calls[1] == (4 * MILLISECOND, PERIOD - 4 * MILLISECOND)
+
+
+def test_a_late_loop_has_nothing_left_and_calls_them_all_the_same() -> None:
+    robot, clock = Robot(), StallingClock()
+    run = Run(robot, clock)
+    first, second = Diary(run), Diary(run)
+    robot.imu.work = lambda number: clock.spend(PERIOD + 1) if number == 1 else None
+    run.until(3 * PERIOD)
+    assert (2 * PERIOD + 1, -1) in first.calls
+    assert first.calls == second.calls
+
+
+def test_the_end_of_the_run_is_no_less_near_than_an_event() -> None:
+    run = Run(Robot(), VirtualClock())
+    diary = Diary(run)
+    run.until(PERIOD + 1)
+    assert diary.calls[-1] == (PERIOD, 1)
