@@ -2,6 +2,8 @@
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.policy import ActivationPolicy
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.stalling_clock import StallingClock
@@ -36,7 +38,7 @@ def test_what_a_step_took_is_not_left() -> None:
 
 def test_a_late_loop_has_nothing_left_and_calls_them_all_the_same() -> None:
     robot, clock = Robot(), StallingClock()
-    run = Run(robot, clock)
+    run = Run(robot, clock, Configuration(policies={"imu": ActivationPolicy("catch-up")}))
     first, second = Diary(run), Diary(run)
     robot.imu.work = lambda number: clock.spend(PERIOD + 1) if number == 1 else None
     run.until(3 * PERIOD)

@@ -22,10 +22,14 @@ def test_a_step_that_ends_with_the_second_belongs_to_the_next_and_the_last_span_
 
 
 def test_of_several_late_models_the_latest_counts() -> None:
-    """Both are due at once and wake 1 ms late; the second waits for the first for 3 ms more."""
+    """Both are due at once and wake 1 ms late; the first takes 3 ms before the second begins."""
     robot, clock = Robot(imu=PERIOD, compass=PERIOD), StallingClock({2: MILLISECOND})
     run = Run(robot, clock)
-    robot.imu.work = lambda number: clock.spend(3 * MILLISECOND) if number == 2 else None
+
+    def hear(_at: int, number: int) -> None:
+        clock.spend(3 * MILLISECOND if number == 2 else 0)
+
+    run.executive.simulator.listen(robot.imu.sample, hear)
     run.until(3 * PERIOD)
     worst = run.json()["worst"][0]
     assert (worst["model"], worst["t_ns"], worst["lateness_us"]) == ("compass", 2 * PERIOD, 4000)
