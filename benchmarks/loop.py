@@ -92,7 +92,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def wire(load: BusLoad) -> dict[str, float]:
     """What a tick's transactions take on the wire, and what rate that allows: all computed."""
-    tick_ns = sum(transaction_ns(each.messages, load.bus_hz) for each in load.transactions)
+    tick_ns = sum(
+        transaction_ns(each.messages, load.bus_hz, load.overhead_ns) for each in load.transactions
+    )
     return {
         "bus_hz": load.bus_hz,
         "us": tick_ns / 1000,

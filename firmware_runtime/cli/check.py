@@ -21,7 +21,8 @@ def execute(arguments: argparse.Namespace) -> int:
     bench_for(board, ManualClock())
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
-        print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz")
+        overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""
+        print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz{overhead}")
         recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
         for what, period_ns in recurring:
             print(f"    {what} every {period_ns / 1e6:g} ms")

@@ -15,7 +15,7 @@ _WORDS = {
     "own time": "what a model's own functions took in a step; the steps' own times add up",
     "waking": "from the deadline, or the end of the step before, to the start of this step",
     "steps before": "from the deadline to the end of the step before: our own steps took too long",
-    "bus time": "time on the wire, computed from bits and bus speed; doubles do not take it",
+    "bus time": "time on the wire, computed from bits and bus speed; doubles answer sooner",
     "p99": "99 % of all samples did not take longer; never too low, at most 3.1 % too high",
 }
 

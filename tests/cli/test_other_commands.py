@@ -21,6 +21,11 @@ def test_check_adds_up_the_bus(command: Callable[..., Any]) -> None:
     assert "imu sample every 10 ms" in ended.out
 
 
+def test_check_counts_what_the_adapter_takes(command: Callable[..., Any]) -> None:
+    ended = command("check", "tachobot", "--set", "buses.i2c1.overhead_us=100")
+    assert "i2c1: 15.6% of its time at 400000 Hz and 100 us a transaction" in ended.out
+
+
 def test_tree_shows_the_hierarchy_without_touching_a_bus(command: Callable[..., Any]) -> None:
     ended = command("tree", "tachobot")
     assert ended.status == 0
