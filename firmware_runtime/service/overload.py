@@ -12,7 +12,7 @@ Nothing is measured for it: both are counted anyway, and read once in a window.
 
 from collections.abc import Callable
 from time import monotonic_ns, process_time_ns
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
@@ -23,6 +23,9 @@ from firmware_runtime.telemetry.statistics import RunState
 WINDOW: Final = 3 * SECOND
 """Ns of real time that a load is taken over."""
 
+STILL: Final = 2 * WINDOW
+"""A window that took longer: machine or process stood still, and in the middle of a step, perhaps.
+Of that its steps are not judged; the guard and the watchdog see to a step that takes so long."""
 ANY_LOAD: Final = 100.0
 """The limit, per cent, that judges nothing."""
 
@@ -51,7 +54,7 @@ class Overload:
         self._arming = arming
         self._tell = tell
         self._ends_at = 0
-        self._before = (0, 0, 0)
+        self._begun = _Reading(0, 0, 0, 0)
         executive.attendants.append(self)
 
     def attend(self, now: int, _left: int) -> None:
@@ -59,21 +62,16 @@ class Overload:
         at = monotonic_ns()
         if at < self._ends_at:
             return
-        is_first, window = self._ends_at == 0, at - self._ends_at + WINDOW
-        before, self._before = (
-            self._before,
-            (now, self._executive.cells[STEP_TIME], process_time_ns()),
-        )
-        self._ends_at = at + WINDOW
-        if is_first:
-            return
-        passed, steps, processor = (a - b for a, b in zip(self._before, before, strict=True))
-        load_percent = 100 * max(steps / max(passed, 1), processor / window)
+        is_first, self._ends_at = self._ends_at == 0, at + WINDOW
+        ended = _Reading(at, now, self._executive.cells[STEP_TIME], process_time_ns())
+        begun, self._begun = self._begun, ended
+        load_percent = 0.0 if is_first else 100 * _load(begun, ended)
         if load_percent > self._max_load_percent:
             self._ends_at = NEVER
             self._act(
-                f"overload: {load_percent:.0f} % of the last {window / SECOND:.0f} s went into "
-                f"steps or processor time, more than max_load_percent = {self._max_load_percent:g}"
+                f"overload: {load_percent:.0f} % of the last {(at - begun.at) / SECOND:.0f} s went "
+                "into steps or processor time, more than max_load_percent = "
+                f"{self._max_load_percent:g}"
             )
 
     def _act(self, why: str) -> None:
@@ -86,3 +84,19 @@ class Overload:
         self._executive.give_up_priority()
         what = "gives up SCHED_FIFO until it ends" if held else "has no SCHED_FIFO to give up"
         self._tell(f"{why}; the run {what}")
+
+
+class _Reading(NamedTuple):
+    """Real time, the run's, that of its steps, and processor time at the end of a window, ns."""
+
+    at: int
+    now: int
+    steps: int
+    processor: int
+
+
+def _load(begun: _Reading, ended: _Reading) -> float:
+    """The share of a window that went into steps or into processor time."""
+    at, now, steps, processor = (b - a for a, b in zip(begun, ended, strict=True))
+    of_steps = steps / max(now, 1) if at <= STILL else 0.0
+    return max(of_steps, processor / at)

@@ -99,6 +99,15 @@ def test_it_is_judged_over_whole_windows_and_told_once(time: Time) -> None:
     assert len(rig.told) == 1
 
 
+def test_a_process_that_was_stopped_in_the_middle_of_a_step_is_not_overloaded(time: Time) -> None:
+    rig = Rig(time)
+    time.real += 100 * WINDOW
+    rig.pass_window(steps=101.0)
+    assert rig.told == []
+    rig.pass_window(steps=1.0)
+    assert len(rig.told) == 1
+
+
 def test_priority_is_given_up_and_an_armed_run_disarmed(time: Time, fifo: list[str]) -> None:
     rig = Rig(time)
     rig.arming.request(0)

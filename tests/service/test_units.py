@@ -9,12 +9,14 @@ from pathlib import Path
 import pytest
 
 from boards import registry
+from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.installation.places import (
     GUARD,
     PROGRAM,
     RUNTIME,
     SERVICES,
 )
+from firmware_runtime.service.restarts import FIRST_PAUSE
 from tests.support.installation_rig import install
 
 SYSTEM_UNITS = Path("/usr/lib/systemd/system")
@@ -107,6 +109,12 @@ def test_whoever_is_ready_says_so_and_shows_itself() -> None:
         unit = Unit(service)["Service"]
         told = (unit["Type"], unit["NotifyAccess"], unit["WatchdogSec"])
         assert told == ("notify", "main", patience)
+
+
+def test_a_run_is_started_again_after_the_pause_that_its_own_waiting_counts_on() -> None:
+    run = Unit(RUNTIME)
+    assert run["Service"]["RestartSec"] == f"{FIRST_PAUSE // MILLISECOND}ms"
+    assert run["Unit"]["StartLimitIntervalSec"] == "0"
 
 
 def test_outputs_are_switched_off_after_every_end_of_the_run() -> None:
