@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from operator import index
 from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
@@ -19,7 +18,7 @@ from firmware_runtime.devs.errors import (
 from firmware_runtime.devs.functions import Instrument, bind
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
-from firmware_runtime.devs.time import NEVER, format_time
+from firmware_runtime.devs.time import NEVER, format_time, whole
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
 from firmware_runtime.errors import text_of
 
@@ -218,11 +217,8 @@ class Engine(ABC):
     def _whole_time_advance(self, number: int) -> int:
         """The model's time advance if it is a whole number of any type, from then on an `int`."""
         atomic = self.atomics[number]
-        try:
-            sigma = index(atomic.sigma)
-        except TypeError:
-            self._refuse_time_advance(atomic)
-        if sigma < 0 or isinstance(atomic.sigma, bool):
+        sigma = whole(atomic.sigma)
+        if sigma is None or sigma < 0:
             self._refuse_time_advance(atomic)
         atomic.sigma = sigma
         return sigma

@@ -4,6 +4,7 @@ Sums are exact, so two events are simultaneous when their instants are equal and
 drifts. "Never" is one named constant, an integer too, later than any instant.
 """
 
+from operator import index
 from typing import Final
 
 NEVER: Final = (1 << 63) - 1
@@ -16,6 +17,16 @@ NANOSECOND: Final = 1
 MICROSECOND: Final = 1_000
 MILLISECOND: Final = 1_000_000
 SECOND: Final = 1_000_000_000
+
+
+def whole(number: object) -> int | None:
+    """A whole number of any type, such as numpy's, as an `int`; None for anything else."""
+    if isinstance(number, bool):
+        return None
+    try:
+        return index(number)  # type: ignore[arg-type]  # that is the question
+    except TypeError:
+        return None
 
 
 def seconds(value: float) -> int:

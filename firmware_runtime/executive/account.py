@@ -25,7 +25,7 @@ from struct import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import NEVER, whole
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
@@ -169,3 +169,15 @@ class ModelAccount(ABC):
             self.episodes += 1
             self.latest_in_episode = self.missed_in_episode = 0
             self.cause = ""
+
+
+def plain_time_advance(atomic: Atomic) -> int:
+    """The model's time advance as an `int`, from now on, if it is a whole number of another type.
+
+    One that is no whole number is refused by the simulator, next; until then it counts as zero.
+    """
+    sigma = whole(atomic.sigma)
+    if sigma is None:
+        return 0
+    atomic.sigma = sigma
+    return sigma

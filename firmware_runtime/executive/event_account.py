@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.account import ModelAccount, plain_time_advance
 from firmware_runtime.executive.step import Step
 
 
@@ -27,9 +27,9 @@ class EventAccount(ModelAccount):
         def book() -> None:
             """Note the instant the model books with its present time advance."""
             sigma = atomic.sigma
-            # a time advance that is no such thing is refused by the simulator, next
-            books = sigma.__class__ is int and 0 < sigma < NEVER
-            self.due = step.at + sigma if books else NEVER
+            if sigma.__class__ is not int:
+                sigma = plain_time_advance(atomic)
+            self.due = step.at + sigma if 0 < sigma < NEVER else NEVER
             if not self.is_touched:
                 self.is_touched = True
                 touched.append(self)

@@ -21,7 +21,7 @@ from dataclasses import replace
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.account import ModelAccount, plain_time_advance
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 
@@ -64,10 +64,11 @@ class PeriodicAccount(ModelAccount):
                 self.lateness = began_at[number] - at
                 self.due = at + period
             sigma = atomic.sigma
-            # a time advance that is no such thing is refused by the simulator, next
+            if sigma.__class__ is not int:
+                sigma = plain_time_advance(atomic)
             if self._is_by_input:
                 self._book_after_input(step, sigma)
-            elif sigma.__class__ is int and 0 < sigma < NEVER:
+            elif 0 < sigma < NEVER:
                 self.booked = at + sigma
             elif sigma == NEVER:
                 self.due = self.booked = NEVER
@@ -78,7 +79,7 @@ class PeriodicAccount(ModelAccount):
         def external(elapsed: int) -> None:
             begun = step.lap
             functions.external(elapsed)
-            self._answer(step.at, atomic.sigma, begun)
+            self._answer(step.at, begun)
             self._touch(touched)
 
         own_confluent = functions.confluent
@@ -93,7 +94,7 @@ class PeriodicAccount(ModelAccount):
                     self._come_back(at)
                 self._activate(at, began_at[number])
                 self.booked = self.due
-            self._answer(at, atomic.sigma, at)
+            self._answer(at, at)
             self._touch(touched)
 
         return replace(functions, internal=internal, external=external, confluent=confluent)
@@ -109,10 +110,11 @@ class PeriodicAccount(ModelAccount):
         self.lateness = began_at - at
         self.due = at + self.period
 
-    def _answer(self, at: int, sigma: int, begun: int) -> None:
+    def _answer(self, at: int, begun: int) -> None:
         """Book after an input that was handled from `begun` on."""
+        sigma = self.atomic.sigma
         if sigma.__class__ is not int:
-            return
+            sigma = plain_time_advance(self.atomic)
         if sigma == 0:
             self._is_answering = self._is_by_input = True
         else:
@@ -120,7 +122,7 @@ class PeriodicAccount(ModelAccount):
 
     def _book_after_input(self, step: Step, sigma: int) -> None:
         """Book after an event that an input has brought about."""
-        if sigma.__class__ is not int or sigma == 0:
+        if sigma == 0:
             return
         at = step.at
         booked = at + sigma if sigma < NEVER else NEVER

@@ -1,8 +1,12 @@
 """What becomes of activations: counts against arithmetic, on a clock whose stalls are arranged."""
 
+from functools import partial
+
+import numpy as np
 import pytest
 
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
@@ -18,6 +22,47 @@ def test_on_time_everything_runs() -> None:
     run.until(SECOND)
     assert run.counts("imu") == run.counts() == (101, 101, 0, 0)
     assert run.model("imu")["overruns"] == run.model("imu")["episodes"] == 0
+
+
+class NumpySampler(Sampler):
+    """Plans in whole numbers of numpy's; half way through its period it is in another phase."""
+
+    def internal(self) -> None:
+        super().internal()
+        self.sigma = np.int64(PERIOD // 2)  # type: ignore[assignment]
+
+    def external(self, elapsed: int) -> None:
+        super().external(elapsed)
+        self.sigma = np.int64(self.sigma)  # type: ignore[assignment]
+
+
+class PlainSampler(Sampler):
+    """The same in plain ones."""
+
+    def internal(self) -> None:
+        super().internal()
+        self.sigma = PERIOD // 2
+
+
+@pytest.mark.parametrize("period", [PERIOD, NEVER])
+def test_models_that_plan_in_numbers_of_numpy_are_counted_as_any(period: int) -> None:
+    told = []
+    for kind in (NumpySampler, PlainSampler):
+        sampler, root = kind("sampler"), Coupled("robot")
+        sampler.period = period
+        root.add(sampler)
+        inlet = root.in_port("in", int)
+        root.couple(inlet, sampler.replan)
+        clock = StallingClock({9: 35 * MILLISECOND})
+        run = Run(root, clock)
+        for at in (3, 7, 8):
+            clock.at(
+                at * PERIOD + MILLISECOND, partial(run.executive.inbox.post, inlet, 3 * MILLISECOND)
+            )
+        run.until(SECOND)
+        told.append(run.json()["models"]["sampler"])
+    assert told[0] == told[1]
+    assert told[0]["run"] > 80
 
 
 def test_after_half_a_second_of_stall_one_late_activation_runs_and_49_are_skipped() -> None:
