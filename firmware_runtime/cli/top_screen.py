@@ -10,7 +10,8 @@ from rich.text import Text
 
 from firmware_runtime.cli.fault_text import fault_lines, faults_total
 from firmware_runtime.cli.statistics_summary import summary
-from firmware_runtime.cli.statistics_text import causes_text, microseconds, rate_text
+from firmware_runtime.cli.statistics_text import causes_text, microseconds
+from firmware_runtime.cli.top_table import models_table
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of
 from firmware_runtime.telemetry.statistics import Statistics
 
@@ -19,9 +20,7 @@ _BAR = "█"
 _WORST = 4
 _FAULTS = 4
 """Kinds of faults shown, those that came last."""
-_NARROW = 78
-"""Columns below which only what matters most is shown."""
-_OTHER_ROWS = 14
+_OTHER_ROWS = 15
 """What is above and below the histogram, each model's row aside, in a terminal of 80 columns."""
 _FEWEST_BARS = 4
 
@@ -43,14 +42,16 @@ def _parts(
     paused: bool,
 ) -> Iterable[RenderableType]:
     shown = min(len(list(fault_lines(found))), _FAULTS)
-    width, bars = size.width, size.height - _OTHER_ROWS - len(found["models"]) - shown
-    yield Text(summary(found), style=_style(found))
+    width, first = size.width, summary(found)
+    room = size.height - _OTHER_ROWS - shown - (len(first) - 1) // width
+    rows = max(min(len(found["models"]), room - _FEWEST_BARS), 1)
+    yield Text(first, style=_style(found))
     yield _facts(found)
     if found["models"]:
         yield Text()
-        yield _models(found, lately.as_json(), width)
+        yield models_table(found["models"], lately.as_json()["models"], width, rows)
         yield Text()
-        yield _histogram(now, lately, width, max(bars, _FEWEST_BARS))
+        yield _histogram(now, lately, width, max(room - rows, _FEWEST_BARS))
         yield _sparkline(now, width)
     yield Text()
     yield from _faults(found)
@@ -81,30 +82,6 @@ def _facts(found: dict[str, Any]) -> Text:
         *(f"{missed} missed {name}" for name, missed in found["deadline_misses"].items()),
     ]
     return Text("  ".join(parts), style="dim", overflow="ellipsis", no_wrap=True)
-
-
-def _models(found: dict[str, Any], lately: dict[str, Any], width: int) -> Table:
-    """A row for every model: the whole run's lateness, and what happened lately."""
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    table.add_column("lateness", no_wrap=True)
-    names = ["rate", "p50", "p99", "max", "load", "late", "skipped", "lately p99"]
-    shown = names if width >= _NARROW else names[1:4]
-    for name in shown:
-        table.add_column(name, justify="right", no_wrap=True)
-    for path, model in found["models"].items():
-        late = model["lateness_us"]
-        cells = {
-            "rate": rate_text(model),
-            "p50": microseconds(late["p50"]),
-            "p99": microseconds(late["p99"]),
-            "max": microseconds(late["max"]),
-            "load": "-" if model["load"] is None else f"{model['load']:.1%}",
-            "late": str(model["overruns"]),
-            "skipped": str(model["skipped"]),
-            "lately p99": microseconds(lately["models"][path]["lateness_us"]["p99"]),
-        }
-        table.add_row(path, *(cells[name] for name in shown))
-    return table
 
 
 def _histogram(now: Statistics, lately: Statistics, width: int, bars: int) -> Table:

@@ -16,7 +16,9 @@ from rich.console import Console
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.cli.top_screen import screen
+from firmware_runtime.cli.top_table import models_table, short
 from firmware_runtime.telemetry import fault_table
+from firmware_runtime.telemetry.comparison import difference
 from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.layout import MODEL, Layout
@@ -97,7 +99,7 @@ def terminal(path: Path) -> Iterator[Terminal]:
 @pytest.mark.parametrize("key", ["q", "Q"])
 def test_it_shows_the_summary_and_quits_on_a_key(terminal: Terminal, key: str) -> None:
     terminal.wait_for("100 Hz 95.00 % late 3 skip 2/100")
-    terminal.wait_for("lately p99")
+    terminal.wait_for("lately")
     terminal.wait_for("q quit")
     terminal.press(key)
     assert terminal.process.wait(timeout=PATIENCE_S) == 0
@@ -176,8 +178,73 @@ def test_faults_are_shown_and_leave_room_for_the_rest(file: StatisticsFile) -> N
     assert lines[-1].startswith("q quit")
 
 
-@pytest.mark.parametrize("width", [60, 80])
+@pytest.mark.parametrize("width", [60, 80, 120])
 def test_no_number_of_the_table_is_cut(file: StatisticsFile, width: int) -> None:
     table = [line for line in drawn(file, width, 24) if line.startswith(("lateness", "imu"))]
     assert [line.split()[0] for line in table] == ["lateness", "imu"]
     assert "\N{HORIZONTAL ELLIPSIS}" not in "".join(table)
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_every_column_says_whether_it_is_of_lately_or_of_the_run(
+    file: StatisticsFile, width: int
+) -> None:
+    lines = drawn(file, width, 24)
+    below = next(number for number, line in enumerate(lines) if line.startswith("lateness"))
+    when, what, row = (lines[number].split() for number in (below - 1, below, below + 1))
+    numbers = [name for name in what if name not in {"lateness", "rate"}]
+    assert len(when) == len(numbers)
+    assert set(when) == {"lately", "run"}
+    assert row[0] == "imu"
+
+
+def test_what_came_lately_and_in_the_whole_run_stand_side_by_side(file: StatisticsFile) -> None:
+    before = file.statistics()
+    file.open_section()
+    Histogram(file.cells[LAYOUT.lateness(0)]).record(500_000)
+    file.cells[LAYOUT.model(0) + MODEL.index("overruns")] += 1
+    file.close_section(2_000_000_000)
+    now = file.statistics()
+    run, lately = (each.as_json()["models"] for each in (now, difference(now, before)))
+    paper = io.StringIO()
+    Console(file=paper, width=80).print(models_table(run, lately, 80, rows=5))
+    (row,) = (line for line in paper.getvalue().splitlines() if line.startswith("imu"))
+    late = [int(word) for word in row.split() if word.isdigit() and int(word) in {1, 4}]
+    assert late == [1, 4]
+    assert "2 ms" in row
+    assert "50" in row
+
+
+def test_of_many_models_the_latest_are_shown_with_the_end_of_their_names() -> None:
+    lateness = {"p50": 1.0, "p99": 1.0}
+    models = {
+        f"model.MovingSystem.part_{number:02}": {
+            "kind": "event",
+            "period_us": None,
+            "lateness_us": {**lateness, "max": float(number)},
+            "overruns": number,
+            "skipped": 0,
+            "load": 0.1,
+        }
+        for number in range(20)
+    }
+    paper = io.StringIO()
+    Console(file=paper, width=80).print(models_table(models, models, 80, rows=4))
+    shown = [line.split()[0] for line in paper.getvalue().splitlines()[2:]]
+    ends = [f"\N{HORIZONTAL ELLIPSIS}MovingSystem.part_{number}" for number in (17, 18, 19)]
+    assert shown == [*ends, "17"]
+
+
+@pytest.mark.parametrize(
+    ("us", "said"),
+    [
+        (None, "-"),
+        (0.0, "0 us"),
+        (12.34, "12.3 us"),
+        (999.6, "1 ms"),
+        (126_420.0, "126 ms"),
+        (4.3e6, "4.3 s"),
+    ],
+)
+def test_a_time_has_three_digits(us: float | None, said: str) -> None:
+    assert short(us) == said
