@@ -89,8 +89,7 @@ class _Path(NamedTuple):
             state.vx_m_s + step * vx_gain,
             state.y_m + step * (state.vy_m_s + step * y_gain),
             state.vy_m_s + step * vy_gain,
-            self.swing.yaw(begin + step),
-            self.swing.rate(begin + step),
+            *self.swing.state(begin + step),
         )
 
     def _acceleration(self, t: float) -> tuple[float, float]:

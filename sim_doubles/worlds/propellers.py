@@ -37,7 +37,13 @@ class PairForces(NamedTuple):
 
     def turning(self) -> Transient:
         """The force that turns the body from x to y when it acts on the lever arm."""
-        return self.f1 - self.f2 + self.f3 - self.f4
+        f1, f2, f3, f4 = self
+        return Transient(
+            f1.settled - f2.settled + f3.settled - f4.settled,
+            f1.single - f2.single + f3.single - f4.single,
+            f1.double - f2.double + f3.double - f4.double,
+            f1.decay,
+        )
 
 
 class PropellerPairs:

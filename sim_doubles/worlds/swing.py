@@ -34,26 +34,44 @@ class Swing:
 
     def rate(self, t: float) -> float:
         """The yaw rate at `t`."""
-        drive, damping = self._drive, self._damping
-        return (
-            self._rate * math.exp(-damping * t)
-            + drive.settled * _convolution(damping, 0.0, t)
-            + drive.single * _convolution(damping, drive.decay, t)
-            + drive.double * _convolution(damping, 2.0 * drive.decay, t)
-        )
+        return self._rate_of(t, *self._convolutions(t))
 
     def yaw(self, t: float) -> float:
-        """The yaw at `t`: the rate, integrated term by term."""
-        drive, damping = self._drive, self._damping
-        coast = _convolution(damping, 0.0, t)
-        single = (coast - _convolution(damping, drive.decay, t)) / drive.decay
-        double = (coast - _convolution(damping, 2.0 * drive.decay, t)) / (2.0 * drive.decay)
+        """The yaw at `t`."""
+        return self._yaw_of(t, *self._convolutions(t))
+
+    def state(self, t: float) -> tuple[float, float]:
+        """Yaw and rate at `t`, for less than both alone."""
+        convolutions = self._convolutions(t)
+        return self._yaw_of(t, *convolutions), self._rate_of(t, *convolutions)
+
+    def _convolutions(self, t: float) -> tuple[float, float, float]:
+        """Of the damping with nothing, and with the drive's two exponentials."""
+        damping, decay = self._damping, self._drive.decay
+        return (
+            _convolution(damping, 0.0, t),
+            _convolution(damping, decay, t),
+            _convolution(damping, 2.0 * decay, t),
+        )
+
+    def _rate_of(self, t: float, coast: float, single: float, double: float) -> float:
+        drive = self._drive
+        return (
+            self._rate * math.exp(-self._damping * t)
+            + drive.settled * coast
+            + drive.single * single
+            + drive.double * double
+        )
+
+    def _yaw_of(self, t: float, coast: float, single: float, double: float) -> float:
+        """The rate, integrated term by term."""
+        drive = self._drive
         return (
             self._yaw
             + self._rate * coast
-            + drive.settled * _ramp(damping, t)
-            + drive.single * single
-            + drive.double * double
+            + drive.settled * _ramp(self._damping, t)
+            + drive.single * ((coast - single) / drive.decay)
+            + drive.double * ((coast - double) / (2.0 * drive.decay))
         )
 
     def first_stop(self, direction: int, until: float) -> float | None:

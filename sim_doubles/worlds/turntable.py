@@ -71,4 +71,4 @@ class Turntable:
         return stop
 
     def _move(self, swing: Swing, elapsed_s: float) -> None:
-        self._yaw, self._rate = swing.yaw(elapsed_s), swing.rate(elapsed_s)
+        self._yaw, self._rate = swing.state(elapsed_s)
