@@ -91,7 +91,7 @@ def _fits(compared: Sequence[str], asked: Sequence[ProbedBus]) -> tuple[list[Fit
     unsound: list[str] = []
     for name in compared:
         try:
-            fits.append(fit(boards.registry.load(name), asked))
+            fits.append(fit(chosen_board(name), asked))
         except BoardError:
             unsound.append(name)
     return fits, unsound

@@ -78,14 +78,19 @@ def _named(known: Mapping[str, T], name: str, what: str) -> T:
 
 
 def _types_ahead(model: Coupled, section: Section, name: str) -> list[type]:
-    """Types of the components' ports that this input is linked to."""
-    ends = [link.end for link in section.links if link.source.is_own(name) and link.end.model]
-    return _types(model, ends, _end)
+    """Types of the components' ports that this input is linked to.
+
+    Of an output of the model itself, the types that components bring there.
+    """
+    ends = [link.end for link in section.links if link.source.is_own(name)]
+    own = [end.port for end in ends if end.model is None]
+    through = [each for port in own for each in _types_behind(model, section, port)]
+    return _types(model, [end for end in ends if end.model], _end) + through
 
 
 def _types_behind(model: Coupled, section: Section, name: str) -> list[type]:
-    """Types of the components' ports that are linked to this output."""
-    sources = [link.source for link in section.links if link.end.is_own(name) and link.source.model]
+    """Types of the components' ports, and of the model's own inputs, linked to this output."""
+    sources = [link.source for link in section.links if link.end.is_own(name)]
     return _types(model, sources, _source)
 
 

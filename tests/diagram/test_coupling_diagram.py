@@ -55,7 +55,21 @@ class Ring(Coupled):
         self.couple(third.out, second.back)
 
 
-MODELS = (Detective(), Ring())
+class Through(Coupled):
+    """A model that passes its input on, beside a component or without any."""
+
+    def __init__(self) -> None:
+        super().__init__("through")
+        start, out = self.in_port("start", int), self.out_port("out", int)
+        empty, stage = self.add(Coupled("empty")), self.add(Stage("stage"))
+        entrance, leaving = empty.in_port("in", int), empty.out_port("out", int)
+        empty.couple(entrance, leaving)
+        self.couple(start, out)
+        self.couple(start, entrance)
+        self.couple(leaving, stage.entrance)
+
+
+MODELS = (Detective(), Ring(), Through())
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)

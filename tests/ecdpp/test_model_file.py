@@ -205,3 +205,25 @@ def test_an_output_that_several_feed_takes_the_wider_type() -> None:
     classes = CLASSES | {"Wide": AtomicClass(Wide)}
     text = "[top]\ncomponents : a@Relay b@Wide\nout : y\nLink : out@a y\nLink : anything@b y"
     assert parse_model(text, "test.ma", classes).out_ports["y"].type is object
+
+
+@pytest.mark.parametrize(
+    ("links", "types"),
+    [
+        ("link : x y", (float, float)),
+        ("link : x count@r\nlink : x y", (int, int)),
+        ("link : x y\nlink : whole@r y", (int, int)),
+        ("link : x y\nlink : Out@r y", (float, float)),
+    ],
+)
+def test_an_input_may_be_linked_straight_to_an_output_and_types_go_through(
+    links: str, types: tuple[type, type]
+) -> None:
+    model = parse_model(f"[top]\ncomponents : r@Relay\nin : x\nout : y\n{links}", "a.ma", CLASSES)
+    assert (model.in_ports["x"].type, model.out_ports["y"].type) == types
+
+
+def test_what_is_linked_straight_through_leaves_at_once() -> None:
+    text = "[top]\ncomponents : r@Relay\nin : x\nout : y\nlink : x y\nlink : x In@r\nlink : Out@r y"
+    lines = run_events(parse_model(text, "a.ma", CLASSES), [Event(SECOND, "x", 3.0)])
+    assert [str(line) for line in lines] == ["00:00:01:000 y 3", "00:00:01:001 y 3"]
