@@ -161,9 +161,16 @@ def _buses(statistics: Mapping[str, Any]) -> list[str]:
 
 def _deadlines(statistics: Mapping[str, Any]) -> list[str]:
     return [
-        f"  deadline {path}: {missed} missed"
-        for path, missed in statistics["deadline_misses"].items()
+        f"  deadline {path}: {deadline_text(counted)}"
+        for path, counted in statistics["deadlines"].items()
     ]
+
+
+def deadline_text(counted: Mapping[str, int]) -> str:
+    """What became of the samples on a path; of one that is not enabled nothing was measured."""
+    if counted["answers"] == 0:
+        return f"not enabled, none of {counted['samples']} samples has been answered"
+    return f"{counted['misses']} missed"
 
 
 def _worst(statistics: Mapping[str, Any], shown: int) -> list[str]:

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from firmware_runtime.cli.fault_text import fault_lines, faults_total
 from firmware_runtime.cli.statistics_summary import summary
-from firmware_runtime.cli.statistics_text import causes_text, microseconds
+from firmware_runtime.cli.statistics_text import causes_text, deadline_text, microseconds
 from firmware_runtime.cli.top_table import models_table
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of
 from firmware_runtime.telemetry.statistics import Statistics
@@ -79,7 +79,7 @@ def _facts(found: dict[str, Any]) -> Text:
         f"{run['elapsed_s']:.0f} s",
         f"cpu {cpu}",
         *(f"{name} {bus['errors']} errors" for name, bus in found["bus"].items()),
-        *(f"{missed} missed {name}" for name, missed in found["deadline_misses"].items()),
+        *(f"{name}: {deadline_text(counted)}" for name, counted in found["deadlines"].items()),
     ]
     return Text("  ".join(parts), style="dim", overflow="ellipsis", no_wrap=True)
 

@@ -7,8 +7,11 @@ returned, and with it the write to the chip.
 
 Whether an answer was caused by a certain sample cannot be seen from outside. So a transition of the
 actuator answers all samples that left before it, and the oldest of them is measured. A sample that
-is still not answered when the next one leaves, and is over the limit by then, is a miss, and so is
 one at the end of the run. With a command a sample, as in a control loop, that is exact.
+
+A path is enabled by its first answer. Before that samples leave and nothing is to be done about
+them: a controller waits for a propeller to be armed, a gate is shut. They are counted, and none is
+a miss; a path that never was enabled has samples and no answer.
 """
 
 from collections.abc import Callable
@@ -38,6 +41,8 @@ class DeadlineWatch:
     def __init__(self, deadline: PathDeadline, now: Callable[[], int]) -> None:
         self.deadline = deadline
         self.misses = 0
+        self.samples = 0
+        self.answers = 0
         self._now = now
         self._left_at = NEVER
 
@@ -78,17 +83,21 @@ class DeadlineWatch:
 
     def leave(self, at: int, _value: object) -> None:
         """A sample leaves the sensor's port at instant `at`."""
-        if self._left_at == NEVER or self._is_missed():
+        self.samples += 1
+        if self.answers == 0 or self._left_at == NEVER or self._is_missed():
             self._left_at = at
 
     def answer(self) -> None:
         """The actuator's model has read input and written its outputs."""
+        self.answers += 1
         self._is_missed()
         self._left_at = NEVER
 
     def end(self) -> None:
         """The run is over: what is not answered will not be."""
-        self.answer()
+        if self.answers > 0:
+            self._is_missed()
+            self._left_at = NEVER
 
     def _is_missed(self) -> bool:
         """Whether the oldest sample on its way is over the limit; if so, count it."""

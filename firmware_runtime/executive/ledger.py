@@ -50,7 +50,9 @@ class Ledger:
         self._accounting = instruments.accounting
         self._progress = progress
         self._inbox = inbox
-        self._watches = list(enumerate(instruments.watches, layout.deadline(0)))
+        self._watches = [
+            (layout.deadline(index), watch) for index, watch in enumerate(instruments.watches)
+        ]
         self._garbage = instruments.garbage
         self._recorder = instruments.recorder
         self._faults = instruments.faults
@@ -141,8 +143,10 @@ class Ledger:
         cells[INPUTS_DROPPED] = self._inbox.dropped
         for meter in self._meters:
             meter.read()
-        for cell, watch in self._watches:
-            cells[cell] = watch.misses
+        for first, watch in self._watches:
+            cells[first] = watch.misses
+            cells[first + 1] = watch.samples
+            cells[first + 2] = watch.answers
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""

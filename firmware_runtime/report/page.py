@@ -134,12 +134,20 @@ def _steps(statistics: Statistics) -> Iterator[Element]:
 
 
 def _deadlines(numbers: Mapping[str, Any]) -> Iterator[Element]:
-    misses = numbers["deadline_misses"]
-    if not misses:
+    deadlines = numbers["deadlines"]
+    if not deadlines:
         yield element("p", "The board puts no deadline on a path.")
         return
-    rows = [[path, f"{missed:,}"] for path, missed in misses.items()]
-    yield table("Deadlines on a path", ["path", "missed"], rows)
+    rows = [
+        [path, *(f"{counted[key]:,}" for key in ("samples", "answers")), _missed(counted)]
+        for path, counted in deadlines.items()
+    ]
+    yield table("Deadlines on a path", ["path", "samples", "answers", "missed"], rows)
+
+
+def _missed(counted: Mapping[str, int]) -> str:
+    """Of a path that was not enabled, nothing."""
+    return f"{counted['misses']:,}" if counted["answers"] > 0 else "not enabled"
 
 
 def _buses(numbers: Mapping[str, Any]) -> Iterator[Element]:

@@ -50,6 +50,7 @@ MODEL = (
 MODEL_COUNTERS = (*MODEL[: MODEL.index("last_late_ns")], "irregular", "reactions")
 """Of these, the ones that only grow."""
 BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
+DEADLINE = ("misses", "samples", "answers")
 WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
 SLOT = (
     "begin_ns",
@@ -128,8 +129,8 @@ class Layout:
         return self.model(len(self.models)) + index * len(BUS)
 
     def deadline(self, index: int) -> int:
-        """The one cell of a deadline: its misses."""
-        return self.bus(len(self.buses)) + index
+        """First cell of a deadline's block."""
+        return self.bus(len(self.buses)) + index * len(DEADLINE)
 
     def place(self, index: int) -> int:
         """First cell of a place in the list of worst activations."""
@@ -177,7 +178,11 @@ class Layout:
                 "then": ["lateness histogram", "step histogram"],
             },
             "bus_block": {"at": self.bus(0), "stride": len(BUS), "fields": BUS},
-            "deadline_block": {"at": self.deadline(0), "stride": 1, "fields": ("misses",)},
+            "deadline_block": {
+                "at": self.deadline(0),
+                "stride": len(DEADLINE),
+                "fields": DEADLINE,
+            },
             "worst_block": {
                 "at": self.place(0),
                 "stride": self.place_cells,

@@ -17,6 +17,7 @@ from firmware_runtime.telemetry.layout import (
     ARMED,
     BUS,
     CPU,
+    DEADLINE,
     DEVICES,
     ELAPSED,
     GUARD,
@@ -119,10 +120,12 @@ class Statistics:
     def as_json(self) -> dict[str, Any]:
         """Everything, in the spelling that other programs rely on; times in us where named so."""
         models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
+        deadlines = self._deadlines()
         return {
             "schema": SCHEMA,
             **{total: sum(model[total] for model in models.values()) for total in TOTALS},
-            "deadline_misses": self._deadline_misses(),
+            "deadline_misses": {name: each["misses"] for name, each in deadlines.items()},
+            "deadlines": deadlines,
             "lateness_us": self._times(self.lateness()),
             "step_us": self._times(Histogram(self.cells[STEP_HISTOGRAM])),
             "models": models,
@@ -173,9 +176,11 @@ class Statistics:
         """A part of the time of the run; None at its very start."""
         return spent_ns / self.cells[ELAPSED] if self.cells[ELAPSED] > 0 else None
 
-    def _deadline_misses(self) -> dict[str, int]:
-        at = self.layout.deadline
-        return {name: self.cells[at(index)] for index, name in enumerate(self.layout.deadlines)}
+    def _deadlines(self) -> dict[str, dict[str, int]]:
+        return {
+            name: self._fields(self.layout.deadline(index), DEADLINE)
+            for index, name in enumerate(self.layout.deadlines)
+        }
 
     def _worst(self) -> list[dict[str, Any]]:
         places = [self._place(index) for index in range(self.layout.worst)]

@@ -131,6 +131,7 @@ def _phases(draw: st.DrawFn) -> tuple[int, ...]:
     return (*parts, draw(st.integers(MILLISECOND // 2, 5 * MILLISECOND)))
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(
     phases=_phases(),

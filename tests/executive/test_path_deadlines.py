@@ -2,6 +2,7 @@
 
 import pytest
 
+from firmware_runtime.cli.statistics_text import statistics_text
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
@@ -84,7 +85,7 @@ def test_the_lateness_of_the_sample_counts() -> None:
         (5 * MILLISECOND, 5 * MILLISECOND, 0),
         (5 * MILLISECOND, 4 * MILLISECOND, 10),
         (15 * MILLISECOND, 15 * MILLISECOND, 0),
-        (15 * MILLISECOND, 12 * MILLISECOND, 5),
+        (15 * MILLISECOND, 12 * MILLISECOND, 4),  # the first answer enables the path
     ],
 )
 def test_time_in_models_on_the_way_counts(span: int, limit: int, missed: int) -> None:
@@ -94,11 +95,62 @@ def test_time_in_models_on_the_way_counts(span: int, limit: int, missed: int) ->
     assert misses(run) == missed
 
 
+class Gated(Coupled):
+    """The actuator follows the IMU through a gate."""
+
+    def __init__(self, open_from: int, shut_from: int) -> None:
+        super().__init__("robot")
+        self.imu = self.add(Sampler("imu"))
+        self.gate = self.add(Gate(open_from, shut_from))
+        self.thrust = self.add(Actuator("thrust"))
+        self.couple(self.imu.sample, self.gate.into)
+        self.couple(self.gate.out, self.thrust.command)
+
+
+class Gate(Atomic):
+    """Passes the values from one on up to another, at once."""
+
+    def __init__(self, open_from: int, shut_from: int) -> None:
+        super().__init__("gate")
+        self.passed = range(open_from, shut_from)
+        self.into = self.in_port("into", int)
+        self.out = self.out_port("out", int)
+        self.value = 0
+
+    def external(self, elapsed: int) -> None:
+        self.value = self.into[-1]
+        if self.value in self.passed:
+            self.activate()
+        else:
+            self.continue_(elapsed)
+
+    def output(self) -> None:
+        self.out.send(self.value)
+
+
+def counted_on(robot: Gated) -> dict[str, int]:
+    deadline = PathDeadline("yaw", robot.imu.sample, robot.thrust, PERIOD // 2)
+    run = Run(robot, VirtualClock(), Configuration(deadlines=[deadline]))
+    run.until(10 * PERIOD)
+    counted: dict[str, int] = run.json()["deadlines"]["yaw"]
+    return counted
+
+
 def test_each_sample_of_a_path_that_is_cut_is_a_miss() -> None:
+    # from sample 5 on; that at the very end has not had its time
+    assert counted_on(Gated(0, 5)) == {"misses": 5, "samples": 11, "answers": 5}
+
+
+def test_a_path_counts_from_its_first_answer_on() -> None:
+    assert counted_on(Gated(3, 100)) == {"misses": 0, "samples": 11, "answers": 8}
+
+
+def test_a_path_that_never_was_enabled_has_samples_and_no_answer() -> None:
     robot = DelayedRobot(NEVER - 1_000 * PERIOD)
     run = Run(robot, VirtualClock(), within(robot, PERIOD // 2))
     run.until(10 * PERIOD)
-    assert misses(run) == 10  # the last one, at the very end, has not had its time
+    assert run.json()["deadlines"]["yaw"] == {"misses": 0, "samples": 11, "answers": 0}
+    assert "not enabled" in "\n".join(statistics_text(run.json()))
 
 
 def test_a_model_with_a_confluent_function_of_its_own_answers_with_it() -> None:

@@ -53,7 +53,7 @@ def counted(file: StatisticsFile) -> StatisticsFile:
     Histogram(cells[LAYOUT.step(0)]).record(300_000)
     Histogram(cells[STEP_HISTOGRAM]).record(900_000)
     cells[LAYOUT.bus(0) : LAYOUT.bus(0) + 5] = memoryview_of(180, 5400, 3, 2, 121_500_000)
-    cells[LAYOUT.deadline(0)] = 4
+    cells[LAYOUT.deadline(0) : LAYOUT.deadline(1)] = memoryview_of(4, 90, 89)
     file.close_section(1_000_000_000)
     return file
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from firmware_runtime.telemetry.fault_table import MODEL_CELLS
 from firmware_runtime.telemetry.histogram import CELLS
-from firmware_runtime.telemetry.layout import BUS, MODEL, REASON, RUN, TIMELINE, Layout
+from firmware_runtime.telemetry.layout import BUS, DEADLINE, MODEL, REASON, RUN, TIMELINE, Layout
 
 NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
 LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20), NAMES)
@@ -24,7 +24,7 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
         at += len(BUS)
     for index in range(len(layout.deadlines)):
         assert layout.deadline(index) == at
-        at += 1
+        at += len(DEADLINE)
     assert layout.place(0) == at
     assert layout.reason.start == at + layout.worst * layout.place_cells
     assert layout.timeline.start == layout.reason.stop == layout.reason.start + REASON

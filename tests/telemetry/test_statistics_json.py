@@ -22,6 +22,7 @@ def test_it_has_the_keys_of_the_contract(counted: StatisticsFile) -> None:
         "overruns",
         "episodes",
         "deadline_misses",
+        "deadlines",
         "lateness_us",
         "step_us",
         "models",
