@@ -7,6 +7,7 @@ A name means the settings in force on this machine: the user's copy in /etc/firm
 import os
 import sys
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import boards.registry
@@ -26,8 +27,14 @@ def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
     copy = settings_in_force(board)
     if copy is None:
         return boards.registry.load(board, assignments)
-    tell(f"firmware-runtime: {board} has its settings from {copy}", sys.stderr)
+    _tell_once(f"firmware-runtime: {board} has its settings from {copy}")
     return boards.registry.load_copy(copy, board, assignments)
+
+
+@cache
+def _tell_once(what: str) -> None:
+    """A verb may read a board more than once."""
+    tell(what, sys.stderr)
 
 
 def settings_in_force(board: str) -> Path | None:

@@ -76,12 +76,12 @@ def _doubles(name: str) -> list[ProbedBus]:
 def _boards(arguments: argparse.Namespace) -> list[str]:
     """The board to compare with, else all that are known; doubles stand for their own board."""
     if arguments.board is not None:
-        boards.registry.load(arguments.board)  # one that is named must be sound
+        chosen_board(arguments.board)  # one that is named must be sound
         return [arguments.board]
     known = boards.registry.names()
     if arguments.doubles is None:
         return known
-    kind = boards.registry.load(arguments.doubles).name
+    kind = chosen_board(arguments.doubles).name
     return [arguments.doubles if name == kind else name for name in known]
 
 
