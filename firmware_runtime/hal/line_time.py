@@ -2,8 +2,8 @@
 
 A model lives at the instants of its events; within one, each transaction takes its time on the
 wire, and the lines run ahead of the model by it. A device that needs time needs it from the end of
-the transaction, so whoever waits for it asks how far the lines have run ahead (`elapsed`) and waits
-that much longer. `drivers.hardware.HardwareModel.hold_after_transfer` does both.
+the transaction, so a phase that waits for it is longer by what the lines have run ahead
+(`elapsed`). `drivers.hardware.HardwareModel.hold_after_transfer` adds that.
 """
 
 from typing import Final, Protocol

@@ -1,4 +1,4 @@
-"""Whoever waits too little for a chip fails in virtual time as on doubles in another process."""
+"""A driver that waits too little fails in virtual time as on doubles in another process."""
 
 from collections.abc import Callable
 from typing import TypeAlias

@@ -1,7 +1,7 @@
 """A converter of the tests' own: double, driver and two hardware models that wait for it.
 
-One model counts the conversion from its activation, as one does who forgets that the command that
-starts it takes time on the wire; the other counts from the end of the transfer.
+One model counts the conversion from its activation and so forgets that the command that starts it
+takes time on the wire; the other counts from the end of the transfer.
 """
 
 from abc import abstractmethod
