@@ -17,7 +17,7 @@ MILLISECOND = 1_000_000
 
 
 class Row(ABC):
-    """A chip's driver and double on one bus, with a clock that stands still."""
+    """A chip's driver and double on one bus, with a clock on which only the wire takes time."""
 
     module: ClassVar[str]
     address: ClassVar[int]
@@ -36,7 +36,12 @@ class Row(ABC):
         self.targets = [] if absent else self.build()
         self.faults = FaultScript()
         self.wire = I2cBusDouble(
-            "i2c-1", self.clock, self.targets, adapter=adapter, faults=self.faults
+            "i2c-1",
+            self.clock,
+            self.targets,
+            adapter=adapter,
+            reach=self.clock.reach,
+            faults=self.faults,
         )
         self.bus = AccountedBus(self.wire, 400_000)
 
