@@ -13,7 +13,7 @@ from tests.vm.image import Image
 QEMU: Final = "qemu-system-x86_64"
 PROCESSORS, MEMORY_MB = 2, 1024
 PROBE_S: Final = 15
-SILENCE_S: Final = 180.0
+SILENCE_S: Final = 600.0
 """Longer than any check takes."""
 KERNEL_LINE: Final = (
     "root=/dev/vda rw console=ttyS0 loglevel=4 systemd.show_status=no "

@@ -10,7 +10,7 @@ from typing import Final
 PROGRAM: Final = "/opt/firmware-runtime/venv/bin/firmware-runtime"
 PYTHON: Final = "/opt/firmware-runtime/venv/bin/python"
 CARRIED: Final = Path("/run/carried")
-PATIENCE_S: Final = 60.0
+PATIENCE_S: Final = 180.0
 LOOK_S: Final = 0.02
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from tests.vm.guest import adapter, contact, death, end, journal, service, setup
+from tests.vm.guest import adapter, contact, death, end, journal, overload, service, setup
 from tests.vm.guest.machine import attempt
 from tests.vm.guest.report import Check, carry_out, say
 
@@ -15,6 +15,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     *contact.BESIDE_A_RUN,
     *journal.CHECKS,
     *death.CHECKS,
+    *overload.CHECKS,
     *service.TWO_ROBOTS,
     *end.CHECKS,
 )
