@@ -21,6 +21,7 @@ skips that no activation on time interrupts: one stall is one episode, whatever 
 """
 
 from abc import ABC, abstractmethod
+from functools import partial
 from struct import Struct
 
 from firmware_runtime.devs.atomic import Atomic
@@ -34,6 +35,8 @@ from firmware_runtime.telemetry.layout import MODEL, Layout
 _BY_ACTIVATION = MODEL.index("due_ns") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
 """What changes with each activation: packed at once, which costs little more than one counter."""
+NOTHING, TOOK_PART, RAN = range(3)
+"""What a step has left to count, of one model: that it took part, or that an activation ran."""
 _IRREGULAR, _RETURNED, _REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
 
 
@@ -42,15 +45,42 @@ class ModelAccount(ABC):
 
     `number` is the model's place among the step's own times, `index` among the file's models; `due`
     is the deadline of the next activation, NEVER if none is planned, and `booked` the instant of
-    the model's next event. During a step `ran` and the like note what happened; `settle` moves it
+    the model's next event. During a step `noted` and the like say what happened; `settle` moves it
     into the cells. Of the episode under way, or the last one, there is the latest activation, ns,
     how many were missed, and the `cause` of the first overrun, as the ledger found it.
     """
 
+    __slots__ = (  # more attributes than an instance without slots finds quickly
+        "_cells",
+        "_last_late",
+        "_pack",
+        "atomic",
+        "booked",
+        "cause",
+        "coalesced",
+        "due",
+        "episodes",
+        "in_episode",
+        "index",
+        "irregular",
+        "late_by",
+        "lateness",
+        "latest_in_episode",
+        "missed_in_episode",
+        "noted",
+        "number",
+        "overruns",
+        "own_time",
+        "path",
+        "policy",
+        "reactions",
+        "run",
+        "skipped",
+        "stop_after",
+        "tolerance",
+    )
     kind: str
     period: int = NEVER
-    skips: bool = False
-    """Whether whole periods are dropped when the loop is late."""
 
     def __init__(
         self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy, tolerance: int
@@ -63,8 +93,7 @@ class ModelAccount(ABC):
         self.stop_after = policy.stop_after()
         self.due = self.booked = NEVER
         self.lateness = 0
-        self.ran = False
-        self.is_touched = False
+        self.noted = NOTHING
         self.run = 0
         self.skipped = 0
         self.coalesced = 0
@@ -79,7 +108,7 @@ class ModelAccount(ABC):
         self.cause = ""
         self.index = 0
         self._cells = empty_cells(len(MODEL))
-        self._block = self._cells.cast("B")
+        self._pack = partial(_COUNTERS.pack_into, self._cells.cast("B"), 0)
         self.late_by = self.own_time = Histogram(empty_cells())
 
     def count_in(self, cells: Cells, layout: Layout, index: int) -> None:
@@ -87,14 +116,14 @@ class ModelAccount(ABC):
         self.index = index
         first = layout.model(index)
         self._cells = cells[first : first + len(MODEL)]
-        self._block = self._cells.cast("B")
+        self._pack = partial(_COUNTERS.pack_into, self._cells.cast("B"), 0)
         self.late_by = Histogram(cells[layout.lateness(index)])
         self.own_time = Histogram(cells[layout.step(index)])
         self.write()
 
     def begin(self, due: int) -> None:
         """Take over the model's first booking, NEVER if it has none."""
-        self.due = self.booked = due
+        self.due = due
 
     @abstractmethod
     def watch(self, functions: Functions, step: Step, touched: "list[ModelAccount]") -> Functions:
@@ -107,6 +136,10 @@ class ModelAccount(ABC):
     @abstractmethod
     def end(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""
+
+    def is_to_skip(self, _step: Step) -> bool:
+        """Whether it is through with a period, and whole ones are to be dropped."""
+        return False
 
     def skip_to(self, now: int) -> int:
         """Drop every activation booked before `now`; return when the next is due, in phase."""
@@ -125,7 +158,6 @@ class ModelAccount(ABC):
 
     def count_run(self, at: int) -> None:
         """Count an activation that ran in the step at instant `at`."""
-        self.ran = False
         self.run += 1
         lateness = self.lateness
         self.late_by.record(lateness)
@@ -140,9 +172,7 @@ class ModelAccount(ABC):
 
     def write(self) -> None:
         """Move the counters into the file."""
-        _COUNTERS.pack_into(
-            self._block,
-            0,
+        self._pack(
             self.run + self.skipped + self.coalesced,
             self.run,
             self.skipped,

@@ -94,15 +94,14 @@ class Accounting:
         """
         step = self._step
         at, own_times = step.at, step.own_times
-        latest = None
+        latest, has_limits = None, self.has_limits
         for account in self._touched:
             if account.settle(at, own_times[account.number]):
-                if account.lateness > account.stop_after:
+                if has_limits and account.lateness > account.stop_after:
                     self._stop(account, account.lateness)
                 if latest is None or account.lateness > latest.lateness:
                     latest = account
-            is_late = account.skips and account.due <= account.booked < now
-            if is_late and step.began_at[account.number] >= step.started:
+            if account.booked < now and account.is_to_skip(step):
                 self._postpone(account.atomic, account.skip_to(now))
         self._touched.clear()
         return latest

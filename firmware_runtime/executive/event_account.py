@@ -11,13 +11,20 @@ from dataclasses import replace
 
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import ModelAccount, plain_time_advance
+from firmware_runtime.executive.account import (
+    NOTHING,
+    RAN,
+    TOOK_PART,
+    ModelAccount,
+    plain_time_advance,
+)
 from firmware_runtime.executive.step import Step
 
 
 class EventAccount(ModelAccount):
     """Counts the booked events of one model, and its reactions."""
 
+    __slots__ = ()
     kind = "event"
 
     def watch(self, functions: Functions, step: Step, touched: list[ModelAccount]) -> Functions:
@@ -30,17 +37,18 @@ class EventAccount(ModelAccount):
             if sigma.__class__ is not int:
                 sigma = plain_time_advance(atomic)
             self.due = step.at + sigma if 0 < sigma < NEVER else NEVER
-            if not self.is_touched:
-                self.is_touched = True
+            if self.noted == NOTHING:
+                self.noted = TOOK_PART
                 touched.append(self)
 
         def due(transition: Callable[[], None]) -> Callable[[], None]:
             def call() -> None:
                 transition()
-                if self.due == step.at:
-                    self.ran = True
-                    self.lateness = began_at[number] - step.at
+                has_run = self.due == step.at
                 book()
+                if has_run:
+                    self.noted = RAN
+                    self.lateness = began_at[number] - step.at
 
             return call
 
@@ -64,9 +72,9 @@ class EventAccount(ModelAccount):
 
     def settle(self, at: int, own_time: int) -> bool:
         """Count what the step at instant `at` has left; return whether an event ran."""
-        self.is_touched = False
+        ran = self.noted == RAN
+        self.noted = NOTHING
         self.own_time.record(own_time)
-        ran = self.ran
         if ran:
             self.count_run(at)
         else:

@@ -91,8 +91,9 @@ class Ledger:
             if latest.lateness + step_time > self._worst.smallest:
                 self._keep(latest, step_time, garbage.spent)
         garbage.spent = 0
-        due = next_at()
-        file.close_section(ended, self._progress.note(ended, due))
+        due, progress = next_at(), self._progress
+        caught_up = due >= ended and progress.is_level
+        file.close_section(ended, 0 if caught_up else progress.note(ended, due))
         self._previous_end = ended
         if self._recorder is not None:
             self._recorder.step_ended(ended)

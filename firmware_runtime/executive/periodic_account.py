@@ -21,7 +21,13 @@ from dataclasses import replace
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import ModelAccount, plain_time_advance
+from firmware_runtime.executive.account import (
+    NOTHING,
+    RAN,
+    TOOK_PART,
+    ModelAccount,
+    plain_time_advance,
+)
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 
@@ -29,6 +35,16 @@ from firmware_runtime.executive.step import Step
 class PeriodicAccount(ModelAccount):
     """Counts the periods of one model; `spent` is its own time since the last activation began."""
 
+    __slots__ = (
+        "_came_back_after",
+        "_is_answering",
+        "_is_by_input",
+        "_moved_at",
+        "_slip",
+        "period",
+        "skips",
+        "spent",
+    )
     kind = "periodic"
 
     def __init__(self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy) -> None:
@@ -46,6 +62,10 @@ class PeriodicAccount(ModelAccount):
         self._is_by_input = False
         """Either of both."""
 
+    def begin(self, due: int) -> None:
+        """Take over the model's first booking, NEVER if it has none."""
+        self.due = self.booked = due
+
     # During a step ------------------------------------------------------------------------------
 
     def watch(  # noqa: C901 -- written out: a call more for each transition would be felt
@@ -60,9 +80,14 @@ class PeriodicAccount(ModelAccount):
             if at >= self.due:
                 if at > self.due:
                     self._come_back(at)
-                self.ran = True
+                if self.noted == NOTHING:
+                    touched.append(self)
+                self.noted = RAN
                 self.lateness = began_at[number] - at
                 self.due = at + period
+            elif self.noted == NOTHING:
+                self.noted = TOOK_PART
+                touched.append(self)
             sigma = atomic.sigma
             if sigma.__class__ is not int:
                 sigma = plain_time_advance(atomic)
@@ -72,15 +97,12 @@ class PeriodicAccount(ModelAccount):
                 self.booked = at + sigma
             elif sigma == NEVER:
                 self.due = self.booked = NEVER
-            if not self.is_touched:
-                self.is_touched = True
-                touched.append(self)
 
         def external(elapsed: int) -> None:
             begun = step.lap
             functions.external(elapsed)
+            self._take_part(touched)
             self._answer(step.at, begun)
-            self._touch(touched)
 
         own_confluent = functions.confluent
         if own_confluent is None:  # the simulator calls internal and external, as above
@@ -88,6 +110,7 @@ class PeriodicAccount(ModelAccount):
 
         def confluent() -> None:
             own_confluent()
+            self._take_part(touched)
             at = step.at
             if at >= self.due:
                 if at > self.due:
@@ -95,18 +118,17 @@ class PeriodicAccount(ModelAccount):
                 self._activate(at, began_at[number])
                 self.booked = self.due
             self._answer(at, at)
-            self._touch(touched)
 
         return replace(functions, internal=internal, external=external, confluent=confluent)
 
-    def _touch(self, touched: list[ModelAccount]) -> None:
-        if not self.is_touched:
-            self.is_touched = True
+    def _take_part(self, touched: list[ModelAccount]) -> None:
+        if self.noted == NOTHING:
+            self.noted = TOOK_PART
             touched.append(self)
 
     def _activate(self, at: int, began_at: int) -> None:
         """The activation that is due at `at`, or was moved there, has run."""
-        self.ran = True
+        self.noted = RAN
         self.lateness = began_at - at
         self.due = at + self.period
 
@@ -174,20 +196,30 @@ class PeriodicAccount(ModelAccount):
 
     def settle(self, at: int, own_time: int) -> bool:
         """Count what the step at instant `at` has left; return whether an activation ran."""
-        self.is_touched = False
-        ran = self.ran
-        if ran:
+        ran = self.noted == RAN
+        self.noted = NOTHING
+        if not ran:
+            self.spent += own_time
+        else:
             if self.run > 0:
                 self.own_time.record(self.spent)
             self.spent = own_time
-            self.count_run(at)
+            if self.lateness > self.tolerance:
+                self.count_run(at)
+            else:  # the same, without a call: this is every activation of a good run
+                self.run += 1
+                self.late_by.record(self.lateness)
+                self.in_episode = False
             if self._came_back_after > 0:
                 self.count_irregular(self._came_back_after)
                 self._came_back_after = 0
-        else:
-            self.spent += own_time
         self.write()
         return ran
+
+    def is_to_skip(self, step: Step) -> bool:
+        """Whether it is through with a period, and whole ones are to be dropped."""
+        has_acted = step.began_at[self.number] >= step.started
+        return self.skips and has_acted and self.due <= self.booked
 
     def skip_to(self, now: int) -> int:
         """Drop every activation booked before `now`; return when the next is due, in phase."""

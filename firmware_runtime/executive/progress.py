@@ -27,6 +27,9 @@ class Progress:
     def __init__(self, step: Step, max_lag: int, speed: float) -> None:
         self.lag = 0
         self.livelock = ""
+        self.is_level = False
+        """Whether logical time had caught up after the last step, so that there is nothing to note
+        if it has again."""
         self._step = step
         self._max_lag = max_lag
         self._speed = speed
@@ -50,18 +53,17 @@ class Progress:
         """
         lag = ended - next_at
         if lag <= 0:
-            self._has_caught_up = True
-            self._is_behind = False
-            self.lag = 0
+            self.idle()
             return 0
+        self.is_level = False
         if self._has_caught_up:
             self.lag = lag if self._speed == 1 else round(lag / self._speed)
         self._follow(ended, lag)
         return self.lag
 
     def idle(self) -> None:
-        """Nothing is due."""
-        self._has_caught_up = True
+        """Logical time has caught up."""
+        self.is_level = self._has_caught_up = True
         self._is_behind = False
         self.lag = 0
 

@@ -17,7 +17,7 @@ from time import monotonic_ns
 from typing import Any
 
 from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import ELAPSED, MODEL, STATE, WRITTEN, Layout
+from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, MODEL, STATE, WRITTEN, Layout
 
 _SCHEDULED, _SKIPPED, _DUE = map(MODEL.index, ("scheduled", "skipped", "due_ns"))
 
@@ -27,11 +27,12 @@ def count_overdue(
 ) -> None:
     """Add what is overdue to a copy of a run's cells, with the instant up to which it is."""
     speed = header.get("clock_speed")
-    if speed is None or cells[STATE] != 0 or cells[WRITTEN] == 0:
+    written_at = max(cells[WRITTEN], cells[HEARTBEAT])
+    if speed is None or cells[STATE] != 0 or written_at == 0:
         return
     if is_alive:
         read_at = monotonic_ns()
-        cells[ELAPSED] += max(round((read_at - cells[WRITTEN]) * speed), 0)
+        cells[ELAPSED] += max(round((read_at - written_at) * speed), 0)
         cells[WRITTEN] = read_at
     now = cells[ELAPSED]
     for index, path in enumerate(layout.models):

@@ -95,12 +95,15 @@ class StatisticsFile:
         """Note the instant and the heartbeat, then make the sequence even.
 
         The heartbeat is the instant of CLOCK_MONOTONIC up to which logical time has caught up with
-        the clock: it is behind by `lag`, ns of real time. `written_ns` is when that was written.
+        the clock: it is behind by `lag`, ns of real time. Where it is behind, `written_ns` is when
+        that was written; else it was written then.
         """
         cells = self.cells
         cells[ELAPSED] = now
-        cells[WRITTEN] = written_at = monotonic_ns()
-        cells[HEARTBEAT] = written_at - lag
+        now_ns = monotonic_ns()
+        cells[HEARTBEAT] = now_ns - lag
+        if lag > 0:
+            cells[WRITTEN] = now_ns
         self._sequence = cells[SEQUENCE] = self._sequence + 2
 
     def close_section_as_it_was(self) -> None:
