@@ -1,0 +1,70 @@
+"""Every atomic model of both robots stands in the statistics, and wherever they are shown."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from boards import registry
+from firmware_runtime.cli.session import Session
+from firmware_runtime.cli.statistics_summary import summary
+from firmware_runtime.cli.statistics_text import statistics_text
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.step import relative_path
+from firmware_runtime.metrics.collector import exposition
+from firmware_runtime.report.page import page
+
+
+@contextmanager
+def ran(board: str) -> Iterator[Session]:
+    """A second of a board on its doubles."""
+    loaded = registry.load(board)
+    session = Session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+    try:
+        assert session.executive.run(SECOND).error is None
+        yield session
+    finally:
+        session.close()
+
+
+def paths_of(session: Session) -> list[str]:
+    simulator = session.executive.simulator
+    return [relative_path(atomic, simulator.root) for atomic in simulator.atomics]
+
+
+@pytest.mark.parametrize("board", ["tachobot", "detective"])
+def test_every_atomic_stands_in_the_statistics_the_text_the_page_and_the_metrics(
+    board: str,
+) -> None:
+    with ran(board) as session:
+        statistics, paths = session.executive.statistics, paths_of(session)
+    found = statistics.as_json()
+    assert list(found["models"]) == paths
+    text = "\n".join(statistics_text(found))
+    shown = page(statistics, summary(found))
+    metrics = exposition(board, statistics)
+    for path in paths:
+        assert path in text
+        assert f">{path}<" in shown
+        assert f'model="{path}"' in metrics
+
+
+def test_the_detective_reports_its_events() -> None:
+    with ran("detective") as session:
+        found: dict[str, Any] = session.executive.statistics.as_json()
+    assert found["scheduled"] == found["run"] + found["skipped"] + found["coalesced"] > 50
+    assert {model["kind"] for model in found["models"].values()} == {"event"}
+    assert found["models"]["body_compass"]["run"] > 0
+    assert summary(found).startswith(f"{found['scheduled']} events virtual time")
+
+
+@pytest.mark.slow
+def test_the_imu_of_tachobot_is_activated_1001_times_in_10_s() -> None:
+    loaded = registry.load("tachobot")
+    session = Session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+    session.executive.run(10 * SECOND)
+    session.close()
+    imu = session.executive.statistics.as_json()["models"]["imu"]
+    assert (imu["kind"], imu["scheduled"], imu["irregular"]) == ("periodic", 1001, 0)
