@@ -13,6 +13,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
+from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.event_account import EventAccount
 from firmware_runtime.executive.periodic_account import PeriodicAccount
@@ -28,6 +29,7 @@ EVENT_TOLERANCE = MILLISECOND
 class Accounting:
     """Opens an account for every model, and keeps the accounts.
 
+    Raises BoardError for a model whose period is no time.
     `watch` is called once for each model, in order of declaration. `overrun` says why the run must
     stop; it is empty until a policy demands it.
     """
@@ -45,6 +47,11 @@ class Accounting:
     def watch(self, atomic: Atomic, path: str, functions: Functions) -> Functions:
         """Open the account of a model; return its functions, watched."""
         number = len(self.accounts)
+        if type(atomic.period) is not int or atomic.period <= 0:
+            fault = (
+                f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
+            )
+            raise BoardError(path, [fault])
         account: ModelAccount
         if atomic.period == NEVER:
             account = EventAccount(atomic, path, number, SKIP, EVENT_TOLERANCE)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.telemetry import fault_table
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.fault_table import FaultCount
@@ -39,7 +40,7 @@ from firmware_runtime.telemetry.layout import (
 )
 from firmware_runtime.telemetry.statistics import NO_INSTANT, RunState, Statistics
 
-_LAST_LATE = MODEL.index("last_late_ns")
+_LAST_LATE, _DUE = MODEL.index("last_late_ns"), MODEL.index("due_ns")
 _SCHEDULED, _SKIPPED = MODEL.index("scheduled"), MODEL.index("skipped")
 _OUTCOMES = [MODEL.index(name) for name in ("run", "skipped", "coalesced")]
 _COUNTERS = [MODEL.index(name) for name in MODEL_COUNTERS]
@@ -109,6 +110,7 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
             Histogram(cells[part]).merge(Histogram(run.cells[part]))
     for index in range(len(layout.models)):
         cells[layout.model(index) + _LAST_LATE] = NO_INSTANT
+        cells[layout.model(index) + _DUE] = NEVER
     for model, counted in enumerate(zip(*map(_faults, runs), strict=True)):
         fault_table.fill(cells[layout.faults], model, fault_table.of_several_runs(counted))
     _keep_worst(cells, layout, [place for run in runs for place in _places(run)])

@@ -8,12 +8,13 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import BoardError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.telemetry.periods_kept import not_keeping, periods_not_kept
 from tests.support.executives import Run
-from tests.support.periodic_models import Actuator
+from tests.support.periodic_models import Actuator, Sampler
 from tests.support.phased_models import FIFTY_HZ, PERIODS, Board, Phased, Sporadic, deadlines
 from tests.support.stalling_clock import StallingClock
 
@@ -191,3 +192,29 @@ def test_seven_models_of_incommensurate_periods_are_counted_exactly(
     total, executed, skipped, coalesced = run.counts()
     assert total == executed + skipped + coalesced
     assert list(run.json()["models"]) == [*(model.name for model in board.periodic), "sporadic"]
+
+
+@pytest.mark.parametrize("period", [0, -1, 2.5, True])
+def test_a_period_that_is_no_time_is_refused(period: int) -> None:
+    with pytest.raises(BoardError):
+        Run(Phased("sensor", period, FIFTY_HZ), VirtualClock())
+
+
+@pytest.mark.parametrize("policy", ["skip", "catch-up"])
+def test_what_is_due_and_will_run_waits_and_what_will_not_is_skipped(policy: str) -> None:
+    sampler, clock = Sampler("imu"), StallingClock()
+    policies = {"imu": ActivationPolicy(policy)}  # type: ignore[arg-type]
+    run = Run(sampler, clock, Configuration(policies=policies))
+    seen: list[tuple[int, int, int]] = []
+
+    def work(number: int) -> None:
+        if number == 10:
+            clock.spend(95 * MILLISECOND)
+        if number == 11:
+            model = run.model("imu")
+            seen.append((model["scheduled"], model["waiting"], clock.now() // MILLISECOND))
+
+    sampler.work = work
+    run.until(SECOND)
+    late, on_time = (11, 9, 195), (20, 0, 200)
+    assert seen == [on_time if policy == "skip" else late]
