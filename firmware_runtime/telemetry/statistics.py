@@ -155,7 +155,7 @@ class Statistics:
             "returned_after_us": fields["returned_ns"] / 1000 if fields["irregular"] > 0 else None,
             "lateness_us": self._times(Histogram(self.cells[self.layout.lateness(index)])),
             "step_us": self._times(own_time),
-            "load": None if self.is_virtual else self._share(own_time.sum),
+            "load": self._share(own_time.sum) if own_time.sum > 0 else None,
         }
 
     def _waiting(self, index: int) -> int:
