@@ -6,12 +6,15 @@ its folder would replace an editable installation. What the extra lists is on th
 
 import shlex
 import sys
-from importlib.metadata import requires
+from importlib import import_module
 
 
 def install_command(extra: str) -> str:
     """Give the command that installs what an extra lists, for the Python that is running."""
-    listed = [each.partition(";") for each in requires("firmware-runtime") or ()]
+    listed = [
+        each.partition(";")
+        for each in import_module("importlib.metadata").requires("firmware-runtime") or ()
+    ]
     wanted = [
         package.strip()
         for package, _, condition in listed

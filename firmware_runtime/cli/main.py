@@ -8,7 +8,6 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.metadata import version
 
 from firmware_runtime.cli.parser import Parser
 from firmware_runtime.cli.readers_gone import (
@@ -93,6 +92,15 @@ def _carried_out(parsed: argparse.Namespace) -> int:
     return status
 
 
+class _ShowVersion(argparse.Action):
+    """Looks the version up when it is asked for: that takes longer than the rest of the start."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print it, and end."""
+        version: str = import_module("importlib.metadata").version("firmware-runtime")
+        parser.exit(message=f"{parser.prog} {version}\n")
+
+
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The command line with the verb that `words` begin with, or with all if that is none."""
     top = Parser(
@@ -105,7 +113,11 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
-        "-V", "--version", action="version", version=f"%(prog)s {version('firmware-runtime')}"
+        "-V",
+        "--version",
+        action=_ShowVersion,
+        nargs=0,
+        help="show program's version number and exit",
     )
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
     asked_for = [VERBS[word] for word in words[:1] if word in VERBS]

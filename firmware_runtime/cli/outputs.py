@@ -91,20 +91,29 @@ class Outputs:
                 f"its outputs go off by {', '.join(theirs)}, here by {', '.join(own)}; expected "
                 "the same settings"
             )
-        return None
+        return self._unserved()
 
     def reach(self) -> None:
         """Open every bus and port, and keep them open. Raises HalError where one cannot be."""
         if self._doubles is None:
             for name, line in (self._board.settings.buses | self._board.ports).items():
                 check_node(name, line.device)
-        self._open()
+            self._open()
 
     def close(self) -> None:
         """Release the buses."""
         if self._opened is not None:
             close_lines(self._opened[0])
             self._opened = None
+
+    def _unserved(self) -> str | None:
+        """Why doubles cannot be switched off, if so: they are not served, or do not answer."""
+        if self._doubles is not None:
+            try:
+                self._open()
+            except (HalError, BoardError) as error:
+                return text_of(error)
+        return None
 
     def _take_up_settings_for(self, outputs: list[str]) -> bool:
         """Whether the settings that the run keeps mean these outputs; if so, they count."""

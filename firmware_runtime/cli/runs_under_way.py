@@ -5,7 +5,7 @@ processes that have the board's lines open lead to it, as far as this user may l
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock
 from importlib import import_module
@@ -14,7 +14,7 @@ from pathlib import Path
 from boards.registry import Board
 from firmware_runtime.service.watched_run import WatchedRun
 from firmware_runtime.system.files import THIS_MACHINE
-from firmware_runtime.system.holders import holders
+from firmware_runtime.system.holders import Holder, holders
 from firmware_runtime.telemetry.statistics_file import STATISTICS
 
 
@@ -42,12 +42,17 @@ def run_at(statistics: Path, places: Sequence[str]) -> WatchedRun | None:
     return None
 
 
-def statistics_of_holders(lines: Sequence[str]) -> Iterator[tuple[Path, Path]]:
-    """The statistics that processes keep open which have these lines open.
+def holders_of(lines: Sequence[str]) -> list[Holder]:
+    """The processes that have these lines open, as far as this user may look into them."""
+    return holders(THIS_MACHINE, lines).found
+
+
+def statistics_of(found: Iterable[Holder]) -> Iterator[tuple[Path, Path]]:
+    """The statistics that these processes keep open.
 
     Each as a path to the very file, by its descriptor, and as the path that it had when opened.
     """
-    for process in sorted({each.process for each in holders(THIS_MACHINE, lines).found}):
+    for process in sorted({each.process for each in found}):
         yield from _statistics_of(Path("/proc", str(process)))
 
 

@@ -7,7 +7,7 @@ What is said to be off has stayed off, as far as it can be read back, with every
 knowing that it must not drive.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic_ns
@@ -15,16 +15,18 @@ from time import monotonic_ns
 from boards.registry import Board
 from firmware_runtime.cli.outputs import Outputs, switched_off
 from firmware_runtime.cli.runs_under_way import (
+    holders_of,
     is_driven,
     lines_of,
     run_at,
-    statistics_of_holders,
+    statistics_of,
 )
 from firmware_runtime.cli.settings_in_force import kept_settings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.service.control import control_path, post
 from firmware_runtime.service.watched_run import WatchedRun
+from firmware_runtime.system.holders import Holder
 from firmware_runtime.telemetry.errors import StatisticsFileError
 
 BETWEEN = 20 * MILLISECOND
@@ -50,6 +52,7 @@ class SwitchingOff:
         self._statistics = statistics
         self._runs: dict[int, WatchedRun] = {}
         self._is_driven = False
+        self._holders: list[Holder] = []
         self.statistics_found: set[Path] = set()
         """Where else the runs that were found keep their statistics."""
 
@@ -61,7 +64,8 @@ class SwitchingOff:
     def find_runs(self) -> None:
         """Take it from every run that has the lines; looks through all processes."""
         self._is_driven = is_driven(self._lines)
-        for file, name in statistics_of_holders(self._lines):
+        self._holders = holders_of(self._lines)
+        for file, name in statistics_of(self._holders):
             self._take_from(file, name)
             self.statistics_found.add(name)
 
@@ -88,7 +92,7 @@ class SwitchingOff:
                 since = monotonic_ns()
             now = monotonic_ns()
             if (not on and now - since >= must_stay) or now >= give_up_at or wait():
-                return on + self._unseen_at_risk()
+                return [*on, *self._who_may(on), *self._unseen_at_risk()]
 
     def warnings(self) -> list[str]:
         """What is to be said of runs that live."""
@@ -144,6 +148,12 @@ class SwitchingOff:
         for run in self._runs.values():
             if not run.was_asked_to_stop:  # a guard has taken it since
                 run.take_right(asked_for=True)
+
+    def _who_may(self, on: list[str]) -> Iterator[str]:
+        """Who has the lines open, where something is on."""
+        processes = {(each.process, each.command) for each in self._holders} if on else ()
+        for process, command in sorted(processes):
+            yield f"process {process} ({command}) has {', '.join(self._lines)} open"
 
     def _living(self) -> list[int]:
         return [pid for pid, run in self._runs.items() if not run.has_ended]

@@ -16,7 +16,7 @@ from firmware_runtime.cli.settings_in_force import (
     kept_for,
     kept_settings,
 )
-from firmware_runtime.hal.errors import BusAbsent
+from firmware_runtime.hal.errors import BusAbsent, BusFault
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.telemetry.errors import StatisticsFileError
 
@@ -60,6 +60,11 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
     assert set(addresses) == {reached}
 
 
+def agrees(outputs: Outputs, run: dict[str, list[str]]) -> bool:
+    """Whether nothing but that no doubles are served speaks against it."""
+    return "no doubles are served here" in str(outputs.objection(run))
+
+
 def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path: Path) -> None:
     doubles = tmp_path / "doubles.socket"
     outputs = Outputs(boards.registry.load("tachobot"), doubles, tmp_path / "x.stats")
@@ -68,7 +73,7 @@ def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path
     assert against is not None
     assert f"go off by {doubles} 0x42: fd10, here by" in against
     tuned = boards.registry.load("tachobot", ["controller.yaw.kp=0.5"])
-    assert outputs.objection({"switched_off": switched_off(tuned, doubles)}) is None
+    assert agrees(outputs, {"switched_off": switched_off(tuned, doubles)})
 
 
 def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> None:
@@ -84,11 +89,11 @@ def test_settings_that_the_run_keeps_count_from_then_on(tmp_path: Path) -> None:
     outputs = Outputs(boards.registry.load("tachobot"), doubles, statistics)
     moved = boards.registry.load("tachobot", ["thrust_pairs.address=0x42"])
     run = {"switched_off": switched_off(moved, doubles)}
-    assert outputs.objection(run) is not None
+    assert not agrees(outputs, run)
     keep_settings(moved, statistics)
-    assert outputs.objection(run) is None
+    assert agrees(outputs, run)
     forget_settings(statistics)
-    assert outputs.objection(run) is None
+    assert agrees(outputs, run)
 
 
 def test_kept_settings_are_those_of_the_run_overrides_included(tmp_path: Path) -> None:
@@ -153,3 +158,42 @@ def test_settings_as_earlier_versions_kept_them_are_taken(tmp_path: Path) -> Non
 def test_a_fifo_in_place_of_settings_is_none(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "x.settings")
     assert kept_settings(tmp_path / "x.stats") is None
+
+
+def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """No descriptor, no memory, no leave any more: what is open still works."""
+    addresses: list[int] = []
+
+    class FailingOnce(NotedBus):
+        def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+            super().transaction(address, messages)
+            if len(addresses) == 1:
+                raise BusFault("i2c1 0x40: the adapter reported a fault")
+            return b""
+
+    opened: list[I2cBus] = []
+
+    def open_i2c(name: str, path: str, *, alone: bool) -> I2cBus:
+        assert not alone
+        if opened:
+            raise BusAbsent(f"{name}: {path} cannot be opened (Too many open files)")
+        opened.append(FailingOnce(name, addresses))
+        return opened[0]
+
+    monkeypatch.setattr(lines, "open_i2c", open_i2c)
+    board = boards.registry.load("tachobot", ["buses.i2c1.attempts=1"])
+    outputs = Outputs(board, None, tmp_path / "x.stats")
+    outputs.prepare()
+    assert outputs.make_safe() == ["i2c1 0x40: the adapter reported a fault"]
+    assert outputs.make_safe() == []
+    assert addresses == [0x40, 0x40]
+
+
+def test_doubles_that_are_not_served_are_an_objection(tmp_path: Path) -> None:
+    board, doubles = boards.registry.load("tachobot"), tmp_path / "doubles.socket"
+    outputs = Outputs(board, doubles, tmp_path / "x.stats")
+    outputs.prepare()
+    run = {"switched_off": switched_off(board, doubles)}
+    assert "no doubles are served here" in str(outputs.objection(run))

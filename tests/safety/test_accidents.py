@@ -12,6 +12,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.cli.settings_in_force import forget_settings, kept_settings
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from tests.support.guarded_run import guarded_run
+from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
@@ -153,3 +154,29 @@ def test_settings_that_may_not_be_removed_are_no_failure(tmp_path: Path) -> None
     (tmp_path / "x.settings").mkdir()
     forget_settings(tmp_path / "x.stats")
     assert kept_settings(tmp_path / "x.stats") is None
+
+
+def test_a_guard_whose_group_has_no_more_memory_switches_off(tmp_path: Path) -> None:
+    """What it has stays with the group it came from; here is hardly a page for anything new."""
+    with memory_limit(256 << 10) as group, guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        enter(group, run.guard.pid)
+        run.signal(signal.SIGKILL)
+        wait_until(lambda: run.is_off, "the guard has switched off", run.errors)
+        assert run.guard.poll() is None
+        assert killed_by_memory(group) == 0
+
+
+def test_sigterm_ends_a_run_whose_errors_are_a_full_pipe(tmp_path: Path) -> None:
+    program = (
+        "import os, sys; from firmware_runtime.cli.main import main;"
+        "full = os.pipe(); os.dup2(full[1], 2); os.set_blocking(2, False);\n"
+        "try:\n"
+        "    while True: os.write(2, bytes(4096))\n"
+        "except BlockingIOError: os.set_blocking(2, True)\n"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    with guarded_run(tmp_path, program=program) as run:
+        run.signal(signal.SIGTERM)
+        assert run.run.wait(PATIENCE_S) == 128 + signal.SIGTERM
+        assert run.is_off

@@ -29,6 +29,10 @@ class GuardedRun:
         self.run: subprocess.Popen[str]
         self.guard: subprocess.Popen[str] | None = None
         self._errors = directory / "stderr.log"
+        self._lines: list[dict[str, Any]] = []
+        self._outputs: dict[str, float] = {}
+        self._read_up_to = 0
+        self._command: tuple[list[object], str] = ([], "")
         self._stack = ExitStack()
 
     def start(
@@ -49,11 +53,26 @@ class GuardedRun:
             self.guard = self._start("guard", self.robot, "--doubles", self.socket)
             assert self.guard.stdout is not None
             assert "watching" in self.guard.stdout.readline()
-        arguments = ["run", board, "--doubles", self.socket, "--for", "600", "--json", *words]
+        arguments: list[object] = [
+            "run",
+            board,
+            "--doubles",
+            self.socket,
+            "--for",
+            "600",
+            "--json",
+            *words,
+        ]
         arguments += ["--supervised", "--arm"] if supervised else []
         if not guard:
             arguments += ["--set", "arming.demand_guard=false"]
         self.environment |= environment
+        self._command = arguments, program
+        self.run_again()
+
+    def run_again(self) -> None:
+        """Start the run, as it was started before, and wait until it drives."""
+        arguments, program = self._command
         self.run = self._start(*arguments, program=program)
         wait_until(self._is_driving, "the motors are driven", self._against_arming)
 
@@ -78,18 +97,21 @@ class GuardedRun:
     # What the doubles saw -------------------------------------------------------------------------
 
     def lines(self) -> list[dict[str, Any]]:
-        """The log's whole lines."""
-        if not self.log.exists():
-            return []
-        return [
-            json.loads(line)
-            for line in self.log.read_text().splitlines(keepends=True)
-            if line.endswith("\n")
-        ]
+        """The log's whole lines; those that were read before are kept."""
+        if self.log.exists():
+            with self.log.open("rb") as file:
+                file.seek(self._read_up_to)
+                whole = file.read().rpartition(b"\n")[0]
+            new = [json.loads(line) for line in whole.splitlines()]
+            self._read_up_to += len(whole) + 1 if whole else 0
+            self._lines += new
+            self._outputs |= {line["output"]: line["value"] for line in new if "output" in line}
+        return self._lines
 
     def outputs(self) -> dict[str, float]:
         """What each output that ever changed stands at."""
-        return {line["output"]: line["value"] for line in self.lines() if "output" in line}
+        self.lines()
+        return self._outputs
 
     def _is_driving(self) -> bool:
         assert self.run.poll() is None, self._errors.read_text()

@@ -5,6 +5,7 @@ FIRMWARE_RUNTIME_SAFETY_TABLE=docs/safety.md .venv/bin/python -m pytest tests/sa
 
 import os
 import platform
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,17 +41,22 @@ class SafetyTable:
     def keep(self) -> None:
         """Write the table into the document that is named, if one is; it must have every way."""
         if path := os.environ.get("FIRMWARE_RUNTIME_SAFETY_TABLE"):
-            document = Path(path)
-            before, _, rest = document.read_text().partition(BEGIN)
-            after = rest.partition(END)[2]
-            document.write_text(before + self._text() + after)
+            written_between(BEGIN, END, Path(path), [machine(), "", *_HEAD, *map(str, self._rows)])
         written = DOCUMENT.read_text()
         missing = [row.way for row in self._rows if f"| {row.way} |" not in written]
         assert not missing, f"{DOCUMENT} has no row of {missing}; write it as this module says"
 
-    def _text(self) -> str:
-        where = (
-            f"Measured with {os.cpu_count()} cores, Linux {platform.release().split('-')[0]}, "
-            f"{platform.machine()}, {platform.python_implementation()} {platform.python_version()}."
-        )
-        return "\n".join([BEGIN, where, "", *_HEAD, *map(str, self._rows), END])
+
+def machine() -> str:
+    """What the times were measured on."""
+    return (
+        f"Measured with {os.cpu_count()} cores, Linux {platform.release().split('-')[0]}, "
+        f"{platform.machine()}, {platform.python_implementation()} {platform.python_version()}."
+    )
+
+
+def written_between(begin: str, end: str, document: Path, lines: Sequence[str]) -> None:
+    """Put these lines between two marks of a document, instead of what stands there."""
+    before, _, rest = document.read_text().partition(begin)
+    text = "\n".join([begin, *lines, end])
+    document.write_text(before + text + rest.partition(end)[2])
