@@ -90,9 +90,12 @@ class SwitchingOff:
                 on += self.make_safe()
                 self._take_again()
                 since = monotonic_ns()
-            now = monotonic_ns()
-            if (not on and now - since >= must_stay) or now >= give_up_at or wait():
+            elif monotonic_ns() - since >= must_stay:
+                return self._unseen_at_risk()
+            if monotonic_ns() >= give_up_at:
                 return [*on, *self._who_may(on), *self._unseen_at_risk()]
+            if wait():
+                return [*on, *self._who_may(on), f"not looked at for {must_stay / SECOND:g} s"]
 
     def warnings(self) -> list[str]:
         """What is to be said of runs that live."""
@@ -126,9 +129,8 @@ class SwitchingOff:
         if run is None:
             return
         pid = run.writer["pid"]
-        if pid in self._runs:
-            run.close()
-            return
+        if pid in self._runs:  # what a process has open counts, not what lies where it was made
+            self._runs[pid].close()
         self._runs[pid] = run
         if not run.take_right(asked_for=True):
             post(control_path(name), "disarm")

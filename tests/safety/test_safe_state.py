@@ -71,6 +71,17 @@ def test_a_run_with_its_statistics_elsewhere_is_found(tmp_path: Path) -> None:
         assert run.is_off
 
 
+def test_a_run_whose_file_was_replaced_by_a_copy_is_found(tmp_path: Path) -> None:
+    statistics = tmp_path / "tachobot.stats"
+    with guarded_run(tmp_path, guard=False) as run:
+        whole = statistics.read_bytes()
+        statistics.unlink()
+        statistics.write_bytes(whole)
+        assert safe_state(run) == (0, "")
+        wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")
+        assert run.is_off
+
+
 def test_a_run_that_is_stopped_is_off_and_comes_back_disarmed(tmp_path: Path) -> None:
     with guarded_run(tmp_path, guard=False) as run:
         run.signal(signal.SIGSTOP)
