@@ -201,9 +201,14 @@ class GuardedRun:
 
 
 def answer_like_chips(doubles: int) -> None:
-    """Let a server of doubles answer whatever else runs, as chips do; needs leave to ask for it."""
+    """Let a server of doubles answer whatever else runs, as chips do."""
+    as_fifo(doubles, 99)
+
+
+def as_fifo(process: int, priority: int) -> None:
+    """Run a process before ordinary ones, as a unit does; needs leave to ask for it."""
     with suppress(PermissionError):
-        os.sched_setscheduler(doubles, os.SCHED_FIFO, os.sched_param(99))
+        os.sched_setscheduler(process, os.SCHED_FIFO, os.sched_param(priority))
 
 
 @contextmanager
