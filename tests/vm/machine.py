@@ -13,6 +13,8 @@ from tests.vm.image import Image
 QEMU: Final = "qemu-system-x86_64"
 PROCESSORS, MEMORY_MB = 2, 1024
 PROBE_S: Final = 15
+BOOT_S: Final = 240.0
+"""Longer than it takes to come up and carry out the first check."""
 SILENCE_S: Final = 600.0
 """Longer than any check takes."""
 KERNEL_LINE: Final = (
@@ -44,7 +46,8 @@ def booted(
     """Boot the guest; yields the lines that its checks write, until it powers itself off.
 
     Nothing the guest does reaches the image, but it outlives a reboot. The lines end early when
-    `limit_s` is over or none came for SILENCE_S; the machine ends with the block.
+    `limit_s` is over or none came for SILENCE_S (the first: BOOT_S); the machine ends with the
+    block.
     """
     command = _command(image, carried, logs, accel)
     with (logs / "qemu.log").open("wb") as errors:
@@ -60,13 +63,15 @@ def booted(
 
 
 def _lines(output: IO[bytes], give_up_at: float) -> Iterator[str]:
+    silence_s = BOOT_S
     while True:
-        patience_s = min(SILENCE_S, give_up_at - monotonic())
+        patience_s = min(silence_s, give_up_at - monotonic())
         if not select([output], (), (), max(patience_s, 0))[0]:
             return
         line = output.readline()
         if not line:
             return
+        silence_s = SILENCE_S
         yield line.decode(errors="replace").rstrip("\n")
 
 
