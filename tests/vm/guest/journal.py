@@ -80,7 +80,7 @@ def the_journal_has_a_summary_a_minute_and_no_line_a_cycle() -> str:
 
 
 def _episodes() -> list[dict[str, Any]]:
-    return [each for each in entries(TACHOBOT) if "LATE_US" in each]
+    return [each for each in entries(TACHOBOT) if "LATE_US" in each and "PERIOD_US" in each]
 
 
 CHECKS: Final[tuple[Check, ...]] = (
