@@ -13,10 +13,11 @@ in a row with warm caches.
 import gc
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from time import monotonic_ns, process_time_ns
 
-from benchmarks.accounting_models import PERIOD, HastyClock, S, configuration, tickers
+from benchmarks.accounting_models import HastyClock, S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.inbox import Inbox
@@ -56,9 +57,10 @@ def recorded(count: int, steps: int, directory: Path) -> float:
 
 def loop(count: int, steps: int, directory: Path) -> float:
     """Microseconds from one wait of the executive to the next."""
-    clock = StopwatchClock(WARM_UP)
+    clock = StopwatchClock(WARM_UP, steps)
     executive = Executive(tickers(count), clock, list, configuration(directory, recorded=True))
-    executive.run(PERIOD * (WARM_UP + steps))
+    clock.when_done = partial(executive.request_stop, "measured")
+    executive.run()
     return clock.spent / clock.passes / 1000
 
 
@@ -105,12 +107,17 @@ class AccountedStep:
 
 
 class StopwatchClock(HastyClock):
-    """Adds up the time from one wait to the next in `spent`, ns; the first ones do not count."""
+    """Adds up the time from one wait to the next in `spent`, ns; the first ones do not count.
 
-    def __init__(self, leave_out: int) -> None:
+    After `passes` that count it calls `when_done`: a machine that stood still has skipped some.
+    """
+
+    def __init__(self, leave_out: int, passes: int) -> None:
         super().__init__()
         self.spent = 0
         self.passes = -1 - leave_out
+        self.when_done: Callable[[], None]
+        self._wanted = passes
         self._left_at = 0
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
@@ -119,6 +126,8 @@ class StopwatchClock(HastyClock):
         self.passes += 1
         if self.passes > 0:
             self.spent += entered_at - self._left_at
+        if self.passes == self._wanted:
+            self.when_done()
         super().wait(until, sources)
         self._left_at = monotonic_ns()
         return []

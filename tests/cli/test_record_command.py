@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -29,14 +30,17 @@ def test_two_runs_leave_two_files_that_the_other_verbs_read(
     words = ["record", "tachobot", "--into", str(folder), "--statistics", str(kept)]
     with subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, text=True) as recorder:
         assert recorder.stdout is not None
-        assert "waiting for a run" in recorder.stdout.readline()
-        for _ in range(2):
-            run = ["run", "tachobot", "--doubles", "--for", "1", "--statistics", str(kept)]
-            subprocess.run([*COMMAND, *run], check=True, capture_output=True)
-            said = next(line for line in recorder.stdout if "the run is over" in line)
-            assert "its statistics are kept" in said
-        recorder.send_signal(signal.SIGTERM)
-        assert recorder.wait(PATIENCE_S) == 0
+        with ExitStack() as at_failure:
+            at_failure.callback(recorder.kill)
+            assert "waiting for a run" in recorder.stdout.readline()
+            for _ in range(2):
+                run = ["run", "tachobot", "--doubles", "--for", "1", "--statistics", str(kept)]
+                subprocess.run([*COMMAND, *run], check=True, capture_output=True)
+                said = next(line for line in recorder.stdout if "the run is over" in line)
+                assert "its statistics are kept" in said
+            recorder.send_signal(signal.SIGTERM)
+            assert recorder.wait(PATIENCE_S) == 0
+            at_failure.pop_all()
     first, second = (folder / f"tachobot-000{number}.stats" for number in (1, 2))
     assert [imu_of(read_statistics(each).as_json())["scheduled"] for each in (first, second)] == [
         101,
