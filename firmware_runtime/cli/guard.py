@@ -3,24 +3,31 @@
 import argparse
 import sys
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
+from time import monotonic_ns
+from typing import Final
 
 from boards.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.outputs import Outputs
+from firmware_runtime.cli.restarting import counted
 from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.until_signal import until_signal
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
 from firmware_runtime.service.guard import Guard
 from firmware_runtime.service.notices import Notices
+from firmware_runtime.service.restarts import Restarts
 from firmware_runtime.system.sentences import Sentences
 from firmware_runtime.telemetry.paths import default_path
 from firmware_runtime.telemetry.refusals import refusals
 from firmware_runtime.telemetry.takeovers import TakeoverFile
 
+START_WITHIN: Final = 60 * SECOND
+"""How long a start may take, ns: `TimeoutStartSec=` of the unit."""
 _ABOUT = """
 It holds the buses and the run's heartbeat, nothing else, and acts within 0.2 s ([guard] stall_s of
 the board): full-off to every chip, again until all have acknowledged. What it switched off stays
@@ -55,8 +62,16 @@ def execute(arguments: argparse.Namespace) -> int:
     """
     board = chosen_board(arguments.board, arguments.assignments)
     path = arguments.statistics or default_path(board.name)
-    outputs = Outputs(board, arguments.doubles, path)
     notices = Notices.from_environment()
+    watch = partial(_watch, board, path, arguments.doubles, notices)
+    counted_at = path.with_stem(f"{path.stem}-guard")  # its starts, not those of the run
+    return counted(watch, counted_at, notices, START_WITHIN, "nothing is watched")
+
+
+def _watch(
+    board: Board, path: Path, doubles: Path | None, notices: Notices, restarts: Restarts | None
+) -> int:
+    outputs = Outputs(board, doubles, path)
     printed, errors = Sentences(sys.stdout), Sentences(sys.stderr)
 
     def say(what: str) -> None:
@@ -68,17 +83,18 @@ def execute(arguments: argparse.Namespace) -> int:
     outputs.prepare()
     with in_force(_asked(board), MonotonicClock()) as granted, until_signal() as signal:
         if not board.settings.executive.lock_memory:
-            del granted[
-                "lock_memory"
-            ]  # not asked for by the board: where it is not granted, so be it
+            del granted["lock_memory"]  # not the board's wish: where it is refused, so be it
         for refusal in refusals({"settings": granted}):
             say(refusal)
         say(f"watching {path}")
         notices.ready()
+        begun_at = monotonic_ns()
         while not signal.came:
             guard.look()
             with suppress(MemoryError):
                 notices.alive()
+                if restarts is not None:
+                    restarts.attend(monotonic_ns() - begun_at, SECOND)
             guard.wait(signal.fileno())
     notices.stopping()
     outputs.close()

@@ -17,16 +17,21 @@ _GOOD = {Status.OK, Status.BAD_INPUT, Status.INTERRUPTED, Status.TERMINATED, Sta
 
 
 def counted(
-    run: Callable[[Restarts | None], int], statistics: Path | None, notices: Notices, within: int
+    run: Callable[[Restarts | None], int],
+    statistics: Path | None,
+    notices: Notices,
+    within: int,
+    meanwhile: str = "outputs are off",
 ) -> int:
     """Run where a manager starts it again and again: wait if the last starts failed, and count.
 
-    `within` is how long the start may take after the wait, ns. SIGTERM ends the wait.
+    `within` is how long the start may take after the wait, ns; `meanwhile` is what holds during
+    the wait. SIGTERM ends it.
     """
     if statistics is None or not notices.is_there:
         return run(None)
     restarts = Restarts(statistics)
-    if _is_told_to_stop(restarts, notices, within):
+    if _is_stopped(restarts, notices, within, meanwhile):
         _forget(restarts)
         return Status.TERMINATED
     with suppress(OSError):  # no place for statistics either: the run says so itself
@@ -41,12 +46,12 @@ def counted(
     return status
 
 
-def _is_told_to_stop(restarts: Restarts, notices: Notices, within: int) -> bool:
+def _is_stopped(restarts: Restarts, notices: Notices, within: int, meanwhile: str) -> bool:
     """Wait as long as this start must; whether a signal came meanwhile."""
     if restarts.wait == 0:
         return False
     wait_s = restarts.wait / SECOND
-    said = f"the last {restarts.failed} starts failed: waits {wait_s:g} s, outputs are off"
+    said = f"the last {restarts.failed} starts failed: waits {wait_s:g} s, {meanwhile}"
     with until_signal() as signal:
         notices.progress(said, restarts.wait + within)
         return signal.wait(wait_s)

@@ -6,14 +6,15 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
 from firmware_runtime.service.restarts import Restarts, read_starts
 
-COMMAND = (sys.executable, "-m", "firmware_runtime.cli", "run", "tachobot", "--doubles")
+PROGRAM = (sys.executable, "-m", "firmware_runtime.cli")
+COMMAND = (*PROGRAM, "run", "tachobot", "--doubles")
 LONG_S = 60.0
 
 
@@ -27,9 +28,9 @@ class Manager:
         self._socket.bind(str(self._notify))
         self._socket.settimeout(LONG_S)
 
-    def start(self, *words: str) -> "subprocess.Popen[bytes]":
+    def start(self, *words: str, command: Sequence[str] = COMMAND) -> "subprocess.Popen[bytes]":
         return subprocess.Popen(
-            [*COMMAND, "--statistics", str(self.statistics), *words],
+            [*command, "--statistics", str(self.statistics), *words],
             env={**os.environ, "NOTIFY_SOCKET": str(self._notify)},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
@@ -108,3 +109,21 @@ def test_a_run_that_no_manager_starts_is_not_counted(tmp_path: Path) -> None:
     done = subprocess.run([*COMMAND, *words], capture_output=True, timeout=LONG_S, check=True)
     assert json.loads(done.stdout)["ended"]["state"] == "ended"
     assert read_starts(statistics) is None
+
+
+@pytest.mark.slow
+def test_a_guard_that_dies_again_and_again_leaves_the_processor_to_others(manager: Manager) -> None:
+    guard = (*PROGRAM, "guard", "tachobot")
+    for _ in range(2):
+        watching = manager.start(command=guard)
+        manager.wait_for("READY=1")
+        watching.kill()
+        watching.wait(LONG_S)
+    assert manager.failed is None
+    watching = manager.start(command=guard)
+    said = manager.wait_for("EXTEND_TIMEOUT_USEC")
+    assert "the last 2 starts failed: waits 0.5 s, nothing is watched" in said
+    manager.wait_for("READY=1")
+    watching.send_signal(signal.SIGTERM)
+    assert watching.wait(LONG_S) == 0
+    assert read_starts(manager.statistics.with_stem("tachobot-guard")) is None
