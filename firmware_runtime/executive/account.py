@@ -13,8 +13,9 @@ written at once. Hence the identity
 
     scheduled = run + skipped + coalesced
 
-The deadline of the next activation stands in the file beside them. By it a reader sees what is due
-by the clock and has not run, whether or not the loop ever gets there (`telemetry.overdue`).
+The deadline of the next activation stands in the file beside them, and whether the model is still
+within the period before it. By these a reader sees what is due by the clock and has not run,
+whether or not the loop ever gets there (`telemetry.overdue`).
 
 An overrun is an activation that ran later than the tolerance. An episode is a row of overruns and
 skips that no activation on time interrupts: one stall is one episode, whatever the policy.
@@ -32,7 +33,7 @@ from firmware_runtime.executive.step import Step
 from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.telemetry.layout import MODEL, Layout
 
-_BY_ACTIVATION = MODEL.index("due_ns") + 1
+_BY_ACTIVATION = MODEL.index("is_in_period") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
 """What changes with each activation: packed at once, which costs little more than one counter."""
 NOTHING, TOOK_PART, RAN = range(3)
@@ -45,7 +46,8 @@ class ModelAccount(ABC):
 
     `number` is the model's place among the step's own times, `index` among the file's models; `due`
     is the deadline of the next activation, NEVER if none is planned, and `booked` the instant of
-    the model's next event. During a step `noted` and the like say what happened; `settle` moves it
+    the model's next event. It `is_in_period` while phases of the activation before are
+    still to come. During a step `noted` and the like say what happened; `settle` moves it
     into the cells. Of the episode under way, or the last one, there is the latest activation, ns,
     how many were missed, and the `cause` of the first overrun, as the ledger found it.
     """
@@ -63,6 +65,7 @@ class ModelAccount(ABC):
         "in_episode",
         "index",
         "irregular",
+        "is_in_period",
         "late_by",
         "lateness",
         "latest_in_episode",
@@ -102,7 +105,7 @@ class ModelAccount(ABC):
         self.irregular = 0
         self.reactions = 0
         self._last_late = 0
-        self.in_episode = False
+        self.in_episode = self.is_in_period = False
         self.latest_in_episode = 0
         self.missed_in_episode = 0
         self.cause = ""
@@ -181,6 +184,7 @@ class ModelAccount(ABC):
             self.episodes,
             self._last_late,
             self.due,
+            self.is_in_period,
         )
 
     def count_reaction(self) -> None:

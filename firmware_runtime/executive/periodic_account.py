@@ -213,6 +213,7 @@ class PeriodicAccount(ModelAccount):
             if self._came_back_after > 0:
                 self.count_irregular(self._came_back_after)
                 self._came_back_after = 0
+        self.is_in_period = self.booked < self.due and self._moved_at == NEVER
         self.write()
         return ran
 

@@ -43,6 +43,7 @@ MODEL = (
     "episodes",
     "last_late_ns",
     "due_ns",
+    "is_in_period",
     "irregular",
     "returned_ns",
     "reactions",

@@ -5,8 +5,9 @@ that a reader knows the present instant of a run that is under way, however long
 stuck, and the last one of a run whose process is gone.
 
 - While the process lives, an activation that is due waits for its turn, as long as its model's next
-  one is not due too. Of two, one has not run: it counts as skipped, as the loop will count it. But
-  where the policy is to catch up, all of them wait: each will run.
+  one is not due too. Of two, one has not run: it counts as skipped, as the loop will count it. A
+  model that is still within its period waits with that one's later phases: what falls due before
+  they are over is skipped. But where the policy is to catch up, all of them wait: each will run.
 - When the process is gone without having ended the run, nothing waits any more: what was due by the
   last instant written has been skipped.
 - A run that has ended has counted this itself.
@@ -19,7 +20,9 @@ from typing import Any
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, MODEL, STATE, WRITTEN, Layout
 
-_SCHEDULED, _SKIPPED, _DUE = map(MODEL.index, ("scheduled", "skipped", "due_ns"))
+_SCHEDULED, _SKIPPED, _DUE, _IS_IN_PERIOD = map(
+    MODEL.index, ("scheduled", "skipped", "due_ns", "is_in_period")
+)
 
 
 def count_overdue(
@@ -40,18 +43,23 @@ def count_overdue(
         due = cells[first + _DUE]
         if due > now:
             continue
-        number = _dropped(now - due, stated) if is_alive else due_since(now - due, stated)
+        if is_alive:
+            number = _dropped(now - due, stated, is_in_period=cells[first + _IS_IN_PERIOD] != 0)
+        else:
+            number = due_since(now - due, stated)
         cells[first + _SCHEDULED] += number
         cells[first + _SKIPPED] += number
 
 
 def waiting(cells: Cells, layout: Layout, header: Mapping[str, Any], index: int) -> int:
     """How many activations of a model are due and wait for their turn, of cells that were read."""
-    due, now = cells[layout.model(index) + _DUE], cells[ELAPSED]
+    first, now = layout.model(index), cells[ELAPSED]
+    due, is_in_period = cells[first + _DUE], cells[first + _IS_IN_PERIOD] != 0
     if "clock_speed" not in header or cells[STATE] != 0 or due > now:
         return 0
     stated = header["models"][layout.models[index]]
-    return due_since(now - due, stated) - _dropped(now - due, stated)
+    dropped = _dropped(now - due, stated, is_in_period=is_in_period)
+    return due_since(now - due, stated) - dropped
 
 
 def due_since(ago: int, stated: Mapping[str, Any]) -> int:
@@ -60,8 +68,9 @@ def due_since(ago: int, stated: Mapping[str, Any]) -> int:
     return 1 if period is None else ago // int(period) + 1
 
 
-def _dropped(ago: int, stated: Mapping[str, Any]) -> int:
+def _dropped(ago: int, stated: Mapping[str, Any], *, is_in_period: bool) -> int:
     """How many of them will not run any more, while the process lives."""
     if stated["policy"] != "skip":
         return 0
-    return max(-(-ago // int(stated["period_ns"])) - 1, 0)
+    missed = -(-ago // int(stated["period_ns"]))
+    return missed if is_in_period else max(missed - 1, 0)

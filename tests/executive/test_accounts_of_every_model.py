@@ -218,3 +218,26 @@ def test_what_is_due_and_will_run_waits_and_what_will_not_is_skipped(policy: str
     run.until(SECOND)
     late, on_time = (11, 9, 195), (20, 0, 200)
     assert seen == [on_time if policy == "skip" else late]
+
+
+def test_no_counter_goes_back_while_a_late_model_is_within_its_period() -> None:
+    class Two(Coupled):
+        def __init__(self) -> None:
+            super().__init__("robot")
+            self.busy = self.add(Phased("busy", SECOND, (SECOND,), begin_at=15 * MILLISECOND))
+            self.sensor = self.add(Phased("sensor", PERIOD, FIFTY_HZ))
+
+    robot, clock = Two(), StallingClock()
+    run = Run(robot, clock)
+    seen: list[tuple[int, int, int]] = []
+
+    def look(_number: int) -> None:
+        model = run.model("sensor")
+        seen.append((model["run"], model["skipped"], model["waiting"]))
+
+    robot.busy.work = lambda _number: clock.spend(95 * MILLISECOND)
+    robot.sensor.work = look
+    run.until(SECOND - 1)
+    late = [(1, 4, 1), (1, 4, 1), (2, 4, 0), (2, 4, 0)]  # deadlines at 20 to 100 ms, at 110 ms
+    assert seen[3:7] == late
+    assert run.counts("sensor") == (50, 46, 4, 0)
