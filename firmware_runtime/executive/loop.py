@@ -262,6 +262,7 @@ class Executive:
         header = {
             "models": instruments.models(),
             "clock_speed": self.clock.speed,
+            "until_ns": until,
             "conditions": conditions,
         }
         file = StatisticsFile(instruments.layout(), header, path)

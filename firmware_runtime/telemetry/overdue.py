@@ -10,13 +10,15 @@ stuck, and the last one of a run whose process is gone.
   they are over is skipped. But where the policy is to catch up, all of them wait: each will run.
 - When the process is gone without having ended the run, nothing waits any more: what was due by the
   last instant written has been skipped.
-- A run that has ended has counted this itself.
+- A run that has ended has counted this itself, and nothing after the instant at which it is to end
+  belongs to it, however late the loop comes there.
 """
 
 from collections.abc import Mapping
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.telemetry.histogram import Cells
 from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, MODEL, STATE, WRITTEN, Layout
 
@@ -37,7 +39,7 @@ def count_overdue(
         read_at = monotonic_ns()
         cells[ELAPSED] += max(round((read_at - written_at) * speed), 0)
         cells[WRITTEN] = read_at
-    now = cells[ELAPSED]
+    now = _last_instant(cells, header)
     for index, path in enumerate(layout.models):
         first, stated = layout.model(index), header["models"][path]
         due = cells[first + _DUE]
@@ -53,13 +55,18 @@ def count_overdue(
 
 def waiting(cells: Cells, layout: Layout, header: Mapping[str, Any], index: int) -> int:
     """How many activations of a model are due and wait for their turn, of cells that were read."""
-    first, now = layout.model(index), cells[ELAPSED]
+    first, now = layout.model(index), _last_instant(cells, header)
     due, is_in_period = cells[first + _DUE], cells[first + _IS_IN_PERIOD] != 0
     if "clock_speed" not in header or cells[STATE] != 0 or due > now:
         return 0
     stated = header["models"][layout.models[index]]
     dropped = _dropped(now - due, stated, is_in_period=is_in_period)
     return due_since(now - due, stated) - dropped
+
+
+def _last_instant(cells: Cells, header: Mapping[str, Any]) -> int:
+    """The present instant, or the last one of the run if that is over by the clock."""
+    return min(cells[ELAPSED], int(header.get("until_ns", NEVER)))
 
 
 def due_since(ago: int, stated: Mapping[str, Any]) -> int:

@@ -11,6 +11,7 @@ import platform
 from pathlib import Path
 from time import monotonic, sleep
 
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.layout import STATE, WORST, Layout
 from firmware_runtime.telemetry.mapped_file import ReadableFile
@@ -46,6 +47,7 @@ def _read(file: ReadableFile) -> Statistics:
         for path in layout.models:
             stated = header["models"][path]
             _ = (stated["period_ns"] or 0) + stated["tolerance_ns"], stated["policy"]
+        _ = round(SECOND * (header.get("clock_speed") or 1)), int(header.get("until_ns", NEVER))
         refused(header["conditions"])
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise file.damaged(f"its header has no usable {error}") from error

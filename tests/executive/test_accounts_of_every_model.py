@@ -220,24 +220,81 @@ def test_what_is_due_and_will_run_waits_and_what_will_not_is_skipped(policy: str
     assert seen == [on_time if policy == "skip" else late]
 
 
-def test_no_counter_goes_back_while_a_late_model_is_within_its_period() -> None:
-    class Two(Coupled):
-        def __init__(self) -> None:
-            super().__init__("robot")
-            self.busy = self.add(Phased("busy", SECOND, (SECOND,), begin_at=15 * MILLISECOND))
-            self.sensor = self.add(Phased("sensor", PERIOD, FIFTY_HZ))
+class Beside(Coupled):
+    """A 50 Hz sensor, and a model that keeps the loop busy once, `busy_at` ns after the start."""
 
-    robot, clock = Two(), StallingClock()
+    def __init__(self, clock: StallingClock, busy_at: int, busy_for: int) -> None:
+        super().__init__("robot")
+        self.busy = self.add(Phased("busy", SECOND, (SECOND,), begin_at=busy_at))
+        self.sensor = self.add(Phased("sensor", PERIOD, FIFTY_HZ))
+        self.busy.work = lambda _number: clock.spend(busy_for)
+
+
+def readings(robot: Beside, clock: StallingClock, until: int) -> list[tuple[int, ...]]:
+    """What is run, skipped and waiting, as read at each transition of the sensor."""
     run = Run(robot, clock)
-    seen: list[tuple[int, int, int]] = []
+    seen: list[tuple[int, ...]] = []
 
     def look(_number: int) -> None:
         model = run.model("sensor")
         seen.append((model["run"], model["skipped"], model["waiting"]))
 
-    robot.busy.work = lambda _number: clock.spend(95 * MILLISECOND)
     robot.sensor.work = look
-    run.until(SECOND - 1)
-    late = [(1, 4, 1), (1, 4, 1), (2, 4, 0), (2, 4, 0)]  # deadlines at 20 to 100 ms, at 110 ms
-    assert seen[3:7] == late
-    assert run.counts("sensor") == (50, 46, 4, 0)
+    run.until(until)
+    scheduled, executed, skipped, _ = run.counts("sensor")
+    assert scheduled == executed + skipped == deadlines(0, PERIOD, until)
+    return seen
+
+
+def test_no_counter_goes_back_while_a_late_model_is_within_its_period() -> None:
+    clock = StallingClock()
+    seen = readings(Beside(clock, 15 * MILLISECOND, 95 * MILLISECOND), clock, SECOND - 1)
+    # five deadlines have passed at 110 ms; of the first, phases are still to come in the third
+    assert seen[3:7] == [(1, 4, 1), (1, 4, 1), (2, 4, 0), (2, 4, 0)]
+
+
+def test_what_would_be_due_after_the_end_of_the_run_counts_at_no_instant() -> None:
+    clock = StallingClock()
+    seen = readings(Beside(clock, 95 * MILLISECOND, 95 * MILLISECOND), clock, 119 * MILLISECOND)
+    assert {sum(reading) for reading in seen[15:]} == {6}  # at 190 ms, of a run of 119 ms
+
+
+@pytest.mark.parametrize(("begins_again", "counted"), [(0, (9, 9, 0, 0)), (1, (9, 8, 0, 1))])
+def test_an_overdue_event_that_an_answer_leaves_in_place_is_counted_once(
+    begins_again: int, counted: tuple[int, ...]
+) -> None:
+    class Beacon(Actuator):
+        """Acts every 10 ms; answers an input at once, and goes on or begins again."""
+
+        left = 0
+        acted = 0
+
+        def initialize(self) -> None:
+            self.hold_in("waiting", 10 * MILLISECOND)
+
+        def external(self, elapsed: int) -> None:
+            self.left = 10 * MILLISECOND if begins_again else self.sigma - elapsed
+            self.hold_in("answering", 0)
+
+        def internal(self) -> None:
+            self.acted += self.phase == "waiting"
+            left = self.left if self.phase == "answering" else 10 * MILLISECOND
+            self.hold_in("waiting", left)
+
+    class Fed(Coupled):
+        def __init__(self) -> None:
+            super().__init__("robot")
+            self.command = self.in_port("command", int)
+            self.beacon = self.add(Beacon("beacon"))
+            self.busy = self.add(Phased("busy", SECOND, (SECOND,), begin_at=9 * MILLISECOND))
+            self.couple(self.command, self.beacon.command)
+
+    robot, clock = Fed(), StallingClock()
+    robot.busy.work = lambda _number: clock.spend(6 * MILLISECOND)
+    run = Run(robot, clock)
+    post = partial(run.executive.inbox.post, robot.command, 1)
+    clock.at(9_500_000, post)  # handled at 15 ms, when the event at 10 ms is due already
+    run.until(99 * MILLISECOND)
+    assert run.counts("beacon") == counted
+    assert robot.beacon.acted == counted[1]
+    assert run.model("beacon")["reactions"] == 1
