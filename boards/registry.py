@@ -160,7 +160,8 @@ def _board(
     """The board of a table; raises BoardError with every fault, those found before included."""
     kind = table.get("board")
     if kind not in names():
-        fault = f"board: {strict.shown(kind)}: expected one of {_listing()}"
+        found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
+        fault = f"{found}: expected one of {_listing()}"
         raise BoardError(str(source), [*faults, fault])
     definition = _definition(kind)
     settings = strict.convert(table, definition.SETTINGS, faults)
@@ -212,9 +213,9 @@ def _locate(board: str) -> Path:
     if board in names():
         return _FOLDER / board / FILE
     path = Path(board)
-    if path.is_dir():
+    if os.path.isdir(path):  # noqa: PTH112 -- pathlib's raise for a closed folder or a long name
         path /= FILE
-    if path.is_file():
+    if os.path.isfile(path):  # noqa: PTH113
         return path
     raise BoardError(board, [_not_found(board)])
 
@@ -223,9 +224,19 @@ def _not_found(board: str) -> str:
     expected = f"expected one of {_listing()}, or a {FILE} file"
     if not (os.sep in board or Path(board).suffix or os.path.exists(board)):  # noqa: PTH110
         return f"unknown board; {expected}{did_you_mean(board, names())}"
-    if os.path.isdir(board):  # noqa: PTH112 -- pathlib's raise where a folder is closed to this user
+    if os.path.isdir(board):  # noqa: PTH112 -- as above
         return f"no {FILE} in this folder; {expected}"
-    return f"no such file; {expected}"
+    return f"{_why_no_file(board)}; {expected}"
+
+
+def _why_no_file(path: str) -> str:
+    try:
+        os.stat(path)  # noqa: PTH116 -- the same path as above, unaltered
+    except FileNotFoundError:
+        return "no such file"
+    except OSError as error:
+        return f"cannot be found ({error.strerror})"
+    return "no regular file"
 
 
 def _read(source: Path) -> str:

@@ -70,9 +70,13 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "completion", summary, execute)
     verb.epilog = _ABOUT
     verb.add_argument("shell", choices=list(SCRIPTS), help="the shell that reads the script")
-    verb.add_argument(
-        "words", nargs="*", metavar="WORD", help="what has been typed: print how it may go on"
+    words = verb.add_argument(
+        "words",
+        nargs=argparse.REMAINDER,  # a `--` among them is a word that is being typed
+        metavar="WORD",
+        help="what has been typed: print how it may go on",
     )
+    words.required = False
 
 
 def execute(arguments: argparse.Namespace) -> int:

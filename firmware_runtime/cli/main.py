@@ -98,7 +98,8 @@ class _ShowVersion(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print it, and end."""
         version: str = import_module("importlib.metadata").version("firmware-runtime")
-        parser.exit(message=f"{parser.prog} {version}\n")
+        print(f"{parser.prog} {version}")
+        parser.exit()
 
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:
@@ -106,9 +107,9 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     top = Parser(
         prog="firmware-runtime",
         description="Run DEVS models as the firmware of a robot.",
-        epilog="Exit status: 0 done, 1 a model failed, 2 bad input, 3 a bus or chip is missing, or "
-        "the run that was to be told something, 4 some output could not be switched off, "
-        "5 refused to arm or to move, 6 what was waited for did not happen, "
+        epilog="Exit status: 0 done, 1 a model failed or a device was never ready, 2 bad input, "
+        "3 a bus or chip is missing, or there is no run, 4 some output could not be switched off, "
+        "5 refused to arm or to move, 6 timed out waiting for an event, "
         "7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
         "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
     )

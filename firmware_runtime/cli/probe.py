@@ -101,7 +101,7 @@ def _print(probed: Sequence[ProbedBus], fits: Sequence[Fit], unsound: Sequence[s
     if not probed:
         print(_NO_BUS)
     for bus in probed:
-        print(f"{bus.device} ({bus.name or 'name not shown'})")
+        print(f"{bus.device} ({bus.name})" if bus.name else bus.device)
         for found in bus.found:
             print(f"  0x{found.address:02x}  {found.what}")
         if bus.was_asked and not bus.found:

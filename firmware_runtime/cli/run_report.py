@@ -45,7 +45,7 @@ class Report:
     def begin(self) -> None:
         """Say what runs, for how long, and on what."""
         if self._session.replaced is not None:
-            self._say(f"{self._session.replaced}; this run's take its place")
+            self._say(f"{self._session.replaced}; replaced by this run's")
         if self._json:
             return
         board = self._session.board

@@ -67,9 +67,14 @@ def _story(statistics: Mapping[str, Any]) -> str:
     return (
         f"{state} {run['elapsed_s']:.2f} s: {statistics['run']} of "
         f"{statistics['scheduled']} activations run, {statistics['skipped']} skipped, "
-        f"{statistics['coalesced']} coalesced{_waiting(statistics)}; {statistics['overruns']} "
-        f"overruns in {statistics['episodes']} episodes"
+        f"{statistics['coalesced']} coalesced{_waiting(statistics)}; "
+        f"{_counted(statistics['overruns'], 'overrun')} in "
+        f"{_counted(statistics['episodes'], 'episode')}"
     )
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _waiting(statistics: Mapping[str, Any]) -> str:

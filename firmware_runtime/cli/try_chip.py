@@ -149,9 +149,11 @@ def _stopped_by(signal: UntilSignal) -> Status:
 
 def _add_place(verb: argparse.ArgumentParser, chip: Triable) -> None:
     if not isinstance(chip, OnBus):
-        verb.add_argument("--port", default=PORT, metavar="NODE", help=f"serial port; {PORT}")
+        about = f"serial port; default {PORT}"
+        verb.add_argument("--port", default=PORT, metavar="NODE", help=about)
         return
-    verb.add_argument("--bus", default=BUS, metavar="BUS", help=f"number or device node; {BUS}")
+    about = f"number or device node; default {BUS}"
+    verb.add_argument("--bus", default=BUS, metavar="BUS", help=about)
     verb.add_argument(
         "--address",
         type=partial(_address, chip),

@@ -34,8 +34,9 @@ def _find(model: Component, name: str) -> StateDiagram:
     found = found or [each for each in diagrams if _key(each.name) == _key(name)]
     if len(found) != 1:
         problem = "fits several models" if found else "no such model with a state diagram"
-        known = ", ".join(each.path for each in found or diagrams) or "none"
-        raise BoardError(model.path, [f"{name!r}: {problem}; expected one of {known}"])
+        known = ", ".join(each.path for each in found or diagrams)
+        expected = f"expected one of {known}" if known else "this board has none"
+        raise BoardError(model.path, [f"{name!r}: {problem}; {expected}"])
     return found[0]
 
 

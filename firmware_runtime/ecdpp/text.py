@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import BoardError
+from firmware_runtime.telemetry.whole_file import read_file
 
 T = TypeVar("T")
 
@@ -17,9 +18,9 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)", re.ASCII)
 
 
 def read_text(path: Path) -> str:
-    """The file's text; raises BoardError if it cannot be read."""
+    """The file's text; raises BoardError if it cannot be read. A FIFO is not waited for."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_file(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise BoardError(str(path), [f"cannot be read: {error}"]) from error
 

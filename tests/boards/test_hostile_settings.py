@@ -1,6 +1,7 @@
 """Whatever a board's file or an argument holds, it is refused in a sentence or taken; no more."""
 
 import json
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -84,6 +85,21 @@ def test_an_override_without_end_or_of_no_text_is_a_fault(assignment: str) -> No
     with pytest.raises(BoardError) as caught:
         boards.registry.load("tachobot", [assignment])
     assert len(str(caught.value)) < 1000
+
+
+@pytest.mark.parametrize(
+    ("board", "why"),
+    [
+        ("x" * 5000, "unknown board"),
+        ("x" * 5000 + ".toml", "File name too long"),
+        ("nothing.toml", "no such file"),
+        (os.devnull, "no regular file"),
+    ],
+)
+def test_what_is_no_board_file_is_said(board: str, why: str) -> None:
+    with pytest.raises(BoardError) as caught:
+        boards.registry.load(board)
+    assert why in str(caught.value)
 
 
 @pytest.mark.parametrize("depth", [DEEPEST + 1, DEEP])

@@ -56,6 +56,11 @@ def test_every_verb_is_offered_and_has_its_options() -> None:
         assert "--help" in ways_on(verb, "--")
 
 
+def test_two_dashes_that_are_being_typed_are_a_word(command: Callable[..., Any]) -> None:
+    offered = command("completion", "bash", "--", "run", "tachobot", "--").out.splitlines()
+    assert offered == ways_on("run", "tachobot", "--")
+
+
 @pytest.mark.parametrize("shell", SCRIPTS)
 def test_the_script_is_printed(command: Callable[..., Any], shell: str) -> None:
     ended = command("completion", shell)

@@ -1,5 +1,6 @@
 """Whatever a model file or an event file holds, it is taken, or refused with every fault."""
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.event_file import read_events
 from firmware_runtime.ecdpp.model_file import parse_model
+from firmware_runtime.ecdpp.text import read_text
 from firmware_runtime.errors import BoardError
 from tests.ecdpp.test_model_file import CLASSES
 
@@ -31,6 +33,13 @@ EVENT_LINES = st.text(max_size=20) | st.builds(
 def test_any_model_file_is_taken_or_refused(text: str) -> None:
     with suppress(BoardError):
         parse_model(text, "hostile.ma", CLASSES)
+
+
+def test_a_fifo_in_place_of_a_file_is_not_waited_for(tmp_path: Path) -> None:
+    fifo = tmp_path / "hostile.ev"
+    os.mkfifo(fifo)
+    with pytest.raises(BoardError, match="no regular file"):
+        read_text(fifo)
 
 
 @given(st.lists(EVENT_LINES, max_size=6).map("\n".join) | st.binary(max_size=40))
