@@ -18,9 +18,7 @@ LONGEST = 100_000
 def histogram_text(statistics: Statistics) -> Iterator[str]:
     """The lines, header and trailer included."""
     layout = statistics.layout
-    columns = [
-        Histogram(statistics.cells[layout.lateness(index)]) for index in range(len(layout.models))
-    ]
+    columns = [statistics.lateness_of(index) for index in range(len(layout.models))]
     counted = [_by_microsecond(column) for column in columns]
     lines = min(max((max(each, default=0) for each in counted), default=0) + 1, LONGEST)
     yield f"# {' '.join(layout.models) or 'no model'}"

@@ -67,10 +67,16 @@ def _story(statistics: Mapping[str, Any]) -> str:
     return (
         f"{state} {run['elapsed_s']:.2f} s: {statistics['run']} of "
         f"{statistics['scheduled']} activations run, {statistics['skipped']} skipped, "
-        f"{statistics['coalesced']} coalesced{_waiting(statistics)}; "
-        f"{_counted(statistics['overruns'], 'overrun')} in "
-        f"{_counted(statistics['episodes'], 'episode')}"
+        f"{statistics['coalesced']} coalesced{_waiting(statistics)}{_overruns(statistics)}"
     )
+
+
+def _overruns(statistics: Mapping[str, Any]) -> str:
+    """How often it was late, where something can be."""
+    if is_virtual(statistics):
+        return ""
+    overruns = _counted(statistics["overruns"], "overrun")
+    return f"; {overruns} in {_counted(statistics['episodes'], 'episode')}"
 
 
 def _counted(number: int, noun: str) -> str:

@@ -90,12 +90,12 @@ class FaultLog:
         return max(own, key=lambda counted: counted.last_at, default=None)
 
     def _open(self, number: int, kind: str) -> CountedFault:
-        """An entry for a kind that is new; a row of its own, as long as there is one."""
-        kinds = self._by_kind[number]
-        if len(kinds) >= KINDS:
+        """An entry for a kind that has none in these words; a new row, as long as there is one."""
+        kinds, kind = self._by_kind[number], fault_table.kept_kind(kind)
+        if kind not in kinds and len(kinds) >= KINDS:
             kind = OTHER_KINDS
-            if kind in kinds:
-                return kinds[kind]
+        if kind in kinds:
+            return kinds[kind]
         counted = kinds[kind] = CountedFault(self.models[number], kind)
         counted.cells = fault_table.row(self._block, number, len(kinds) - 1)
         self.counted.append(counted)

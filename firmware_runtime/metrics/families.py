@@ -17,7 +17,7 @@ from prometheus_client.core import (
 from prometheus_client.metrics_core import Metric
 
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of
-from firmware_runtime.telemetry.layout import BUS, STEP_HISTOGRAM
+from firmware_runtime.telemetry.layout import BUS
 from firmware_runtime.telemetry.statistics import Statistics
 
 SECOND = 1e9
@@ -102,7 +102,7 @@ class Families:
             self._cpu.add_metric([board], run["cpu_s"])
         self._steps.add_metric([board], run["steps"])
         self._dropped.add_metric([board], run["inputs_dropped"])
-        _add(self._step, [board], Histogram(statistics.cells[STEP_HISTOGRAM]))
+        _add(self._step, [board], statistics.step_times())
         for name, missed in found["deadline_misses"].items():
             self._misses.add_metric([board, name], missed)
         for path, kinds in found["faults"].items():
@@ -112,7 +112,6 @@ class Families:
         self._add_buses(board, statistics, found["bus"])
 
     def _add_models(self, board: str, statistics: Statistics, models: Mapping[str, Any]) -> None:
-        layout, cells = statistics.layout, statistics.cells
         for index, (path, model) in enumerate(models.items()):
             for outcome in _OUTCOMES:
                 self._activations.add_metric([board, path, outcome], model[outcome])
@@ -121,8 +120,8 @@ class Families:
             self._irregular.add_metric([board, path], model["irregular"])
             self._reactions.add_metric([board, path], model["reactions"])
             self._waiting.add_metric([board, path], model["waiting"])
-            _add(self._late, [board, path], Histogram(cells[layout.lateness(index)]))
-            _add(self._own, [board, path], Histogram(cells[layout.step(index)]))
+            _add(self._late, [board, path], statistics.lateness_of(index))
+            _add(self._own, [board, path], statistics.own_time_of(index))
 
     def _add_buses(self, board: str, statistics: Statistics, buses: Mapping[str, Any]) -> None:
         for index, (name, bus) in enumerate(buses.items()):

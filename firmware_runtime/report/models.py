@@ -8,7 +8,6 @@ from firmware_runtime.report.distribution import Mark, distribution
 from firmware_runtime.report.markup import element
 from firmware_runtime.report.tables import table
 from firmware_runtime.report.words import NOTHING, duration_us, instant, rate, share
-from firmware_runtime.telemetry.histogram import Histogram
 from firmware_runtime.telemetry.statistics import Statistics
 
 _COUNTS = ("scheduled", "run", "overruns", "skipped", "coalesced")
@@ -20,7 +19,7 @@ def models_section(statistics: Statistics, models: Mapping[str, Any]) -> list[El
     if not models:
         return [element("p", "This model has no atomic model.")]
     return [
-        _activations(models),
+        _activations(models, is_virtual=statistics.is_virtual),
         _times(models),
         element("div", *_charts(statistics, models), class_="pairs"),
     ]
@@ -31,7 +30,8 @@ def tolerance_ns(model: Mapping[str, Any]) -> int:
     return round(float(model["tolerance_us"]) * 1000)
 
 
-def _activations(models: Mapping[str, Any]) -> Element:
+def _activations(models: Mapping[str, Any], *, is_virtual: bool) -> Element:
+    """In virtual time nothing can be late, so no number says how much was."""
     head = ["model", "rate", "policy", "tolerance"]
     head += ["scheduled", "run", "late", "skipped", "coalesced", "last late"]
     rows = (
@@ -40,7 +40,10 @@ def _activations(models: Mapping[str, Any]) -> Element:
             "events" if model["period_us"] is None else rate(model["period_us"]),
             model["policy"] or NOTHING,
             duration_us(model["tolerance_us"]),
-            *(f"{model[key]:,}" for key in _COUNTS),
+            *(
+                NOTHING if is_virtual and key == "overruns" else f"{model[key]:,}"
+                for key in _COUNTS
+            ),
             instant(model["last_late_t_ns"]),
         ]
         for path, model in models.items()
@@ -67,11 +70,11 @@ def _charts(statistics: Statistics, models: Mapping[str, Any]) -> Iterator[Eleme
     """Lateness is left out where one model only was activated: it is the page's first chart."""
     activated = sum(model["run"] > 0 for model in models.values())
     for index, (path, model) in enumerate(models.items()):
-        if model["run"] > 0 and activated > 1:
-            lateness = Histogram(statistics.cells[statistics.layout.lateness(index)])
+        if model["run"] > 0 and activated > 1 and not statistics.is_virtual:
+            lateness = statistics.lateness_of(index)
             limit = Mark("tolerance", tolerance_ns(model), "limit")
             yield distribution(f"lateness-{index}", f"{path}: lateness", lateness, [limit])
-        own_time = Histogram(statistics.cells[statistics.layout.step(index)])
+        own_time = statistics.own_time_of(index)
         if own_time.samples == 0:
             continue
         yield distribution(f"own-time-{index}", f"{path}: own time", own_time)

@@ -20,10 +20,9 @@ from firmware_runtime.report.stretch import stretches
 from firmware_runtime.report.style import STYLE
 from firmware_runtime.report.tables import table
 from firmware_runtime.report.verdict import verdict
-from firmware_runtime.report.words import duration_us, share
+from firmware_runtime.report.words import NOTHING, duration_us, share
 from firmware_runtime.report.worst import worst_activations
-from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import ELAPSED, STEP_HISTOGRAM
+from firmware_runtime.telemetry.layout import ELAPSED
 from firmware_runtime.telemetry.statistics import Statistics
 
 _POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -58,7 +57,7 @@ def _head(board: str) -> Element:
 def _sections(
     statistics: Statistics, numbers: Mapping[str, Any], board: str, headline: str
 ) -> Iterator[Element]:
-    yield _opening(numbers, board, headline)
+    yield _opening(statistics, numbers, board, headline)
     yield _section("Lateness", *_lateness(statistics, numbers))
     yield _section("Over time", *_over_time(statistics, numbers))
     yield _section("Models", *models_section(statistics, numbers["models"]))
@@ -74,7 +73,9 @@ def _section(title: str, *content: Child) -> Element:
     return element("section", element("h2", title), *content)
 
 
-def _opening(numbers: Mapping[str, Any], board: str, headline: str) -> Element:
+def _opening(
+    statistics: Statistics, numbers: Mapping[str, Any], board: str, headline: str
+) -> Element:
     judged = verdict(numbers)
     return element(
         "header",
@@ -86,16 +87,16 @@ def _opening(numbers: Mapping[str, Any], board: str, headline: str) -> Element:
             " ".join(judged.sentences),
         ),
         element("p", element("code", headline), class_="headline"),
-        element("dl", *_figures(numbers), class_="figures"),
+        element("dl", *_figures(statistics, numbers), class_="figures"),
     )
 
 
-def _figures(numbers: Mapping[str, Any]) -> Iterator[Element]:
+def _figures(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
     """The numbers that are looked for first."""
     run, late = numbers["conditions"]["run"], numbers["lateness_us"]
     figures = {
         "activations run": f"{numbers['run']:,} of {numbers['scheduled']:,}",
-        "late": f"{numbers['overruns']:,}",
+        "late": NOTHING if statistics.is_virtual else f"{numbers['overruns']:,}",
         "skipped": f"{numbers['skipped']:,}",
         "lateness p50": duration_us(late["p50"]),
         "lateness p99": duration_us(late["p99"]),
@@ -130,7 +131,7 @@ def _over_time(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[E
 
 def _steps(statistics: Statistics) -> Iterator[Element]:
     caption = "Whole steps: how many took how long, all models and their buses together"
-    yield distribution("steps", caption, Histogram(statistics.cells[STEP_HISTOGRAM]))
+    yield distribution("steps", caption, statistics.step_times())
 
 
 def _deadlines(numbers: Mapping[str, Any]) -> Iterator[Element]:

@@ -2,7 +2,8 @@
 
 Every model with a port for faults has `KINDS` rows, one for each kind of fault in the order in
 which they came, and a last one that takes all further kinds together. A row is free while its count
-is zero. Texts are UTF-8, cut to fit and padded with zeros.
+is zero. Texts are UTF-8, cut to fit and padded with zeros; kinds that are alike as far as they fit
+are one.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -55,6 +56,11 @@ def row(cells: Cells, model: int, index: int) -> Cells:
     """One row of a model, of a fault block."""
     first = model * MODEL_CELLS + index * ROW_CELLS
     return cells[first : first + ROW_CELLS]
+
+
+def kept_kind(kind: str) -> str:
+    """As much of a kind as the table keeps."""
+    return _decoded(_encoded(kind, 8 * KIND_CELLS))
 
 
 def write(cells: Cells, counted: FaultCount) -> None:
@@ -138,12 +144,20 @@ def _counted(cells: Cells, model: int) -> Iterator[FaultCount]:
 
 def _put(cells: Cells, text: str) -> None:
     room = cells.cast("B")
+    room[:] = _encoded(text, len(room)).ljust(len(room), b"\0")
+
+
+def _encoded(text: str, size: int) -> bytes:
     printable = "".join(each if each.isprintable() else " " for each in text)
-    room[:] = printable.encode(errors="replace")[: len(room)].ljust(len(room), b"\0")
+    return printable.encode(errors="replace")[:size]
 
 
 def _text(cells: Cells) -> str:
-    return bytes(cells).rstrip(b"\0").decode(errors="ignore")
+    return _decoded(bytes(cells))
+
+
+def _decoded(text: bytes) -> str:
+    return text.rstrip(b"\0").decode(errors="ignore")
 
 
 def _seconds(at: int) -> float | None:

@@ -96,8 +96,20 @@ class Statistics:
         """A histogram of its own: the lateness of all models' activations, in ns."""
         merged = Histogram(empty_cells())
         for index in range(len(self.layout.models)):
-            merged.merge(Histogram(self.cells[self.layout.lateness(index)]))
+            merged.merge(self.lateness_of(index))
         return merged
+
+    def lateness_of(self, index: int) -> Histogram:
+        """The lateness of one model's activations, in ns."""
+        return self._measured(self.layout.lateness(index))
+
+    def own_time_of(self, index: int) -> Histogram:
+        """The own time of one model, in ns."""
+        return self._measured(self.layout.step(index))
+
+    def step_times(self) -> Histogram:
+        """The time of whole steps, in ns."""
+        return self._measured(STEP_HISTOGRAM)
 
     def late_activations(self) -> Iterator[tuple[str, int, int]]:
         """Model, deadline and lateness, both in ns, of the worst activations, in no order."""
@@ -126,8 +138,8 @@ class Statistics:
             **{total: sum(model[total] for model in models.values()) for total in TOTALS},
             "deadline_misses": {name: each["misses"] for name, each in deadlines.items()},
             "deadlines": deadlines,
-            "lateness_us": self._times(self.lateness()),
-            "step_us": self._times(Histogram(self.cells[STEP_HISTOGRAM])),
+            "lateness_us": self.lateness().summary_us(),
+            "step_us": self.step_times().summary_us(),
             "models": models,
             "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
             "faults": self.faults(),
@@ -141,7 +153,7 @@ class Statistics:
         is_known = fields["overruns"] > 0 and fields["last_late_ns"] != NO_INSTANT
         stated = self.header["models"][self.layout.models[index]]
         period_ns = stated["period_ns"]
-        own_time = Histogram(self.cells[self.layout.step(index)])
+        own_time = self.own_time_of(index)
         return {
             **{total: fields[total] for total in TOTALS},
             "last_late_t_ns": fields["last_late_ns"] if is_known else None,
@@ -153,8 +165,8 @@ class Statistics:
             "reactions": fields["reactions"],
             "irregular": fields["irregular"],
             "returned_after_us": fields["returned_ns"] / 1000 if fields["irregular"] > 0 else None,
-            "lateness_us": self._times(Histogram(self.cells[self.layout.lateness(index)])),
-            "step_us": self._times(own_time),
+            "lateness_us": self.lateness_of(index).summary_us(),
+            "step_us": own_time.summary_us(),
             "load": self._share(own_time.sum) if own_time.sum > 0 else None,
         }
 
@@ -163,9 +175,9 @@ class Statistics:
             return 0
         return waiting(self.cells, self.layout, self.header, index)
 
-    def _times(self, histogram: Histogram) -> dict[str, float | None]:
+    def _measured(self, histogram: slice) -> Histogram:
         """What was measured; in virtual time, in which a step takes none, nothing was."""
-        return (Histogram(empty_cells()) if self.is_virtual else histogram).summary_us()
+        return Histogram(empty_cells() if self.is_virtual else self.cells[histogram])
 
     def _bus(self, index: int) -> dict[str, Any]:
         counters = self._fields(self.layout.bus(index), BUS)

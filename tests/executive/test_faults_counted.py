@@ -119,3 +119,10 @@ def test_a_fault_in_the_step_that_fails_is_counted_too() -> None:
 
 def test_a_run_without_faults_has_none() -> None:
     assert faults_of(Failing("imu"), Collecting("sink")) == {}
+
+
+def test_kinds_alike_as_far_as_the_file_keeps_them_lose_no_fault() -> None:
+    long = "MagnetometerOverflowedDuringConversion"
+    kinds = [f"{long}{number % 12}" for number in range(40)]
+    (counted,) = faults_of(Failing("compass", *kinds))["compass"].values()
+    assert counted["count"] == 40

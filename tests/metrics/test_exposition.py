@@ -16,7 +16,9 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from firmware_runtime.cli import extras
 from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import BoardError
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.metrics.collector import StatisticsCollector, exposition, text_of
 from firmware_runtime.metrics.families import BOUNDS
 from firmware_runtime.telemetry import fault_table
@@ -24,6 +26,8 @@ from firmware_runtime.telemetry.fault_table import FaultCount
 from firmware_runtime.telemetry.histogram import Histogram, bucket_of, upper_edge
 from firmware_runtime.telemetry.layout import MODEL, STEP_HISTOGRAM, Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from tests.support.executives import Run
+from tests.support.phased_models import FIFTY_HZ, Phased
 from tests.support.waiting import PATIENCE_S
 
 LAYOUT = Layout(
@@ -79,6 +83,17 @@ def test_counters_and_histograms_are_exact(file: StatisticsFile) -> None:
     for edge in BOUNDS:
         labels = ("firmware_runtime_lateness_seconds_bucket", "tachobot", repr(edge / 1e9), "imu")
         assert found[labels] == sum(sample <= edge for sample in SAMPLES)
+
+
+def test_virtual_time_has_counts_and_no_sample_of_a_time() -> None:
+    sensor = Phased("sensor", 20 * MILLISECOND, FIFTY_HZ)
+    run = Run(sensor, VirtualClock())
+    run.until(SECOND)
+    found = samples(exposition("robot", run.executive.statistics))
+    assert found["firmware_runtime_activations_total", "robot", "sensor", "run"] == 51
+    assert found["firmware_runtime_lateness_seconds_count", "robot", "sensor"] == 0
+    assert found["firmware_runtime_own_time_seconds_count", "robot", "sensor"] == 0
+    assert found["firmware_runtime_step_seconds_count", "robot"] == 0
 
 
 @pytest.mark.parametrize("edge", BOUNDS)
