@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from firmware_runtime.devs.time import SECOND
+
 _EIGHTHS = " ▁▂▃▄▅▆▇█"
 _COLUMNS = 72
 _ROWS = 8
@@ -27,7 +29,7 @@ def chart(series: Sequence[tuple[int, float]], label: str, until: int) -> list[s
         mark = {_ROWS - 1: f"{high:7.3f}", 0: f"{low:7.3f}"}.get(row, "")
         lines.append(f"{mark:>7} ┤{''.join(_cell(height, row) for height in eighths).rstrip()}")
     lines.append(f"{'':7} └{'─' * _COLUMNS}")
-    end = f"{until / 1e9:g} s"
+    end = f"{round(until / SECOND, 2):g} s"
     lines.append(f"{'':9}0{end:>{_COLUMNS - 1}}")
     return lines
 

@@ -110,6 +110,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         epilog="Exit status: 0 done, 1 a model failed or a device was never ready, 2 bad input, "
         "3 a bus or chip is missing, or there is no run, 4 some output could not be switched off, "
         "5 refused to arm or to move, 6 timed out waiting for an event, "
+        "or a step of `service` failed, "
         "7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
         "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
     )

@@ -1,5 +1,6 @@
 """`run --plot FILE`: the picture of a run, where a board's bench can draw one."""
 
+import os
 from pathlib import Path
 
 from firmware_runtime.cli.session import Session
@@ -17,8 +18,10 @@ def check_plot(session: Session, path: Path) -> None:
         faults.append("--plot: there is no picture of this run; expected the detective on doubles")
     if path.suffix not in ENDINGS:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
-    if not path.absolute().parent.is_dir():
-        faults.append(f"--plot: {path.parent} is no directory, expected one that can be written")
+    if path.is_dir():
+        faults.append(f"--plot: {path} is a directory, expected a file that can be written")
+    if not os.access(path.absolute().parent / ".", os.W_OK | os.X_OK):
+        faults.append(f"--plot: {path.parent}: expected a directory that can be written")
     try:
         require_renderer(path)
     except ValueError as error:

@@ -188,6 +188,16 @@ def test_a_picture_of_a_failed_mission_says_so_and_why(
     assert json.loads(ended.out)["ended"]["reason"] in label
 
 
+@pytest.mark.parametrize("place", ["folder.svg", "nothing/run.svg"])
+def test_a_picture_that_has_no_place_is_refused_before_the_run(
+    command: Callable[..., Any], tmp_path: Path, place: str
+) -> None:
+    (tmp_path / "folder.svg").mkdir()
+    ended = command(*VIRTUAL, "--plot", tmp_path / place)
+    assert (ended.status, ended.out) == (2, "")
+    assert "can be written" in ended.error
+
+
 def test_a_png_without_its_extra_is_refused_before_the_run(
     command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
