@@ -22,6 +22,7 @@ from firmware_runtime.deployment.errors import DeploymentError
 from firmware_runtime.errors import BoardError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.service.control import ControlError
+from firmware_runtime.system.priority import come_first
 from firmware_runtime.telemetry.errors import StatisticsFileError
 from firmware_runtime.telemetry.trace_file import TraceFileError
 from sim_doubles.served.errors import ServingError
@@ -63,6 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status."""
     os.environ.setdefault(*ONE_THREAD)
     words = sys.argv[1:] if arguments is None else arguments
+    if arguments is None and words[:1] == ["safe-state"]:  # a process of its own
+        come_first()
     parsed = parser(words).parse_args(words)
     status: int = Status.OK  # of a verb that showed something, to a reader who has gone
     with output_checked():

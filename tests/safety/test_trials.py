@@ -15,7 +15,7 @@ from time import monotonic_ns
 
 import pytest
 
-from tests.support.guarded_run import COMMAND, GuardedRun, as_fifo, guarded_run
+from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run
 from tests.support.trials import Trials, ready
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -72,14 +72,13 @@ def trials() -> Iterator[Trials]:
 def test_safe_state_on_an_armed_run(
     tmp_path: Path, trials: Trials, robot: str, words: tuple[str, ...]
 ) -> None:
-    """Counted from the start of its process, which has the priority that its unit gives it."""
+    """Counted from the start of its process."""
     with guarded_run(tmp_path, robot=robot, words=words) as run:
         command = [*COMMAND, "safe-state", robot, "--doubles", str(run.socket)]
         for watch in trials.of(f"`safe-state` on an armed run, {robot}", 300):
             ready(run)
             at = monotonic_ns()
             with Popen(command, env=run.environment, stdout=DEVNULL) as stopping:
-                as_fifo(stopping.pid, 60)
                 watch(run, at)
                 assert stopping.wait(PATIENCE_S) == 0
 
