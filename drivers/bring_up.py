@@ -35,3 +35,8 @@ class BringUp:
             self.restart()
             raise
         return step.wait_ns
+
+
+def failed_in_a_row(times: int) -> str:
+    """What is said of a device whose last transactions failed."""
+    return "has failed" if times == 1 else f"has failed {times} times in a row"

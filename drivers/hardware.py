@@ -7,7 +7,7 @@ wire. So a phase that waits for a chip is entered by `hold_after_transfer`, not 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 
-from drivers.bring_up import RETRY_AFTER, BringUp
+from drivers.bring_up import RETRY_AFTER, BringUp, failed_in_a_row
 from drivers.chips.step import Step
 from drivers.fault import Fault
 from firmware_runtime.devs.atomic import Atomic
@@ -46,7 +46,7 @@ class HardwareModel(Atomic, ABC):
         if self.phase.startswith("bring_up"):
             return "is not up yet"
         if self.consecutive_faults > 0:
-            return f"has failed {self.consecutive_faults} times in a row"
+            return failed_in_a_row(self.consecutive_faults)
         return None
 
     def initialize(self) -> None:

@@ -1,6 +1,6 @@
 """The inertial measurement unit as a hardware atomic model: an MPU-9250 read every period."""
 
-from drivers.bring_up import RETRY_AFTER, BringUp
+from drivers.bring_up import RETRY_AFTER, BringUp, failed_in_a_row
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.fault import Fault
@@ -48,7 +48,7 @@ class Imu(Atomic):
         if self.stage == "calibrating" and self._moved:
             return f"is not calibrated yet{self._moved}"
         if self.consecutive_faults > 0:
-            return f"has failed {self.consecutive_faults} times in a row"
+            return failed_in_a_row(self.consecutive_faults)
         if self.stage == "calibrating":
             return "is not calibrated yet"
         return None if self.stage == "sampling" else "is not up yet"

@@ -31,7 +31,7 @@ START_WITHIN: Final = 60 * SECOND
 _ABOUT = """
 It holds the buses and the run's heartbeat, nothing else, and acts within 0.2 s ([guard] stall_s of
 the board): full-off to every chip, again until all have acknowledged. What it switched off stays
-off until the run is armed anew. Start it before the run; it waits for one, and for the next. Where
+off until the run is armed again. Start it before the run; it waits for one, and for the next. Where
 it may not open a bus of a run that lives it ends with status 3, and is no guard to that run.
 """
 

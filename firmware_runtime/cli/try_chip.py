@@ -192,7 +192,7 @@ def _add_option(verb: argparse.ArgumentParser, option: Option) -> None:
     if option.kind is bool:
         verb.add_argument(f"--{option.name}", action="store_true", help=option.help)
         return
-    shown = "" if option.default is None else f"; default {option.default}"
+    shown = "" if option.default is None else f"; default {_plain(option.default)}"
     verb.add_argument(
         f"--{option.name}",
         type=partial(_number, option) if option.most is not None else option.kind,
@@ -202,6 +202,11 @@ def _add_option(verb: argparse.ArgumentParser, option: Option) -> None:
         metavar=None if option.choices else option.name.upper().replace("-", "_"),
         help=f"{option.help}{shown}",
     )
+
+
+def _plain(value: object) -> object:
+    """A default as a person writes it: a number that is whole without a fraction."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _number(option: Option, text: str) -> Any:  # noqa: ANN401 -- of the option's kind

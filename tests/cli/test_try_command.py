@@ -237,6 +237,12 @@ def test_at_a_terminal_each_reading_takes_the_place_of_the_one_before() -> None:
     assert "distance inf m" in shown
 
 
+def test_a_default_is_shown_as_a_person_writes_it(command: Callable[..., Any]) -> None:
+    shown = command("try", "pca9685", "--help").out
+    assert "default 25000000" in shown
+    assert ".0" not in shown
+
+
 def test_no_echo_is_null_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     readings = Readings(sys.stdout, as_json=True, never_waits=False)
     readings.show(0, (Quantity("distance_m", float("inf"), "distance", "m"),))

@@ -191,5 +191,7 @@ def test_it_says_why_there_are_no_samples(rig: Rig) -> None:
     rig.run(READY_MS)
     assert rig.imu.unready() is None
     rig.fail(100)
+    rig.run(READY_MS + PERIOD_MS)
+    assert rig.imu.unready() == "has failed"
     rig.run(READY_MS + 3 * PERIOD_MS)
     assert rig.imu.unready() == "has failed 3 times in a row"
