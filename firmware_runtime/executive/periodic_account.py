@@ -11,9 +11,9 @@ from there, and what it has moved by is added up. Each whole period of that sum,
 through, is an activation that was due and did not run. So what is scheduled stays what the clock
 says, to less than a period, whatever the model does.
 
-An input may move the deadlines: to the instant that the model books because of it, if that is later
-than the deadline; or if it is earlier, and the model then books a whole period from there. A model
-that is passive has no deadline until an input makes it book one.
+An input may move the deadlines: to the first instant after the deadline that the model books
+because of it, at once or by way of phases before the deadline. If one of those books a whole period
+it was the activation. A model that is passive has no deadline until an input makes it book one.
 """
 
 from dataclasses import replace
@@ -152,16 +152,17 @@ class PeriodicAccount(ModelAccount):
             self._is_answering = False
             self._replan(booked, step.lap)
             return
+        self.booked = booked
+        is_activation = at < self.due and booked == at + self.period
+        if booked < self.due and not is_activation:  # a phase of what the input began
+            return
         self._is_by_input = False
-        if at < self.due and booked == at + self.period:
-            # what the input had moved to before the deadline was the activation itself
+        if is_activation:  # it is what the input had moved to before the deadline
             self.coalesced += self.due <= self._moved_at
             self._activate(at, step.began_at[self.number])
-            self._slip = 0
-        self._moved_at = NEVER
-        self.booked = booked
-        if booked == NEVER:
-            self.due = NEVER
+            self._slip, self._moved_at = 0, NEVER
+        else:
+            self._move(booked, self._moved_at)
 
     def _come_back(self, at: int) -> None:
         """The model was not active at its deadline, and is now."""
@@ -181,16 +182,20 @@ class PeriodicAccount(ModelAccount):
         if booked == before:
             pass
         elif booked < due < NEVER:
-            if before == due or self._moved_at != NEVER:
-                self._moved_at = begun
+            self._moved_at = begun
         else:
-            if due <= begun and booked > due:
-                in_time = -(-(booked - due) // self.period)
-                self.coalesced += min((begun - due) // self.period + 1, in_time)
-            if booked != due:
-                self.due, self._slip = booked, 0
-            self._moved_at = NEVER
+            self._move(booked, begun)
         self._is_by_input = self._moved_at != NEVER
+
+    def _move(self, booked: int, begun: int) -> None:
+        """The next deadline is `booked`; what had passed at `begun`, of the input, is coalesced."""
+        due = self.due
+        if due <= begun and booked > due:
+            in_time = -(-(booked - due) // self.period)
+            self.coalesced += min((begun - due) // self.period + 1, in_time)
+        if booked != due:
+            self.due, self._slip = booked, 0
+        self._moved_at = NEVER
 
     # After it -----------------------------------------------------------------------------------
 

@@ -298,3 +298,39 @@ def test_an_overdue_event_that_an_answer_leaves_in_place_is_counted_once(
     assert run.counts("beacon") == counted
     assert robot.beacon.acted == counted[1]
     assert run.model("beacon")["reactions"] == 1
+
+
+@pytest.mark.parametrize("phases", [(PERIOD,), (6 * MILLISECOND, 14 * MILLISECOND), FIFTY_HZ])
+@pytest.mark.parametrize("restart_after", [0, 2 * MILLISECOND])
+def test_an_input_that_begins_the_cycle_again_moves_the_deadlines(
+    phases: tuple[int, ...], restart_after: int
+) -> None:
+    class Restarted(Phased):
+        """Its cycle begins again soon after an input."""
+
+        def __init__(self) -> None:
+            super().__init__("sensor", PERIOD, phases)
+            self.command = self.in_port("command", int)
+
+        def external(self, elapsed: int) -> None:  # noqa: ARG002 -- it forgets what it had booked
+            self.transitions = 0
+            self.hold_in("beginning again", restart_after)
+
+    class Fed(Coupled):
+        def __init__(self) -> None:
+            super().__init__("robot")
+            self.command = self.in_port("command", int)
+            self.sensor = self.add(Restarted())
+            self.couple(self.command, self.sensor.command)
+
+    robot, clock = Fed(), StallingClock()
+    run = Run(robot, clock)
+    restarts = range(25 * MILLISECOND + 1, SECOND, 25 * MILLISECOND)
+    for at in restarts:
+        clock.at(at, partial(run.executive.inbox.post, robot.command, 1))
+    run.until(SECOND)
+    counted = run.json()
+    assert counted["models"]["sensor"]["irregular"] == 0
+    assert not_keeping(counted) == []
+    assert counted["skipped"] == counted["coalesced"] == 0
+    assert len(restarts) <= counted["scheduled"] <= 2 * len(restarts) + 2
