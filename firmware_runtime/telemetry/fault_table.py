@@ -148,7 +148,8 @@ def _put(cells: Cells, text: str) -> None:
 
 
 def _encoded(text: str, size: int) -> bytes:
-    printable = "".join(each if each.isprintable() else " " for each in text)
+    """At most `size` bytes; of a longer text no more is looked at, for this is done in a step."""
+    printable = "".join(each if each.isprintable() else " " for each in text[:size])
     return printable.encode(errors="replace")[:size]
 
 

@@ -1,5 +1,7 @@
 """Faults in the statistics file: bounded, cut to fit, added up and subtracted."""
 
+import tracemalloc
+
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.telemetry import fault_table
 from firmware_runtime.telemetry.comparison import difference, merged
@@ -81,3 +83,15 @@ def test_the_sum_of_runs_has_no_instants() -> None:
     assert {kind: each["count"] for kind, each in found.items()} == {"NotReady": 8, "BusFault": 2}
     assert {each["first_s"] for each in found.values()} == {None}
     assert {each["last_s"] for each in found.values()} == {None}
+
+
+def test_of_a_huge_sentence_only_what_is_kept_is_looked_at() -> None:
+    cells, counted = (
+        empty_cells(fault_table.ROW_CELLS),
+        FaultCount("NotReady", 1, 0, 0, "long " * 1_000_000),
+    )
+    tracemalloc.start()
+    fault_table.write(cells, counted)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 100_000
