@@ -7,6 +7,8 @@ from firmware_runtime.devs.time import SECOND
 _EIGHTHS = " ▁▂▃▄▅▆▇█"
 _COLUMNS = 72
 _ROWS = 8
+_FINE = 0.01
+"""Scales below it would read 0.000 at both ends."""
 
 
 def chart(series: Sequence[tuple[int, float]], label: str, until: int) -> list[str]:
@@ -26,12 +28,17 @@ def chart(series: Sequence[tuple[int, float]], label: str, until: int) -> list[s
     ]
     lines = [f"{label}"]
     for row in reversed(range(_ROWS)):
-        mark = {_ROWS - 1: f"{high:7.3f}", 0: f"{low:7.3f}"}.get(row, "")
+        mark = {_ROWS - 1: _mark(high, span), 0: _mark(low, span)}.get(row, "")
         lines.append(f"{mark:>7} ┤{''.join(_cell(height, row) for height in eighths).rstrip()}")
     lines.append(f"{'':7} └{'─' * _COLUMNS}")
     end = f"{round(until / SECOND, 2):g} s"
     lines.append(f"{'':9}0{end:>{_COLUMNS - 1}}")
     return lines
+
+
+def _mark(value: float, span: float) -> str:
+    """An end of the scale, seven characters wide however small the scale is."""
+    return f"{value:7.0e}" if 0 < span < _FINE and value else f"{value:7.3f}"
 
 
 def _means(series: Sequence[tuple[int, float]], until: int) -> list[float | None]:

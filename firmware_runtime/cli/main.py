@@ -4,6 +4,7 @@ Only the verb that is asked for is imported, so that a robot's start does not wa
 """
 
 import argparse
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -56,6 +57,7 @@ VERBS = {
 """Where each verb is, in this package."""
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
+_NAME_SHOWN = 80
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """For numpy, whose import starts a pool of threads else: the thread of the loop is the only one."""
 
@@ -81,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _carried_out(parsed: argparse.Namespace) -> int:
     """Carry out the verb; what cannot be carried out is a sentence and a status."""
     try:
-        status: int = parsed.execute(parsed)
+        status = _executed(parsed)
     except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
     except (HalError, ControlError) as error:
@@ -92,6 +94,18 @@ def _carried_out(parsed: argparse.Namespace) -> int:
         return _refuse(error, Status.MODEL_ERROR)
     except KeyboardInterrupt:
         return Status.INTERRUPTED  # before or after the loop, which sees to its own signals
+    return status
+
+
+def _executed(parsed: argparse.Namespace) -> int:
+    """Call the verb; a name that no file can have is bad input, whatever it was the name of."""
+    try:
+        status: int = parsed.execute(parsed)
+    except OSError as error:
+        if error.errno != errno.ENAMETOOLONG:
+            raise
+        name = f"{str(error.filename)[:_NAME_SHOWN]}..."
+        raise BoardError(name, ["file name too long"]) from error
     return status
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from firmware_runtime.errors import BoardError
-from firmware_runtime.telemetry.whole_file import replace_file
+from firmware_runtime.telemetry.whole_file import keep_file
 
 MODE = 0o644
 """Anybody may read it: the exporter runs as a user of its own."""
@@ -12,6 +12,6 @@ MODE = 0o644
 def write_textfile(path: Path, text: str) -> None:
     """Replace the file at once. Raises BoardError when it cannot be written."""
     try:
-        replace_file(path, text.encode(), MODE)
+        keep_file(path, text.encode(), MODE)
     except OSError as error:
         raise BoardError(str(path), [f"cannot be written ({error.strerror})"]) from error

@@ -23,7 +23,7 @@ from firmware_runtime.telemetry.mapped_file import Kind, ReadableFile
 from firmware_runtime.telemetry.overdue import count_overdue
 from firmware_runtime.telemetry.process_identity import checked_identity, this_process
 from firmware_runtime.telemetry.statistics import Statistics
-from firmware_runtime.telemetry.whole_file import replace_file
+from firmware_runtime.telemetry.whole_file import keep_file
 
 STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
 SAVED = "saved"
@@ -41,7 +41,7 @@ def save(statistics: Statistics, path: Path) -> None:
     header = {**statistics.header, SAVED: found}
     content = STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)
     try:
-        replace_file(path, content)
+        keep_file(path, content)
     except OSError as error:
         fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
         raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error

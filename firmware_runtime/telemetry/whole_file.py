@@ -35,6 +35,17 @@ def replace_file(path: Path, content: bytes, mode: int | None = None) -> None:
         raise
 
 
+def keep_file(path: Path, content: bytes, mode: int | None = None) -> None:
+    """Like `replace_file`, at a place that a user named. Raises OSError.
+
+    A device, FIFO or socket there is left as it is: /dev/full or /dev/stdout would be gone for all.
+    """
+    place = Path(os.path.realpath(path))
+    if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113 -- never raise
+        raise OSError(errno.EINVAL, "no regular file", str(path))
+    replace_file(place, content, mode)
+
+
 def read_file(path: Path) -> bytes:
     """What a file holds; a FIFO in its place is not waited for.
 

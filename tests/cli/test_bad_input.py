@@ -12,6 +12,7 @@ import boards.registry
 import sim_doubles.benches.tachobot
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
+LONG = "x" * 5000
 
 
 @pytest.mark.parametrize(
@@ -271,3 +272,21 @@ def test_ctrl_c_while_a_run_begins_is_no_traceback(tmp_path: Path) -> None:
     environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path)}
     ended = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
     assert (ended.returncode, ended.stderr) == (130, "")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("stats", LONG),
+        ("deploy", "robot", "tachobot", "--settings", LONG, "--dry-run"),
+        ("run", "detective", "--doubles", "--clock", "virtual", "--plot", f"{LONG}.svg"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_name_that_no_file_can_have_is_bad_input(
+    command: Callable[..., Any], words: tuple[str, ...]
+) -> None:
+    ended = command(*words)
+    assert ended.status == 2
+    assert "name too long" in ended.error
+    assert len(ended.error) < 1000

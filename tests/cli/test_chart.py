@@ -12,3 +12,9 @@ from firmware_runtime.devs.time import MICROSECOND, SECOND
 )
 def test_the_end_of_the_time_axis_is_in_hundredths_of_a_second(until: int, shown: str) -> None:
     assert chart([(0, 0.0), (until, 1.0)], "label", until)[-1].split("  ")[-1].strip() == shown
+
+
+def test_a_small_scale_is_not_zero_at_both_ends() -> None:
+    lines = chart([(0, -2e-5), (SECOND, 1e-5)], "label", SECOND)
+    assert [line.split()[0] for line in (lines[1], lines[8])] == ["1e-05", "-2e-05"]
+    assert len({line.index("┤") for line in lines[1:9]}) == 1

@@ -12,7 +12,12 @@ from firmware_runtime.telemetry.takeovers import (
     read_takeovers,
     takeovers_path,
 )
-from firmware_runtime.telemetry.whole_file import OWN_AND_GROUP, read_file, replace_file
+from firmware_runtime.telemetry.whole_file import (
+    OWN_AND_GROUP,
+    keep_file,
+    read_file,
+    replace_file,
+)
 
 
 @pytest.fixture
@@ -64,6 +69,24 @@ def test_a_fifo_is_not_waited_for(path: Path) -> None:
 
 
 @pytest.mark.usefixtures("open_umask")
+def test_a_place_that_a_user_named_is_replaced_only_if_it_is_a_file(path: Path) -> None:
+    keep_file(path, b"one")
+    keep_file(path, b"two")
+    assert path.read_bytes() == b"two"
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(OSError, match="no regular file"):
+        keep_file(path, b"three")
+    assert path.is_fifo()
+
+
+def test_a_link_that_a_user_named_stays_a_link(path: Path) -> None:
+    path.symlink_to(path.with_name("target"))
+    keep_file(path, b"one")
+    assert path.is_symlink()
+    assert path.with_name("target").read_bytes() == b"one"
+
+
 def test_what_a_guard_notes_is_for_its_group_and_not_for_everybody(tmp_path: Path) -> None:
     statistics = tmp_path / "tachobot.stats"
     TakeoverFile(statistics).write(Takeover(1, {"pid": 1}, 1, "it hung"))
