@@ -127,6 +127,7 @@ def test_the_bound_is_that_of_the_tables(late: int, mean: float) -> None:
     assert highest_share(late, 10**6) * 10**6 == pytest.approx(mean, rel=1e-3)
 
 
+@pytest.mark.slow
 @given(late=st.integers(0, 60), of=st.integers(1, 10**6))
 def test_the_bound_is_above_what_was_seen_and_a_share(late: int, of: int) -> None:
     assert min(late / of, 1) <= highest_share(late, of) <= 1

@@ -21,6 +21,7 @@ def lines_of(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
+@pytest.mark.slow
 def test_a_run_ends_settled_at_one_radian(command: Callable[..., Any]) -> None:
     ended = command(*VIRTUAL, "--json")
     document = json.loads(ended.out)
@@ -52,6 +53,7 @@ def test_the_statistics_have_the_keys_others_rely_on(command: Callable[..., Any]
     assert {"kernel", "python", "board_sha256", "settings", "run"} <= set(statistics["conditions"])
 
 
+@pytest.mark.slow
 def test_text_shows_the_step_and_the_statistics(command: Callable[..., Any]) -> None:
     ended = command(*VIRTUAL)
     assert ended.status == 0
@@ -112,6 +114,7 @@ def test_scaled_time_gives_the_same_result_sooner(command: Callable[..., Any]) -
     assert document["result"]["yaw_rad"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_setting_reaches_the_plant(command: Callable[..., Any]) -> None:
     ended = command(*VIRTUAL, "--json", "--set", "controller.yaw.reference_rad=-0.5")
     assert json.loads(ended.out)["result"]["yaw_rad"] == pytest.approx(-0.5, abs=0.02)

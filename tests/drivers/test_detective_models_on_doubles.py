@@ -62,6 +62,7 @@ def sonar_on(world: World, chip: RangeFinder, period_ms: int) -> AtomicBench:
     return world.run(Sonar("sonar", chip, SonarSettings(period=period, threshold_m=1.0)))
 
 
+@pytest.mark.slow
 def test_an_approaching_target_is_followed_and_detected_without_an_objection(
     world: World,
 ) -> None:
@@ -78,6 +79,7 @@ def test_an_approaching_target_is_followed_and_detected_without_an_objection(
     assert list(double.warnings) == []
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 2_000_000), st.booleans()), max_size=40))
 def test_starts_and_stops_at_any_time_never_disturb_a_ranging(
@@ -132,6 +134,7 @@ def turning(at: int) -> float:
     return 60.0 * at / SECOND % 360
 
 
+@pytest.mark.slow
 def test_a_turning_compass_is_followed(world: World) -> None:
     double = Cmps12Double(world, 0x62, bearing_deg=turning)
     bus = I2cBusDouble("i2c-1", world, [double])
@@ -148,6 +151,7 @@ def test_a_turning_compass_is_followed(world: World) -> None:
     assert list(double.warnings) == []
 
 
+@pytest.mark.slow
 def test_a_compass_whose_reading_never_changes_is_reported(world: World) -> None:
     double = Cmps12Double(world, 0x62, bearing_deg=lambda at: turning(min(at, 5 * SECOND)))
     bus = I2cBusDouble("i2c-1", world, [double])
@@ -180,6 +184,7 @@ def test_a_magnetometer_answers_the_same_requests_after_its_measuring_time(world
 TREADS = TreadSettings(speed=0.5, refresh=100 * MILLISECOND)
 
 
+@pytest.mark.slow
 def test_treads_turn_on_and_on_while_the_model_lives_and_stop_when_it_does_not(
     world: World,
 ) -> None:
@@ -196,6 +201,7 @@ def test_treads_turn_on_and_on_while_the_model_lives_and_stop_when_it_does_not(
     assert double.speeds_rad_s == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_silent_md25_is_told_within_a_refresh_and_stopped_by_its_own_timeout(
     world: World,
 ) -> None:

@@ -135,6 +135,7 @@ def drive(bench: Bench, from_ms: int, to_ms: int) -> None:
         bench.push(at_ms, 0.1, 0.1, 0.1, 0.1)
 
 
+@pytest.mark.slow
 def test_a_chip_that_lost_its_supply_is_told_within_a_second_and_brought_up() -> None:
     bench = Bench()
     drive(bench, 100, 1500)

@@ -29,6 +29,7 @@ EVENT_LINES = st.text(max_size=20) | st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(MODEL_LINES, max_size=12).map("\n".join))
 def test_any_model_file_is_taken_or_refused(text: str) -> None:
     with suppress(BoardError):
@@ -42,6 +43,7 @@ def test_a_fifo_in_place_of_a_file_is_not_waited_for(tmp_path: Path) -> None:
         read_text(fifo)
 
 
+@pytest.mark.slow
 @given(st.lists(EVENT_LINES, max_size=6).map("\n".join) | st.binary(max_size=40))
 def test_any_event_file_is_taken_or_refused(
     tmp_path_factory: pytest.TempPathFactory, content: str | bytes

@@ -74,6 +74,7 @@ def test_one_collection_in_sixteen_is_full(clock: ManualClock, collections: Coll
     assert collections.generations == ([1] * 15 + [2]) * 2
 
 
+@pytest.mark.slow
 def test_the_time_of_collections_adds_up_until_it_is_taken(clock: ManualClock) -> None:
     time = GarbageTime(clock)
 

@@ -35,6 +35,7 @@ def test_each_kind_is_understood() -> None:
     assert understood(b'{"list": true}') == List(list=True)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode()))
 def test_any_bytes_are_a_request_or_refused(datagram: bytes) -> None:

@@ -55,6 +55,7 @@ def buckets(statistics: Statistics) -> list[int]:
     return Histogram(statistics.cells[LAYOUT.lateness(0)]).buckets.tolist()
 
 
+@pytest.mark.slow
 @given(SAMPLES, SAMPLES)
 def test_a_merge_is_the_histogram_of_all_samples(first: list[int], second: list[int]) -> None:
     both = merged([Counted().count(first), Counted().count(second)])
@@ -64,6 +65,7 @@ def test_a_merge_is_the_histogram_of_all_samples(first: list[int], second: list[
     assert both.as_json()["run"] == len(first) + len(second)
 
 
+@pytest.mark.slow
 @given(SAMPLES, SAMPLES, SAMPLES)
 def test_merging_is_associative_and_commutative(
     first: list[int], second: list[int], third: list[int]
@@ -74,6 +76,7 @@ def test_merging_is_associative_and_commutative(
     assert cells[0] == cells[1] == nested
 
 
+@pytest.mark.slow
 @given(SAMPLES, SAMPLES)
 def test_a_difference_is_what_was_counted_since(before: list[int], since: list[int]) -> None:
     run = Counted()

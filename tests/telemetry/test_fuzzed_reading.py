@@ -135,6 +135,7 @@ def test_a_file_cut_anywhere_is_refused(tmp_path: Path, cut: int) -> None:
         read_statistics(path)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000), st.binary(min_size=1, max_size=16))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_damage_before_the_cells_is_refused_or_makes_no_difference(

@@ -81,6 +81,7 @@ def test_without_a_run_there_is_nothing(rig: Rig) -> None:
     assert (rig.files, rig.told) == ([], [])
 
 
+@pytest.mark.slow
 def test_a_run_is_kept_at_once_each_minute_and_at_its_end(rig: Rig) -> None:
     run = rig.begin()
     kept = rig.folder / "robot-0001.stats"
@@ -137,6 +138,7 @@ def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
     assert rig.told[-1].endswith("the guard took over")
 
 
+@pytest.mark.slow
 def test_traces_of_one_run_are_bounded(rig: Rig) -> None:
     run = rig.begin()
     rig.look()
