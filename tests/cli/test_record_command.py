@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.telemetry import statistics_file
+from firmware_runtime.telemetry import whole_file
 from firmware_runtime.telemetry.layout import Layout
 from firmware_runtime.telemetry.statistics_file import StatisticsFile
 from firmware_runtime.telemetry.statistics_reader import read_statistics
@@ -58,10 +58,10 @@ def imu_of(document: dict[str, Any]) -> dict[str, Any]:
 def test_a_full_disk_is_no_bad_input_so_that_systemd_tries_again(
     command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def replace_file(_path: Path, _content: bytes) -> None:
+    def replace_file(_path: Path, _content: bytes, _mode: int | None = None) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(statistics_file, "replace_file", replace_file)
+    monkeypatch.setattr(whole_file, "replace_file", replace_file)
     kept = tmp_path / "tachobot.stats"
     StatisticsFile(Layout(), {"models": {}, "conditions": {}}, kept).close_section(0)
     folder = tmp_path / "kept"
