@@ -19,7 +19,7 @@ def _python(_machine: Machine) -> Finding:
     if release < _LEAST:
         return failure(f"{seen}, expected 3.11 or later")
     if release >= _NOT_YET or sys.implementation.name != "cpython":
-        return warning(f"{seen}, tested with CPython 3.11 to 3.13")
+        return warning(f"{seen}, tested with CPython 3.11 and 3.13")
     return ok(seen)
 
 
@@ -41,7 +41,7 @@ def _version(package: str) -> str | None:
 CHECKS = (
     Check(
         "python-version",
-        "The whole test suite has been run on CPython 3.11 to 3.13, on nothing else.",
+        "The whole test suite has been run on CPython 3.11 and 3.13, on nothing else.",
         "sudo apt install python3-venv on Debian 12 or later, and install into a new environment",
         _python,
     ),
