@@ -237,8 +237,11 @@ def _serving(
 def _status(outcome: Outcome, session: Session) -> Status:
     if outcome.faults:
         return Status.NOT_SAFE
+    stopped_by = session.executive.stopped_by
+    ended_by_itself = session.ending is not None or outcome.state is RunState.OVERRUN
+    if stopped_by is not None and not ended_by_itself and outcome.error is None:
+        # also where a device had never been ready: a service that is stopped has not failed
+        return Status.INTERRUPTED if stopped_by == "SIGINT" else Status.TERMINATED
     if outcome.state in {RunState.FAILED, RunState.OVERRUN} or session.has_failed:
         return Status.MODEL_ERROR
-    if outcome.state is RunState.STOPPED and session.ending is None:
-        return Status.INTERRUPTED if outcome.reason == "SIGINT" else Status.TERMINATED
     return Status.OK
