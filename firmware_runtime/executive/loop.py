@@ -156,8 +156,8 @@ class Executive:
     @property
     def stopped_by(self) -> str | None:
         """What the run was asked to stop for, such as a signal's name; None if it was not."""
-        is_stop = self._stop is not None and self._stop.state is RunState.STOPPED
-        return self._stop.reason if self._stop is not None and is_stop else None
+        stop = self._stop
+        return stop.reason if stop is not None and stop.state is RunState.STOPPED else None
 
     def give_up(self) -> None:
         """Switch outputs off once at the end, and not again if that fails; safe as above."""
