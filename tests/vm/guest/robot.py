@@ -121,11 +121,17 @@ class Robot:
 
 
 def _changed(text: str, key: str, value: object) -> str:
-    """TOML with another value at `table.key`. Raises Failed if it has no such key."""
+    """TOML with another value at `table.key`, which may be a default that the text leaves out.
+
+    Whether there is such a key, the run itself says. Raises Failed if there is no such table.
+    """
     table, _, name = key.rpartition(".")
     literal = json.dumps(value)
-    pattern = rf"(?m)(^\[{re.escape(table)}\].*\n(?:(?!\[).*\n)*?{name} = )[^#\n]*"
-    changed, count = re.subn(pattern, lambda found: found[1] + literal + " ", text, count=1)
-    if count != 1:
-        raise Failed(f"board.toml has no {key}")
-    return changed
+    header = rf"(?m)^\[{re.escape(table)}\].*\n"
+    stated = re.search(rf"{header}(?:(?!\[).*\n)*?{name} = ([^#\n]*)", text)
+    if stated:
+        return f"{text[: stated.start(1)]}{literal} {text[stated.end(1) :]}"
+    found = re.search(header, text)
+    if not found:
+        raise Failed(f"board.toml has no table {table} for {key}")
+    return f"{text[: found.end()]}{name} = {literal}\n{text[found.end() :]}"
