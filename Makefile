@@ -44,7 +44,7 @@ bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone
 
 deb: $(VENV)/installed-run
-	@$(BIN)/python -m firmware_runtime.deployment.debian \
+	@$(BIN)/python -m firmware_runtime.host.deployment.debian \
 		$(if $(ARCH),--architecture $(ARCH)) \
 		$(if $(PYTHON_VERSION),--python-version $(PYTHON_VERSION))
 

@@ -25,7 +25,7 @@ from benchmarks.loop_conditions import conditions, conditions_text
 from benchmarks.loop_process import make_byte_code
 from benchmarks.results import add_common_options, save
 from benchmarks.side_by_side import positive
-from firmware_runtime.cli.status import Status
+from firmware_runtime.status import Status
 
 SUMMARY = "What accounting costs a step, in memory and at the start; whether memory grows."
 _SHARED_MEMORY = Path("/dev/shm")  # noqa: S108 -- files in it get unguessable names

@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.accounting_start import UNLOCKED
 from benchmarks.loop_process import MADE, served_doubles, status_of_python, tachobot
-from firmware_runtime.telemetry.layout import ELAPSED
+from firmware_runtime.statistics.layout import ELAPSED
 
 GOAL_MB = 45.0
 STEADY_NS = 2_000_000_000

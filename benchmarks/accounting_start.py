@@ -10,9 +10,9 @@ from statistics import median
 from typing import Any
 
 from benchmarks.loop_process import LoopError, Running, seconds_of_python, tachobot
-from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT, STEPS
-from firmware_runtime.telemetry.spans import read_spans, spans_path
-from firmware_runtime.telemetry.statistics import Statistics
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STEPS
+from firmware_runtime.statistics.spans import read_spans, spans_path
+from firmware_runtime.statistics.statistics import Statistics
 
 GOAL_S = 0.4
 UNLOCKED = ("executive.lock_memory=false",)

@@ -26,8 +26,8 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.world_clock import WorldClock
-from firmware_runtime.telemetry.spans import spans_path
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.spans import spans_path
 
 WARM_UP = 200
 """Steps before the clock is looked at."""

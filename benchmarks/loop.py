@@ -16,15 +16,15 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-import boards.registry
 from benchmarks.loop_conditions import conditions
 from benchmarks.loop_rates import HIGHEST_HZ, LOWEST_HZ, highest, run
 from benchmarks.loop_split import BUS, split
 from benchmarks.loop_text import report_text
 from benchmarks.results import add_common_options, save
 from benchmarks.side_by_side import positive
-from firmware_runtime.cli.status import Status
+from firmware_runtime.board import registry
 from firmware_runtime.hal.budget import REFUSED_ABOVE_PERCENT, BusLoad, transaction_ns
+from firmware_runtime.status import Status
 
 SUMMARY = "The highest rate of TachoBot on its doubles, and where the time of a step goes."
 RATES = (50, 100, 200, 500, 999)
@@ -65,7 +65,7 @@ def rates(text: str) -> tuple[int, ...]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Split, search, print; the ratio comes last."""
-    board = boards.registry.load("tachobot")
+    board = registry.load("tachobot")
     own_hz = round(1 / board.settings.controller.period_s)
     report: dict[str, Any] = {
         "conditions": conditions(),

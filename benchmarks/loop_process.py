@@ -16,9 +16,9 @@ from pathlib import Path
 from time import monotonic, monotonic_ns, sleep
 
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.telemetry.layout import STEPS
-from firmware_runtime.telemetry.statistics import Statistics
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.layout import STEPS
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 MADE = ("--doubles",)

@@ -11,8 +11,8 @@ from typing import Any
 
 from benchmarks.loop_certainty import highest_share
 from benchmarks.loop_process import LoopError, tachobot
-from firmware_runtime.telemetry.comparison import difference
-from firmware_runtime.telemetry.layout import ELAPSED
+from firmware_runtime.statistics.comparison import difference
+from firmware_runtime.statistics.layout import ELAPSED
 
 LOWEST_HZ, HIGHEST_HZ = 40, 999
 """The board's: two periods fit into the propellers' timeout, and the IMU outruns the loop."""

@@ -15,12 +15,11 @@ from collections.abc import Callable
 from time import monotonic_ns
 from typing import Any, TypeVar
 
-import boards.registry
 from benchmarks.loop_rates import assignments
-from boards.lines import Lines
-from boards.registry import Board
 from boards.tachobot.wiring import Tachobot
-from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.board import registry
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.executive.clocks import MonotonicClock
@@ -29,6 +28,7 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from sim_doubles.rigs.rig import rig_for
 
 R = TypeVar("R")
 
@@ -85,7 +85,7 @@ class WatchedTachobot:
         self.ticks = -1
         self.stopwatch = watch = Stopwatch(RUNTIME)
         world_now = WorldClock()
-        bench = bench_for(board, world_now)
+        bench = rig_for(board, world_now)
         watch.watch(bench.buses[BUS], f"double {BUS}", "transaction")
         speed_hz = round(board.settings.buses[BUS].speed_hz)
         bus = AccountedBus(bench.buses[BUS], speed_hz, time=world_now)
@@ -133,7 +133,7 @@ def _configuration(board: Board, bus: AccountedBus) -> Configuration:
 
 def split(rate_hz: int, run_s: float) -> dict[str, Any]:
     """Microseconds a tick by label, in steady state; and the share of a processor that it takes."""
-    board = boards.registry.load("tachobot", assignments(rate_hz))
+    board = registry.load("tachobot", assignments(rate_hz))
     robot = WatchedTachobot(board)
     robot.run(seconds(run_s))
     spent = dict(robot.stopwatch.spent)

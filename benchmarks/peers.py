@@ -21,7 +21,7 @@ from benchmarks.peers_text import peers_text
 from benchmarks.results import add_common_options, save
 from benchmarks.side_by_side import PROJECT, missing_peer, peer_version, positive
 from firmware_runtime.cli.arguments import positive as positive_number
-from firmware_runtime.cli.status import Status
+from firmware_runtime.status import Status
 
 SUMMARY = "The same periodic model in real time on this project, xdevs.py, SimPy and pyjevsim."
 OURS, PEER = "ours, skip", "xdevs.py"

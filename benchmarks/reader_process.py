@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from time import monotonic
 
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.reader import read_statistics
 
 READINGS_HZ = 10
 READ, REST = b"+", b"-"

@@ -15,7 +15,7 @@ from statistics import median, quantiles
 from typing import Any
 
 from benchmarks.reader_rounds import ALONE, ALONE_AGAIN, KINDS, READ, Round
-from firmware_runtime.telemetry.histogram import Histogram, empty_cells
+from firmware_runtime.statistics.histogram import Histogram, empty_cells
 
 GOAL = 0.10
 """A reader changes the loop's p99 by less."""

@@ -16,10 +16,10 @@ from typing import TypeAlias
 from benchmarks import reader_process
 from benchmarks.loop_process import LoopError, tachobot
 from benchmarks.loop_rates import STEADY_NS, assignments
-from firmware_runtime.telemetry.comparison import difference
-from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import ELAPSED
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.comparison import difference
+from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.layout import ELAPSED
+from firmware_runtime.statistics.reader import read_statistics
 
 ALONE, ALONE_AGAIN, READ = "alone", "alone again", "read"
 KINDS = (ALONE, READ, ALONE_AGAIN)

@@ -23,8 +23,8 @@ from benchmarks.timing_neighbours import Neighbours
 from benchmarks.timing_report import PLAIN, SPINNING, summary
 from benchmarks.timing_text import timing_text
 from firmware_runtime.cli.arguments import positive as positive_number
-from firmware_runtime.cli.status import Status
 from firmware_runtime.executive.process import CPU_DMA_LATENCY
+from firmware_runtime.status import Status
 
 SUMMARY = "How late the executive wakes up, beside cyclictest in the same minutes."
 NOTHING = "nothing"

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.side_by_side import PROJECT
-from firmware_runtime.telemetry.histogram import upper_edge
+from firmware_runtime.statistics.histogram import upper_edge
 
 CYCLICTEST = "cyclictest"
 LONGEST_NS = 1_000_000

@@ -17,7 +17,7 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.process import ProcessSettings
-from firmware_runtime.telemetry.histogram import Histogram, empty_cells
+from firmware_runtime.statistics.histogram import Histogram, empty_cells
 
 
 class Empty(Atomic):

@@ -5,9 +5,9 @@ from typing import Protocol
 
 from drivers.bring_up import BringUp
 from drivers.chips.bearing import Bearing, in_circle
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.line_time import Line
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
 from drivers.hardware import HardwareModel
-from drivers.permit import ASK_AGAIN_AFTER, Permit, always
 from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.interlock import ASK_AGAIN_AFTER, Permit, always
 
 STOP_AGAIN_AFTER = 10_000_000
 """Ns until a stop that nobody acknowledged is written again."""

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable
 
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
-from drivers.permit import ASK_AGAIN_AFTER, Permit, always
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.interlock import ASK_AGAIN_AFTER, Permit, always
 from firmware_runtime.hal.line_time import Line
 
 CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0

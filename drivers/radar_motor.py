@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from drivers.chips.h_bridge import HBridge
-from drivers.chips.setting import SettingError
 from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
-from drivers.permit import Permit, always
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
+from firmware_runtime.hal.interlock import Permit, always
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.line_time import Line
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
 from drivers.hardware import HardwareModel
-from drivers.permit import Permit, always
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.interlock import Permit, always
 
 PAIRS = 4
 MOTORS = 2 * PAIRS

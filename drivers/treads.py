@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from drivers.chips.md25 import Md25Report
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
-from drivers.permit import Permit, always
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
+from firmware_runtime.hal.interlock import Permit, always
 from firmware_runtime.hal.line_time import Line
 
 

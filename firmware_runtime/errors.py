@@ -5,7 +5,8 @@ Three families hang below it, named by who must act:
 - `ModelError` (`firmware_runtime.devs.errors`): a bug in a model. Stop, outputs off, exit non-zero.
 - `HalError` (`firmware_runtime.hal.errors`): the world. Expected, counted, retried or turned into a
   `Fault` value on a port.
-- `BoardError` (`firmware_runtime.errors`): configuration. Refuse to start, list all faults at once.
+- `ConfigError` (`firmware_runtime.errors`): the user's input. Refuse to start, list all faults at
+  once.
 """
 
 from collections.abc import Sequence
@@ -26,15 +27,22 @@ class FirmwareRuntimeError(Exception):
     """Anything this project raises on purpose; its text is one sentence: where, what, expected."""
 
 
-class BoardError(FirmwareRuntimeError):
-    """A board cannot be run as configured; `faults` lists every reason found, not just the first.
+class ConfigError(FirmwareRuntimeError):
+    """What the user gave cannot be used; `faults` lists every reason found, not just the first.
 
     The user must act: each fault names the key, what stands there and what was expected.
     """
 
-    def __init__(self, board: str, faults: Sequence[str]) -> None:
-        self.board = board
+    def __init__(self, where: str, faults: Sequence[str], sentence: str | None = None) -> None:
+        self.where = where
         self.faults = tuple(faults)
+        if sentence is not None:
+            super().__init__(sentence)
+            return
         listing = "\n".join(f"  - {fault}" for fault in self.faults)
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        super().__init__(f"{board}: {count}\n{listing}")
+        super().__init__(f"{where}: {count}\n{listing}")
+
+
+class SettingError(FirmwareRuntimeError, ValueError):
+    """A chip cannot be set as asked; the board check lists its sentence among the faults."""

@@ -1,20 +1,10 @@
 """What time it is for a double: a function that returns nanoseconds."""
 
 from collections.abc import Callable
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 Now: TypeAlias = Callable[[], int]
 """The present instant in ns; never goes back."""
-
-
-class WireClock(Protocol):
-    """A clock for a whole rig: transactions on its buses take their time on it."""
-
-    def __call__(self) -> int:
-        """Return the present instant, in ns."""
-
-    def reach(self, at: int) -> None:
-        """Go on to `at`, unless that is past."""
 
 
 class ManualClock:

@@ -7,7 +7,6 @@ from boards.detective.settings import (
     SonarTable,
     TreadsTable,
 )
-from boards.lines import Lines
 from drivers.chips import cmps12, md25, sabertooth, srf08
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.h_bridge import HBridge
@@ -21,6 +20,7 @@ from drivers.compass import BearingSensor, CompassSettings
 from drivers.radar_motor import RadarMotorSettings
 from drivers.sonar import RangeFinder, SonarSettings
 from drivers.treads import TreadDriver, TreadSettings
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.time import NEVER, seconds
 
 

@@ -7,15 +7,15 @@ from boards.detective.detective import ATOMIC_CLASSES, Detective
 from boards.detective.parameters import Parameters
 from boards.detective.settings import CompassTable, DetectiveSettings, SonarTable
 from boards.detective.wiring import DetectiveRobot
-from boards.faults import Device, address_clashes, setting_fault, unknown_buses
-from boards.lines import Lines
-from boards.robot import Robot
 from drivers.chips import cmps12, hmc5883l, maxbotix, md25, srf08
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.hmc5883l import Hmc5883l
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import prescale_for
 from drivers.chips.srf08 import Srf08
+from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.model_file import read_model
@@ -63,7 +63,7 @@ def loads(settings: DetectiveSettings) -> dict[str, BusLoad]:
 def event_model(settings: DetectiveSettings, model_file: Path | None) -> Coupled:
     """The model alone, for event files: the board's own wiring, or what a `.ma` file says.
 
-    Raises BoardError for a model file with faults.
+    Raises ConfigError for a model file with faults.
     """
     if model_file is not None:
         return read_model(model_file, ATOMIC_CLASSES)

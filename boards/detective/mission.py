@@ -1,13 +1,13 @@
 """Starts the sensors and the mission, and judges when it is over."""
 
-from boards.ending import Ending
 from drivers.compass import PERIODIC
 from drivers.fault import Fault
 from drivers.motors import STILL
-from drivers.permit import Permit, always
+from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.interlock import Permit, always
 
 LOOK_EVERY = SECOND
 """Ns from one look at the time a mission has taken to the next."""

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from boards.common import (
+from firmware_runtime.board.settings import (
     Address,
     ArmingSettings,
     BusSettings,
@@ -21,7 +21,7 @@ from boards.common import (
     SecondsOrNone,
     Settings,
 )
-from boards.variants import only
+from firmware_runtime.board.variants import only
 
 Share = Annotated[float, Meta(gt=0, le=1)]
 

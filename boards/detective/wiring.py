@@ -5,11 +5,11 @@ from boards.detective.detective import Detective
 from boards.detective.mission import Gate, Mission
 from boards.detective.parameters import Parameters
 from boards.detective.settings import DetectiveSettings
-from boards.lines import Lines
 from drivers.compass import Compass
 from drivers.radar_motor import RadarMotor
 from drivers.sonar import Sonar
 from drivers.treads import Treads
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 

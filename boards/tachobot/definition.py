@@ -1,14 +1,14 @@
 """What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
-from boards.faults import Device, address_clashes, setting_fault, unknown_buses
-from boards.lines import Lines
-from boards.robot import Robot
 from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import duty_burst, prescale_for
 from drivers.thrust_pairs import MOTORS
+from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 
 SETTINGS = TachobotSettings

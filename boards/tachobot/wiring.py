@@ -1,6 +1,5 @@
 """TachoBot's schematic: which chip hangs on which bus, and which wire leads where."""
 
-from boards.lines import Lines
 from boards.tachobot.controller import Controller
 from boards.tachobot.lift import Lift
 from boards.tachobot.settings import EscSettings, TachobotSettings
@@ -12,6 +11,7 @@ from drivers.esc import EscSettings as EscModelSettings
 from drivers.gyro_bias import GyroBias
 from drivers.imu import Imu
 from drivers.thrust_pairs import ThrustPairs, ThrustSettings
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion

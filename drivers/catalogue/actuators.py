@@ -9,7 +9,7 @@ from drivers.chips.h_bridge import HBridge
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
 from drivers.chips.sabertooth import Sabertooth, SabertoothSettings
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort

@@ -17,8 +17,8 @@ PCA9685 none either: a motor turns on when nobody speaks. STBY is taken to be hi
 from typing import Final, NamedTuple
 
 from drivers.chips.pca9685 import CHANNELS, Pca9685
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
+from firmware_runtime.errors import SettingError
 
 HIGH: Final = 1.0
 LOW: Final = 0.0

@@ -20,8 +20,8 @@ from typing import Final
 
 from drivers.chips.bearing import Bearing, in_circle
 from drivers.chips.mounting import Vector, parse_mounting
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final, NamedTuple
 
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 

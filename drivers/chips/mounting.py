@@ -2,7 +2,7 @@
 
 from typing import Final, NamedTuple, TypeAlias
 
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 
 Vector: TypeAlias = tuple[float, float, float]
 

@@ -29,8 +29,8 @@ from drivers.chips.mpu9250_burst import (
     InertialSample,
 )
 from drivers.chips.mpu9250_settings import Mpu9250Settings
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from drivers.chips.ak8963 import MEASUREMENT_HZ
 from drivers.chips.mounting import parse_mounting
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 
 INTERNAL_HZ: Final = 1000
 GYRO_RANGES_DPS: Final = (250, 500, 1000, 2000)

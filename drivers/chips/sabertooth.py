@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.serial import SerialPort
 
 ADDRESSES: Final = range(128, 136)

@@ -2,12 +2,12 @@
 
 import argparse
 
-import boards.registry
+from firmware_runtime.board import registry
 
 
 def add_board_name(verb: argparse.ArgumentParser, otherwise: str | None = None) -> None:
     """Add BOARD; it may be left out if there is something that is meant otherwise."""
-    names = boards.registry.names()
+    names = registry.names()
     about = f"{' or '.join(names)}"
     verb.add_argument(
         "board",

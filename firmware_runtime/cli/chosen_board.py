@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-import boards.registry
-from boards.registry import Board
+from firmware_runtime.board import registry
+from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.readers_gone import tell
-from firmware_runtime.installation.places import SETTINGS
+from firmware_runtime.host.installation.places import SETTINGS
 
 PLACE = "FIRMWARE_RUNTIME_SETTINGS_DIRECTORY"
 """Names another directory for settings in force, as tests need."""
@@ -22,13 +22,13 @@ PLACE = "FIRMWARE_RUNTIME_SETTINGS_DIRECTORY"
 def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
     """Read the board that is meant, and say so where that is not what is shipped.
 
-    Raises BoardError with every fault found.
+    Raises ConfigError with every fault found.
     """
     copy = settings_in_force(board)
     if copy is None:
-        return boards.registry.load(board, assignments)
+        return registry.load(board, assignments)
     _tell_once(f"firmware-runtime: {board} has its settings from {copy}")
-    return boards.registry.load_copy(copy, board, assignments)
+    return registry.load_copy(copy, board, assignments)
 
 
 @cache
@@ -40,5 +40,5 @@ def _tell_once(what: str) -> None:
 def settings_in_force(board: str) -> Path | None:
     """The user's copy of the settings of a board of that name, if there is one."""
     copy = Path(os.environ.get(PLACE) or SETTINGS, f"{board}.toml")
-    is_there = board in boards.registry.names() and os.path.exists(copy)  # noqa: PTH110
+    is_there = board in registry.names() and os.path.exists(copy)  # noqa: PTH110
     return copy if is_there else None

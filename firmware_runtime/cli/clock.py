@@ -4,14 +4,14 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
 
 
 def choose_clock(arguments: argparse.Namespace) -> None:
     """Settle `--clock` where it was left out, and refuse what contradicts itself.
 
-    Event files run in virtual time, robots in real time. Raises BoardError.
+    Event files run in virtual time, robots in real time. Raises ConfigError.
     """
     if arguments.clock is None:
         arguments.clock = "monotonic" if arguments.events is None else "virtual"
@@ -27,7 +27,7 @@ def choose_clock(arguments: argparse.Namespace) -> None:
     if arguments.events is None and (arguments.outputs or arguments.model or arguments.until):
         faults.append("--outputs, --model and --until belong to --events")
     if faults:
-        raise BoardError("run", faults)
+        raise ConfigError("run", faults)
 
 
 def _not_for_a_model_alone(arguments: argparse.Namespace) -> Iterator[str]:

@@ -6,21 +6,21 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from boards.registry import Board
+from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import instant
 from firmware_runtime.cli.clock import clock_of
-from firmware_runtime.cli.status import Status
 from firmware_runtime.cli.tracing import tracing
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.event_file import Event, read_events
 from firmware_runtime.ecdpp.experiment import Experiment, end_of
 from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.executive.signals import stop_on_signals
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.status import Status
+from firmware_runtime.system.signals import stop_on_signals
 
 
 def add_event_options(verb: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def add_event_options(verb: argparse.ArgumentParser) -> None:
 def run_event_file(arguments: argparse.Namespace, board: Board) -> Status:
     """Run the file; outputs go to `--outputs`, else to the screen."""
     if board.event_model is None:
-        raise BoardError(board.name, ["--events: this board's model takes no event files"])
+        raise ConfigError(board.name, ["--events: this board's model takes no event files"])
     model = board.event_model(arguments.model)
     events = read_events(arguments.events, model)
     experiment = Experiment(model, events)
@@ -104,4 +104,4 @@ def _write(path: Path, lines: list[OutputLine]) -> None:
         write_outputs(path, lines)
     except OSError as error:
         fault = f"--outputs: the file cannot be written ({error.strerror})"
-        raise BoardError(str(path), [fault]) from error
+        raise ConfigError(str(path), [fault]) from error

@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from firmware_runtime.telemetry.paths import SUFFIX, find_statistics
+from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 
 def add_kept(verb: argparse.ArgumentParser) -> None:

@@ -7,8 +7,9 @@ import argparse
 import errno
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
+from types import ModuleType
 
 from firmware_runtime.cli.parser import Parser
 from firmware_runtime.cli.readers_gone import (
@@ -18,15 +19,15 @@ from firmware_runtime.cli.readers_gone import (
     readers_may_go,
     tell,
 )
-from firmware_runtime.cli.status import Status
-from firmware_runtime.deployment.errors import DeploymentError
-from firmware_runtime.errors import BoardError, FirmwareRuntimeError
+from firmware_runtime.entry_points import installed
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
-from firmware_runtime.service.control import ControlError
+from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.runs.control import ControlError
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.trace_file import TraceFileError
+from firmware_runtime.status import Status
 from firmware_runtime.system.priority import come_first
-from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.trace_file import TraceFileError
-from sim_doubles.served.errors import ServingError
 
 VERBS = {
     "run": "run",
@@ -46,15 +47,14 @@ VERBS = {
     "bridge": "bridge",
     "safe-state": "safe_state",
     "bench": "bench",
-    "doubles": "doubles",
     "doctor": "doctor",
-    "probe": "probe",
-    "try": "try_chip",
     "deploy": "deploy",
     "service": "service",
     "completion": "completion",
 }
-"""Where each verb is, in this package."""
+"""Where each verb of this package is, in `commands`."""
+GROUP = "firmware_runtime.commands"
+"""Entry points of verbs that other packages add: a module with `add_to`."""
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 _NAME_SHOWN = 80
@@ -84,7 +84,7 @@ def _carried_out(parsed: argparse.Namespace) -> int:
     """Carry out the verb; what cannot be carried out is a sentence and a status."""
     try:
         status = _executed(parsed)
-    except (BoardError, ServingError, StatisticsFileError, TraceFileError) as error:
+    except (ConfigError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
     except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE, _hint(error, parsed))
@@ -105,7 +105,7 @@ def _executed(parsed: argparse.Namespace) -> int:
         if error.errno != errno.ENAMETOOLONG:
             raise
         name = f"{str(error.filename)[:_NAME_SHOWN]}..."
-        raise BoardError(name, ["file name too long"]) from error
+        raise ConfigError(name, ["file name too long"]) from error
     return status
 
 
@@ -139,10 +139,28 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         help="show program's version number and exit",
     )
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
-    asked_for = [VERBS[word] for word in words[:1] if word in VERBS]
-    for module in asked_for or dict.fromkeys(VERBS.values()):
-        import_module(f"firmware_runtime.cli.{module}").add_to(verbs)
+    for verb in _modules(words):
+        verb.add_to(verbs)
     return top
+
+
+def verb_names() -> list[str]:
+    """Every verb, those of other packages last."""
+    return [*VERBS, *(each.name for each in installed(GROUP) if each.name not in VERBS)]
+
+
+def _modules(words: Sequence[str]) -> Iterator[ModuleType]:
+    """The modules of the verb that `words` begin with, or of all verbs."""
+    if words[:1] and words[0] in VERBS:
+        yield import_module(f"firmware_runtime.cli.commands.{VERBS[words[0]]}")
+        return
+    added = [each for each in installed(GROUP) if each.name not in VERBS]
+    asked_for = [each for each in added if each.name in words[:1]]
+    if not asked_for:
+        for module in dict.fromkeys(VERBS.values()):
+            yield import_module(f"firmware_runtime.cli.commands.{module}")
+    for each in asked_for or added:
+        yield each.load()
 
 
 def _hint(error: Exception, parsed: argparse.Namespace) -> str:

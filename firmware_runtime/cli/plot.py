@@ -3,18 +3,18 @@
 import os
 from pathlib import Path
 
-from firmware_runtime.cli.session import Session
-from firmware_runtime.errors import BoardError
-from sim_doubles.benches.bench import Drawn
-from sim_doubles.worlds.arena_picture_file import require_renderer, write_picture
+from firmware_runtime.board.rig import Drawn
+from firmware_runtime.diagram.picture_file import require_renderer, write_picture
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.runs.session import Session
 
 ENDINGS = (".svg", ".png")
 
 
 def check_plot(session: Session, path: Path) -> None:
-    """Refuse, before the run, a picture that cannot be made. Raises BoardError."""
+    """Refuse, before the run, a picture that cannot be made. Raises ConfigError."""
     faults = []
-    if not isinstance(session.bench, Drawn):
+    if not isinstance(session.rig, Drawn):
         faults.append("--plot: there is no picture of this run; expected the detective on doubles")
     if path.suffix not in ENDINGS:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
@@ -27,18 +27,18 @@ def check_plot(session: Session, path: Path) -> None:
     except ValueError as error:
         faults.append(f"--plot: {error}")
     if faults:
-        raise BoardError(session.board.name, faults)
+        raise ConfigError(session.board.name, faults)
 
 
 def write_plot(session: Session, path: Path, reason: str) -> None:
-    """Draw what happened until the run was over, for that reason. Raises BoardError.
+    """Draw what happened until the run was over, for that reason. Raises ConfigError.
 
     That is when the file cannot be written.
     """
-    if not isinstance(session.bench, Drawn):
+    if not isinstance(session.rig, Drawn):
         return
     until, own = session.world_now(), session.robot.result()
     try:
-        write_picture(path, session.bench.draw(until, own, reason))
+        write_picture(path, session.rig.draw(until, own, reason))
     except (OSError, ValueError) as error:
-        raise BoardError(session.board.name, [f"--plot: {error}"]) from error
+        raise ConfigError(session.board.name, [f"--plot: {error}"]) from error

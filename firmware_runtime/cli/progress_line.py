@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from time import monotonic_ns
 
 from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.cli.session import Session
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.runs.session import Session
 from firmware_runtime.system.sentences import Sentences
 
 EVERY = 250 * MILLISECOND
@@ -92,7 +92,7 @@ def progress_shown(
     if terminal is None:
         yield
         return
-    shown = None if session.bench is None else session.bench.shown
+    shown = None if session.rig is None else session.rig.shown
     ProgressLine(session.executive, terminal, until, shown)
     messages.terminal = terminal
     try:

@@ -9,12 +9,12 @@ from typing import Any
 from firmware_runtime.cli.chart import chart
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.cli.series import Series
-from firmware_runtime.cli.session import Session
-from firmware_runtime.cli.statistics_text import statistics_text
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.telemetry.periods_kept import periods_not_kept
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.periods_kept import periods_not_kept
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.text.statistics import statistics_text
 
 
 class Report:
@@ -38,8 +38,8 @@ class Report:
             duration_s = session.board.doubles_run_s
         self.until = NEVER if duration_s is None else seconds(duration_s)
         self._shown = Series()
-        if not self._json and session.bench is not None:
-            port = session.bench.shown
+        if not self._json and session.rig is not None:
+            port = session.rig.shown
             session.executive.simulator.listen(port, self._remember)
 
     def begin(self) -> None:
@@ -93,10 +93,10 @@ class Report:
             yield f"failed: {outcome.reason}"
         elif session.arming is not None and not session.arming.was_armed:
             yield f"never armed, so nothing was driven: {session.arming.reason}"
-        if session.bench is not None:
+        if session.rig is not None:
             until = session.world_now()
             yield ""
-            yield from chart(self._shown.points, session.bench.shown.path, until)
+            yield from chart(self._shown.points, session.rig.shown.path, until)
         yield ""
         for name, value in session.result().items():
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"

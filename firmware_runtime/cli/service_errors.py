@@ -4,8 +4,8 @@ import argparse
 import sys
 
 from firmware_runtime.cli.arguments import Execute
-from firmware_runtime.cli.status import Status
-from firmware_runtime.installation.errors import InstallationRefused, StepFailed
+from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
+from firmware_runtime.status import Status
 
 
 def explained(execute: Execute) -> Execute:

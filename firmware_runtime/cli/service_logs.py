@@ -11,9 +11,9 @@ from typing import Any
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.board_name import add_board_name
 from firmware_runtime.cli.service_errors import explained
-from firmware_runtime.cli.status import Status
-from firmware_runtime.installation.errors import StepFailed
-from firmware_runtime.installation.places import GUARD, RUNTIME, instance
+from firmware_runtime.host.installation.errors import StepFailed
+from firmware_runtime.host.installation.places import GUARD, RUNTIME, instance
+from firmware_runtime.status import Status
 
 _FIELDS = ("PERIOD_US", "LATE_US", "MISSED", "CAUSE")
 """What the journal's entry on an episode of overruns has, and no other entry."""

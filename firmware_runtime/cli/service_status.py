@@ -9,18 +9,18 @@ from dataclasses import asdict
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.board_name import add_board_name
 from firmware_runtime.cli.service_errors import explained
-from firmware_runtime.cli.statistics_summary import summary
-from firmware_runtime.cli.status import Status
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.installation.errors import StepFailed
-from firmware_runtime.installation.places import GUARD, RUNTIME, instance
-from firmware_runtime.installation.states import UnitState, state_of
-from firmware_runtime.installation.target import require_systemd, target
-from firmware_runtime.installation.uninstall import installed_boards
-from firmware_runtime.service.restarts import pause_after, read_starts
-from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.paths import find_statistics, places
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.host.installation.errors import StepFailed
+from firmware_runtime.host.installation.places import GUARD, RUNTIME, instance
+from firmware_runtime.host.installation.states import UnitState, state_of
+from firmware_runtime.host.installation.target import require_systemd, target
+from firmware_runtime.host.installation.uninstall import installed_boards
+from firmware_runtime.runs.restarts import pause_after, read_starts
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.paths import find_statistics, places
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.status import Status
 
 SCHEMA = 1
 

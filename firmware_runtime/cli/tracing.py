@@ -6,7 +6,7 @@ from pathlib import Path
 
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.trace import trace
-from firmware_runtime.telemetry.trace_file import TraceFile
+from firmware_runtime.statistics.trace_file import TraceFile
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from typing import Final, Literal, TypeAlias
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.diagram import couplings, mermaid, states
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.state_diagram import StateDiagram
 
 Form: TypeAlias = Literal["svg", "mmd"]
@@ -21,7 +21,7 @@ def diagram(model: Component, state: str | None = None, form: Form = "svg") -> s
     """The model's couplings, or the state graph of the component named by `state`.
 
     A name may leave out case and underscores, so `radar_controller` finds `radarController`; where
-    several models share it, give the path from the top. Raises BoardError if it fits no state
+    several models share it, give the path from the top. Raises ConfigError if it fits no state
     diagram or several.
     """
     draw_couplings, draw_states = _DRAWERS[form]
@@ -36,7 +36,7 @@ def _find(model: Component, name: str) -> StateDiagram:
         problem = "fits several models" if found else "no such model with a state diagram"
         known = ", ".join(each.path for each in found or diagrams)
         expected = f"expected one of {known}" if known else "this board has none"
-        raise BoardError(model.path, [f"{name!r}: {problem}; {expected}"])
+        raise ConfigError(model.path, [f"{name!r}: {problem}; {expected}"])
     return found[0]
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.ecdpp.text import lines_of, look_up, parse_number, parse_time, read_text
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 
 class Event(NamedTuple):
@@ -24,12 +24,12 @@ class Event(NamedTuple):
 
 
 def read_events(path: Path, model: Component) -> list[Event]:
-    """The file's events for this model; raises BoardError with every faulty line."""
+    """The file's events for this model; raises ConfigError with every faulty line."""
     return parse_events(read_text(path), str(path), model)
 
 
 def parse_events(text: str, source: str, model: Component) -> list[Event]:
-    """The text's events; `source` names it in a BoardError."""
+    """The text's events; `source` names it in a ConfigError."""
     events: list[Event] = []
     faults: list[str] = []
     for number, line in lines_of(text):
@@ -44,7 +44,7 @@ def parse_events(text: str, source: str, model: Component) -> list[Event]:
             except ValueError as error:
                 faults.append(f"line {number}: {error}")
     if faults:
-        raise BoardError(source, faults)
+        raise ConfigError(source, faults)
     return sorted(events, key=lambda event: event.at)
 
 

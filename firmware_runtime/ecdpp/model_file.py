@@ -20,7 +20,7 @@ from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.model_links import declare_ports, draw_links
 from firmware_runtime.ecdpp.model_syntax import Entry, Section, parse_sections
 from firmware_runtime.ecdpp.text import look_up, parse_number, parse_time, read_text
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 TOP = "top"
 """The section of the model that all others are part of."""
@@ -29,21 +29,21 @@ DEEPEST = 64
 
 
 def read_model(path: Path, classes: Mapping[str, AtomicClass]) -> Coupled:
-    """The file's top model, of these atomic classes; raises BoardError with every fault found."""
+    """The file's top model, of these atomic classes; raises ConfigError with every fault found."""
     return parse_model(read_text(path), str(path), classes)
 
 
 def parse_model(text: str, source: str, classes: Mapping[str, AtomicClass]) -> Coupled:
-    """The text's top model; `source` names it in a BoardError."""
+    """The text's top model; `source` names it in a ConfigError."""
     faults: list[str] = []
     sections = parse_sections(text, faults)
     if TOP not in sections:
-        raise BoardError(source, [*faults, f"no section [{TOP}]"])
+        raise ConfigError(source, [*faults, f"no section [{TOP}]"])
     builder = _Builder(sections, classes, faults)
     model = builder.coupled(sections[TOP], sections[TOP].name)
     builder.note_unused()
     if faults:
-        raise BoardError(source, faults)
+        raise ConfigError(source, faults)
     return model
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.errors import BoardError
-from firmware_runtime.telemetry.whole_file import read_file
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_file import read_file
 
 T = TypeVar("T")
 
@@ -18,11 +18,11 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)", re.ASCII)
 
 
 def read_text(path: Path) -> str:
-    """The file's text; raises BoardError if it cannot be read. A FIFO is not waited for."""
+    """The file's text; raises ConfigError if it cannot be read. A FIFO is not waited for."""
     try:
         return read_file(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise BoardError(str(path), [f"cannot be read: {error}"]) from error
+        raise ConfigError(str(path), [f"cannot be read: {error}"]) from error
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:

@@ -30,8 +30,8 @@ from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER, whole
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
-from firmware_runtime.telemetry.histogram import Cells, Histogram, empty_cells
-from firmware_runtime.telemetry.layout import MODEL, Layout
+from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
+from firmware_runtime.statistics.layout import MODEL, Layout
 
 _BY_ACTIVATION = MODEL.index("is_in_period") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")

@@ -13,14 +13,14 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.event_account import EventAccount
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
 from firmware_runtime.executive.step import Step
-from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import Layout
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import Layout
 
 EVENT_TOLERANCE = MILLISECOND
 """Lateness, ns, up to which an event of a model without a period is no overrun."""
@@ -29,7 +29,7 @@ EVENT_TOLERANCE = MILLISECOND
 class Accounting:
     """Opens an account for every model, and keeps the accounts.
 
-    Raises BoardError for a model whose period is no time.
+    Raises ConfigError for a model whose period is no time.
     `watch` is called once for each model, in order of declaration. `overrun` says why the run must
     stop; it is empty until a policy demands it.
     """
@@ -51,7 +51,7 @@ class Accounting:
             fault = (
                 f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
             )
-            raise BoardError(path, [fault])
+            raise ConfigError(path, [fault])
         account: ModelAccount
         if atomic.period == NEVER:
             account = EventAccount(atomic, path, number, SKIP, EVENT_TOLERANCE)

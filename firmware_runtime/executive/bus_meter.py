@@ -5,8 +5,8 @@ from itertools import islice
 from struct import Struct
 from typing import Protocol
 
-from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import BUS, DEVICES, Layout
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import BUS, DEVICES, Layout
 
 _COUNTERS = Struct(f"{len(BUS)}q")
 

@@ -11,10 +11,10 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.step import relative_path
 from firmware_runtime.hal.fault import Fault
-from firmware_runtime.telemetry import fault_table
-from firmware_runtime.telemetry.fault_table import KINDS, OTHER_KINDS, FaultCount
-from firmware_runtime.telemetry.histogram import Cells, empty_cells
-from firmware_runtime.telemetry.layout import Layout
+from firmware_runtime.statistics import fault_table
+from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS, FaultCount
+from firmware_runtime.statistics.histogram import Cells, empty_cells
+from firmware_runtime.statistics.layout import Layout
 
 
 class CountedFault(FaultCount):

@@ -10,7 +10,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.functions import Functions
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import Accounting
 from firmware_runtime.executive.configuration import Configuration
@@ -20,7 +20,7 @@ from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.recorder import Recorder
 from firmware_runtime.executive.step import Step
-from firmware_runtime.telemetry.layout import Layout
+from firmware_runtime.statistics.layout import Layout
 
 
 class Instruments:
@@ -53,14 +53,14 @@ class Instruments:
     def attach(self, simulator: Engine) -> None:
         """Take up what only the finished simulator knows.
 
-        Raises BoardError, listing all policies and deadlines that name nothing in the model.
+        Raises ConfigError, listing all policies and deadlines that name nothing in the model.
         """
         self.faults.attach(simulator)
         faults = [*self.accounting.attach(simulator)]
         for watch in self.watches:
             faults.extend(watch.attach(simulator))
         if faults:
-            raise BoardError(simulator.root.name, faults)
+            raise ConfigError(simulator.root.name, faults)
 
     def layout(self) -> Layout:
         """What the statistics file needs room for."""

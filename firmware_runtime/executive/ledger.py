@@ -10,8 +10,9 @@ from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import (
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.layout import (
     ACKNOWLEDGED,
     ARMED,
     CPU,
@@ -21,10 +22,9 @@ from firmware_runtime.telemetry.layout import (
     STEPS,
     YIELDED,
 )
-from firmware_runtime.telemetry.statistics import RunState
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.timeline import Lately, Timeline
-from firmware_runtime.telemetry.worst_list import WorstList
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.timeline import Lately, Timeline
+from firmware_runtime.statistics.worst_list import WorstList
 
 
 class Ledger:

@@ -50,13 +50,13 @@ from firmware_runtime.executive.readiness import Readiness
 from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.telemetry.histogram import Cells
-from firmware_runtime.telemetry.layout import ELAPSED, YIELDED
-from firmware_runtime.telemetry.refusals import as_they_hold
-from firmware_runtime.telemetry.spans import spans_path
-from firmware_runtime.telemetry.statistics import RunState, Statistics
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.timeline import Lately
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import ELAPSED, YIELDED
+from firmware_runtime.statistics.refusals import as_they_hold
+from firmware_runtime.statistics.spans import spans_path
+from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.timeline import Lately
 
 DEFAULT = Configuration()
 
@@ -66,7 +66,7 @@ class Executive:
 
     `make_safe` puts the outputs into their safe state and returns what failed, one sentence each.
     `inbox` takes values for the root's input ports from anywhere in the process; `world_now` is the
-    time of the lines and of a world that lives in it. Raises BoardError when policies or deadlines
+    time of the lines and of a world that lives in it. Raises ConfigError when policies or deadlines
     name what the model has not.
     """
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.statistics import RunState
 
 
 @dataclass(frozen=True, slots=True)

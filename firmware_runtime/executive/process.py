@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.executive.c_library import call
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.telemetry.refusals import NOT_ASKED, NOTHING_TO_WAIT_FOR
+from firmware_runtime.statistics.refusals import NOT_ASKED, NOTHING_TO_WAIT_FOR
 
 Report: TypeAlias = dict[str, dict[str, Any]]
 

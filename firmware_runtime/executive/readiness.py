@@ -12,7 +12,7 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.step import relative_path
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.statistics import RunState
 
 
 @runtime_checkable

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.executive.step import Step
-from firmware_runtime.telemetry.spans import GARBAGE, MODELS, STEP, WAKING, SpanRing
+from firmware_runtime.statistics.spans import GARBAGE, MODELS, STEP, WAKING, SpanRing
 
 
 class Recorder:

@@ -45,3 +45,13 @@ class _NoTime:
 
 
 NO_TIME: Final = _NoTime()
+
+
+class WireClock(Protocol):
+    """A clock for a whole rig: transactions on its buses take their time on it."""
+
+    def __call__(self) -> int:
+        """Return the present instant, in ns."""
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`, unless that is past."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Any
 
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 _HIGHEST_PORT = 0xFFFF
 
@@ -33,18 +33,18 @@ def written(where: tuple[Any, ...]) -> str:
 
 
 def endpoint(option: str, text: str) -> Endpoint:
-    """Read `text`, looking a name up once. Raises BoardError that names the option."""
+    """Read `text`, looking a name up once. Raises ConfigError that names the option."""
     host, _, port = text.rpartition(":")
     bare = host.removeprefix("[").removesuffix("]")
     if not bare or not _is_port(port) or (":" in bare and bare == host):
         fault = f"{text}: expected ADDRESS:PORT, such as 127.0.0.1:7300 or [::1]:7300"
-        raise BoardError(option, [fault])
+        raise ConfigError(option, [fault])
     try:
         (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
     except OSError as error:
-        raise BoardError(option, [f"{text}: {error.strerror}; expected an address"]) from error
+        raise ConfigError(option, [f"{text}: {error.strerror}; expected an address"]) from error
     except UnicodeError as error:  # a name with an empty part, or one of more than 63 letters
-        raise BoardError(option, [f"{text}: no name of a computer; expected an address"]) from error
+        raise ConfigError(option, [f"{text}: no host name; expected an address"]) from error
     return Endpoint(family, where)
 
 

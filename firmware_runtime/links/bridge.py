@@ -18,7 +18,7 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.addresses import Endpoint, written
 from firmware_runtime.links.broadcast import Broadcast
 from firmware_runtime.links.carried import Carried
@@ -34,7 +34,7 @@ LOOK_EVERY: Final = 250 * MILLISECOND
 class Bridge:
     """Carries datagrams; `tell` hears, in a sentence, when a run appears or is gone.
 
-    Raises BoardError if an address cannot be had.
+    Raises ConfigError if an address cannot be had.
     """
 
     def __init__(self, route: Route, tell: Callable[[str], None]) -> None:
@@ -143,7 +143,7 @@ def _listening(at: Endpoint) -> socket.socket:
         made.bind(at.where)
     except OSError as error:
         made.close()
-        raise BoardError(
+        raise ConfigError(
             "--listen", [f"{at}: {error.strerror}; expected a free address"]
         ) from error
     return made

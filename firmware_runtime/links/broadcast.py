@@ -8,7 +8,7 @@ from typing import Final
 import msgspec
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.addresses import Endpoint
 from firmware_runtime.links.carried import Carried
 from firmware_runtime.links.datagrams import told
@@ -29,7 +29,7 @@ class Told(msgspec.Struct):
 class Broadcast:
     """Watches ports and sends what they send to every peer; nothing is read from a peer.
 
-    `tell` hears, in a sentence, when a run appears or is gone. Raises BoardError for a peer that
+    `tell` hears, in a sentence, when a run appears or is gone. Raises ConfigError for a peer that
     there is no way to.
     """
 
@@ -93,5 +93,5 @@ def _connected(to: Endpoint) -> socket.socket:
         made.connect(to.where)
     except OSError as error:
         made.close()
-        raise BoardError("--peer", [f"{to}: {error.strerror}; expected a way there"]) from error
+        raise ConfigError("--peer", [f"{to}: {error.strerror}; expected a way there"]) from error
     return made

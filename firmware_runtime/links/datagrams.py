@@ -14,7 +14,7 @@ import msgspec
 from msgspec import Meta, Raw, Struct
 
 from firmware_runtime.links.refusal import Refusal
-from firmware_runtime.telemetry.trace_file import plain
+from firmware_runtime.statistics.trace_file import plain
 
 LONGEST: Final = 4096
 """Bytes of the longest datagram that is read."""

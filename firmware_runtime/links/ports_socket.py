@@ -62,7 +62,7 @@ class PortsSocket:
     """A source of the loop and an attendant of the run; nothing is read before `attach`.
 
     Its mode is 0660 less the umask: never open to everybody. `now` is any clock in ns that does not
-    stand still. Raises BoardError if the socket cannot be made.
+    stand still. Raises ConfigError if the socket cannot be made.
     """
 
     def __init__(self, path: Path, root: Component, now: Callable[[], int] = monotonic_ns) -> None:

@@ -6,13 +6,13 @@ import weakref
 from contextlib import suppress
 from pathlib import Path
 
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 
 class SocketFile:
     """A socket that never blocks, bound to a path; its mode is as stated, less the umask.
 
-    One that an earlier process left there is replaced. Raises BoardError if it cannot be made.
+    One that an earlier process left there is replaced. Raises ConfigError if it cannot be made.
     """
 
     def __init__(self, path: Path, mode: int = 0o660) -> None:
@@ -26,7 +26,7 @@ class SocketFile:
             self.socket.close()
             fault = f"{path}: no socket can be made here ({error.strerror or error})"
             expected = "expected another place for the statistics"
-            raise BoardError(path.name, [f"{fault}; {expected}"]) from error
+            raise ConfigError(path.name, [f"{fault}; {expected}"]) from error
         self._end = weakref.finalize(self, _unbind, self.socket, path, _identity(path))
 
     def close(self) -> None:

@@ -4,6 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
 
+from firmware_runtime.hal.served.connection import lock_of
 from sim_doubles.served.errors import ServingError
 
 
@@ -36,11 +37,6 @@ def unlisten(listener: socket, path: Path) -> None:
     for each in (path, lock_of(path)):
         with suppress(FileNotFoundError):
             each.unlink()
-
-
-def lock_of(path: Path) -> Path:
-    """The file that whoever drives the doubles at a path holds locked."""
-    return path.with_name(f"{path.name}.lock")
 
 
 def _remove_dead(path: Path) -> None:

@@ -19,23 +19,23 @@ from typing import Self
 
 import msgspec
 
-from sim_doubles.benches.bench import Bench
+from sim_doubles.rigs.rig import DoublesRig
 from sim_doubles.served.errors import ServingError
 
 _encode = msgspec.json.Encoder().encode
 
 
 class OutputLog:
-    """Writes a line whenever an output of the bench changed; a context manager that closes it.
+    """Writes a line whenever an output of the rig changed; a context manager that closes it.
 
     Raises ServingError if the file cannot be made or written.
     """
 
-    def __init__(self, path: Path, bench: Bench) -> None:
+    def __init__(self, path: Path, rig: DoublesRig) -> None:
         self._path = path
-        self._bench = bench
+        self._rig = rig
         self._at = 0
-        self._levels = dict.fromkeys(bench.levels(0), 0.0)
+        self._levels = dict.fromkeys(rig.levels(0), 0.0)
         try:
             self._file = path.open("wb", buffering=0)
         except OSError as error:
@@ -43,7 +43,7 @@ class OutputLog:
 
     def catch_up(self, at: int) -> int:
         """Write what has changed up to `at`; return when the next output changes by itself."""
-        while (change_at := self._bench.next_change_at(self._at)) <= at:
+        while (change_at := self._rig.next_change_at(self._at)) <= at:
             self._compare(change_at)
         self._compare(at)
         return change_at
@@ -65,7 +65,7 @@ class OutputLog:
 
     def _compare(self, at: int) -> None:
         self._at = at
-        levels = self._bench.levels(at)
+        levels = self._rig.levels(at)
         if levels != self._levels:
             for name, value in levels.items():
                 if value != self._levels[name]:

@@ -22,10 +22,10 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.served.packets import LONGEST
 from sim_doubles.clock import ManualClock
 from sim_doubles.served.listening import listen, unlisten
 from sim_doubles.served.output_log import OutputLog
-from sim_doubles.served.packets import LONGEST
 from sim_doubles.served.service import DoublesService
 
 LONGEST_WAIT = 10 * MILLISECOND

@@ -5,11 +5,7 @@ import os
 from collections.abc import Mapping
 from typing import TypeVar
 
-from sim_doubles.benches.bench import Bench
-from sim_doubles.clock import Now
-from sim_doubles.faults import AdapterError, FaultScript
-from sim_doubles.served.output_log import OutputLog
-from sim_doubles.served.packets import (
+from firmware_runtime.hal.served.packets import (
     Answer,
     Answered,
     Asked,
@@ -29,6 +25,10 @@ from sim_doubles.served.packets import (
     encode,
     read_question,
 )
+from sim_doubles.clock import Now
+from sim_doubles.faults import AdapterError, FaultScript
+from sim_doubles.rigs.rig import DoublesRig
+from sim_doubles.served.output_log import OutputLog
 
 T = TypeVar("T")
 
@@ -36,16 +36,16 @@ T = TypeVar("T")
 class DoublesService:
     """One board's doubles. While a question is answered, only wire time passes on their clock."""
 
-    def __init__(self, board: str, bench: Bench, now: Now, log: OutputLog) -> None:
+    def __init__(self, board: str, rig: DoublesRig, now: Now, log: OutputLog) -> None:
         self._board = board
-        self._bench = bench
+        self._rig = rig
         self._now = now
         self._log = log
         self._holder: int | None = None  # the client that has the enable line
 
     def catch_up(self) -> int:
         """Bring world and log up to now; return when the next output changes by itself."""
-        self._bench.catch_up()
+        self._rig.catch_up()
         return self._log.catch_up(self._now())
 
     def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
@@ -71,7 +71,7 @@ class DoublesService:
             case Look():
                 return self._standing()
             case Conclude(elapsed, own):
-                return Concluded(self._bench.result(elapsed, own))
+                return Concluded(self._rig.result(elapsed, own))
         try:
             if isinstance(asked, Enable):
                 self._let_through(client, enabled=asked.enabled)
@@ -83,28 +83,28 @@ class DoublesService:
 
     def _standing(self) -> Standing:
         at = self._now()
-        return Standing(self._board, at, self._bench.outputs, self._bench.levels(at))
+        return Standing(self._board, at, self._rig.outputs, self._rig.levels(at))
 
     def _carried_out(self, asked: Transfer | Part | Write | Read | Strike) -> bytes:
         """Carry out a transaction. Raises the OSError that an adapter reports."""
         match asked:
             case Transfer(bus, address, messages):
-                return _found(self._bench.buses, bus).transfer(address, messages)
+                return _found(self._rig.buses, bus).transfer(address, messages)
             case Part(bus, parts, continues, holds):
-                line = _found(self._bench.buses, bus)
+                line = _found(self._rig.buses, bus)
                 return line.transfer_parts(parts, continues=continues, holds=holds)
             case Write(port, data):
-                _found(self._bench.ports, port).write(data)
+                _found(self._rig.ports, port).write(data)
                 return b""
             case Read(port):
-                return _found(self._bench.ports, port).read_available()
+                return _found(self._rig.ports, port).read_available()
             case Strike():
                 self._strike(asked)
                 return b""
 
     def _let_through(self, client: int, *, enabled: bool) -> None:
         """Set the enable line. Raises the OSError of a line that is absent or another's."""
-        line = self._bench.enable
+        line = self._rig.enable
         if line is None:
             raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
         if self._holder not in {None, client}:
@@ -114,7 +114,7 @@ class DoublesService:
 
     def _strike(self, asked: Strike) -> None:
         """Let a bus fail for a while. The log has it."""
-        bus, at = _found(self._bench.buses, asked.bus), self._now()
+        bus, at = _found(self._rig.buses, asked.bus), self._now()
         if bus.faults is None:
             bus.faults = FaultScript()
         until = at + asked.span

@@ -8,7 +8,7 @@ from socket import AF_UNIX, SOCK_STREAM, socketpair
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from sim_doubles.served.packets import Done, Failed, Part, Question, encode, read_answer
+from firmware_runtime.hal.served.packets import Done, Failed, Part, Question, encode, read_answer
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 from sim_doubles.usbip.errors import NotAttached

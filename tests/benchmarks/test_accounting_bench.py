@@ -21,9 +21,9 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.telemetry.layout import STEPS
-from firmware_runtime.telemetry.spans import read_spans, spans_path
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.layout import STEPS
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.spans import read_spans, spans_path
 from tests.support.periodic_models import Robot
 
 

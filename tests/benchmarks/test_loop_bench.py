@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import boards.registry
 from benchmarks import loop, loop_split
 from benchmarks.loop_certainty import at_most, highest_share, needed
 from benchmarks.loop_process import LoopError, tachobot
@@ -25,8 +24,9 @@ from benchmarks.loop_rates import (
 )
 from benchmarks.loop_split import KINDS, Stopwatch
 from benchmarks.loop_text import report_text
+from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 # The search ---------------------------------------------------------------------------------------
 
@@ -63,14 +63,14 @@ def test_rates_are_tried_from_the_highest_down_and_then_between_two(
 
 @pytest.mark.parametrize("rate_hz", [LOWEST_HZ, *loop.RATES, 125, 501, HIGHEST_HZ])
 def test_the_board_takes_every_rate_that_the_bench_offers(rate_hz: int) -> None:
-    board = boards.registry.load("tachobot", assignments(rate_hz))
+    board = registry.load("tachobot", assignments(rate_hz))
     assert round(1 / board.settings.controller.period_s) == rate_hz
 
 
 @pytest.mark.parametrize("rate_hz", [LOWEST_HZ - 1, HIGHEST_HZ + 1])
 def test_the_board_takes_none_beyond_them(rate_hz: int) -> None:
-    with pytest.raises(BoardError):
-        boards.registry.load("tachobot", assignments(rate_hz))
+    with pytest.raises(ConfigError):
+        registry.load("tachobot", assignments(rate_hz))
     with pytest.raises(argparse.ArgumentTypeError, match=f"{rate_hz} Hz: expected 40 to 999"):
         loop.rates(f"100,{rate_hz}")
 
@@ -196,14 +196,14 @@ def test_an_error_leaves_the_watch_where_it_was(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_wire_is_computed_from_the_boards_own_load() -> None:
-    board = boards.registry.load("tachobot")
+    board = registry.load("tachobot")
     found = loop.wire(board.loads["i2c1"])
     assert found["us"] / 1e6 * 100 == pytest.approx(board.loads["i2c1"].utilisation)
     assert found["us"] * found["full_at_hz"] == pytest.approx(1e6)
     too_fast = assignments(math.ceil(found["refused_above_hz"]))
     own_speed = [each for each in too_fast if "speed_hz" not in each]
-    with pytest.raises(BoardError, match="above 80 % is refused"):
-        boards.registry.load("tachobot", own_speed)
+    with pytest.raises(ConfigError, match="above 80 % is refused"):
+        registry.load("tachobot", own_speed)
 
 
 # The command --------------------------------------------------------------------------------------

@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from boards import registry
-from firmware_runtime.cli.session import Session
-from firmware_runtime.cli.statistics_summary import summary
-from firmware_runtime.cli.statistics_text import statistics_text
+from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.step import relative_path
-from firmware_runtime.metrics.collector import exposition
-from firmware_runtime.report.page import page
+from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.page.page import page
+from firmware_runtime.statistics.prometheus.collector import exposition
+from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.statistics.text.summary import summary
 
 
 @contextmanager

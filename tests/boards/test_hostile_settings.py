@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import boards.registry
-from boards.registry import Board
-from boards.strict import DEEPEST
-from firmware_runtime.errors import BoardError
+from firmware_runtime.board import registry
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.strict import DEEPEST
+from firmware_runtime.errors import ConfigError
 
 DEEP = 3000
 BROKEN = {
@@ -50,22 +50,22 @@ def keys_of(table: dict[str, Any], before: str = "") -> list[str]:
     return found
 
 
-KEYS = {name: keys_of(dict(boards.registry.load(name).table)) for name in boards.registry.names()}
+KEYS = {name: keys_of(dict(registry.load(name).table)) for name in registry.names()}
 NUMBERS = st.integers().map(str) | st.floats().map(repr)
 WORDS = st.text(st.characters(exclude_characters="\0"), max_size=20)
 
 
 def refused_or_taken(load: Callable[[], Board]) -> None:
-    """What a caller of `load` can bear: a board, or a BoardError."""
-    with suppress(BoardError):
+    """What a caller of `load` can bear: a board, or a ConfigError."""
+    with suppress(ConfigError):
         load()
 
 
 @pytest.mark.parametrize("text", BROKEN.values(), ids=BROKEN.keys())
 def test_a_file_without_end_is_a_fault(tmp_path: Path, text: str) -> None:
     (tmp_path / "board.toml").write_text(text)
-    with pytest.raises(BoardError) as caught:
-        boards.registry.load(str(tmp_path))
+    with pytest.raises(ConfigError) as caught:
+        registry.load(str(tmp_path))
     assert len(str(caught.value)) < 1000
 
 
@@ -82,8 +82,8 @@ def test_a_file_without_end_is_a_fault(tmp_path: Path, text: str) -> None:
     ],
 )
 def test_an_override_without_end_or_of_no_text_is_a_fault(assignment: str) -> None:
-    with pytest.raises(BoardError) as caught:
-        boards.registry.load("tachobot", [assignment])
+    with pytest.raises(ConfigError) as caught:
+        registry.load("tachobot", [assignment])
     assert len(str(caught.value)) < 1000
 
 
@@ -97,8 +97,8 @@ def test_an_override_without_end_or_of_no_text_is_a_fault(assignment: str) -> No
     ],
 )
 def test_what_is_no_board_file_is_said(board: str, why: str) -> None:
-    with pytest.raises(BoardError) as caught:
-        boards.registry.load(board)
+    with pytest.raises(ConfigError) as caught:
+        registry.load(board)
     assert why in str(caught.value)
 
 
@@ -106,14 +106,14 @@ def test_what_is_no_board_file_is_said(board: str, why: str) -> None:
 def test_kept_settings_without_end_are_a_fault(tmp_path: Path, depth: int) -> None:
     kept = tmp_path / "tachobot.settings"
     kept.write_text('{"world": ' + "[" * depth + "]" * depth + "}")
-    with pytest.raises(BoardError):
-        boards.registry.load_table(kept)
+    with pytest.raises(ConfigError):
+        registry.load_table(kept)
 
 
 @pytest.mark.slow
 @given(st.text() | st.binary().map(lambda raw: raw.decode("utf-8", "surrogateescape")))
 def test_any_override_is_refused_or_taken(assignment: str) -> None:
-    refused_or_taken(lambda: boards.registry.load("tachobot", [assignment]))
+    refused_or_taken(lambda: registry.load("tachobot", [assignment]))
 
 
 @pytest.mark.slow
@@ -123,7 +123,7 @@ def test_any_override_is_refused_or_taken(assignment: str) -> None:
 )
 def test_any_value_of_any_key_is_refused_or_taken(where: tuple[str, str], value: str) -> None:
     name, key = where
-    refused_or_taken(lambda: boards.registry.load(name, [f"{key}={value}"]))
+    refused_or_taken(lambda: registry.load(name, [f"{key}={value}"]))
 
 
 @pytest.mark.slow
@@ -132,7 +132,7 @@ def test_any_tree_in_kept_settings_is_refused_or_taken(
     tmp_path_factory: pytest.TempPathFactory, where: tuple[str, str], value: object
 ) -> None:
     name, key = where
-    table = json.loads(json.dumps(dict(boards.registry.load(name).table)))
+    table = json.loads(json.dumps(dict(registry.load(name).table)))
     *parents, leaf = key.split(".")
     inner = table
     for parent in parents:
@@ -143,4 +143,4 @@ def test_any_tree_in_kept_settings_is_refused_or_taken(
         kept.write_text(json.dumps(table))
     except ValueError:  # an integer that Python does not print: nor does a run
         return
-    refused_or_taken(lambda: boards.registry.load_table(kept))
+    refused_or_taken(lambda: registry.load_table(kept))

@@ -1,7 +1,7 @@
 """The detective's mission judges when it is over, by its time too."""
 
 from boards.detective.mission import Mission
-from boards.ending import Ending
+from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 

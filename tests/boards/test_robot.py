@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from boards.robot import Robot
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.hal.errors import HalError
 

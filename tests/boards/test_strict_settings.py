@@ -3,7 +3,7 @@ from typing import Annotated, Any
 import pytest
 from msgspec import Meta, Struct
 
-from boards import strict
+from firmware_runtime.board import strict
 
 
 class Gains(Struct, frozen=True):

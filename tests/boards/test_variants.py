@@ -5,13 +5,12 @@ from typing import Annotated, Any, Literal, get_args, get_type_hints
 import pytest
 from msgspec import Struct
 
-import boards.registry
-from boards import strict
-from boards.common import ModelPolicy
 from boards.detective.settings import CompassTable, SonarTable, TreadsTable
 from boards.tachobot.settings import ControllerSettings
-from boards.variants import foreign_keys, only
-from firmware_runtime.errors import BoardError
+from firmware_runtime.board import registry, strict
+from firmware_runtime.board.settings import ModelPolicy
+from firmware_runtime.board.variants import foreign_keys, only
+from firmware_runtime.errors import ConfigError
 
 
 class Motor(Struct, frozen=True):
@@ -63,15 +62,15 @@ def test_a_choice_that_is_wrong_itself_is_the_only_fault() -> None:
     ],
 )
 def test_a_boards_key_without_effect_is_refused(board: str, assignment: str, key: str) -> None:
-    with pytest.raises(BoardError) as refusal:
-        boards.registry.load(board, [assignment])
+    with pytest.raises(ConfigError) as refusal:
+        registry.load(board, [assignment])
     (fault,) = refusal.value.faults
     assert fault.startswith(f"{key}: has no effect; ")
 
 
 def test_all_of_them_are_named_at_once() -> None:
-    with pytest.raises(BoardError) as refusal:
-        boards.registry.load(
+    with pytest.raises(ConfigError) as refusal:
+        registry.load(
             "detective", ["body_sonar.family=hrlv", "treads.port=zz", "radar_compass.offset=1"]
         )
     assert len(refusal.value.faults) == 3
@@ -87,15 +86,15 @@ SERIAL = (
 
 
 def test_a_variant_chosen_by_an_assignment_takes_the_files_keys_of_the_other_away() -> None:
-    table = boards.registry.load("detective", SERIAL).table["treads"]
+    table = registry.load("detective", SERIAL).table["treads"]
     assert "bus" not in table
     assert "acceleration" not in table
     assert table["address"] == 128
 
 
 def test_a_key_that_is_assigned_beside_the_choice_is_judged_all_the_same() -> None:
-    with pytest.raises(BoardError) as refusal:
-        boards.registry.load("detective", [*SERIAL, "treads.acceleration=3"])
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("detective", [*SERIAL, "treads.acceleration=3"])
     (fault,) = refusal.value.faults
     assert fault.startswith("treads.acceleration: has no effect; ")
 
@@ -103,16 +102,16 @@ def test_a_key_that_is_assigned_beside_the_choice_is_judged_all_the_same() -> No
 def test_a_maxbotix_on_a_port_of_another_rate_is_refused() -> None:
     sonar = ("body_sonar.chip=maxbotix", "body_sonar.port=sonar", "body_sonar.period_s=0.2")
     port = "ports.sonar={device='/dev/no/sonar', baud=%d}"
-    boards.registry.load("detective", [*sonar, port % 9600])
-    with pytest.raises(BoardError) as refusal:
-        boards.registry.load("detective", [*sonar, port % 57600])
+    registry.load("detective", [*sonar, port % 9600])
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("detective", [*sonar, port % 57600])
     (fault,) = refusal.value.faults
     assert fault.startswith("ports.sonar.baud: 57600; ")
 
 
 def test_a_policy_that_stops_says_how_late() -> None:
-    with pytest.raises(BoardError) as refusal:
-        boards.registry.load("tachobot", ["overruns.imu.policy=stop"])
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("tachobot", ["overruns.imu.policy=stop"])
     (fault,) = refusal.value.faults
     assert fault.startswith("overruns.imu.stop_after_us: missing")
 

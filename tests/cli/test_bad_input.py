@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-import boards.registry
-import sim_doubles.benches.tachobot
+import sim_doubles.rigs.tachobot
+from firmware_runtime.board import registry
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 LONG = "x" * 5000
@@ -72,7 +72,7 @@ def test_a_speed_controller_is_judged_where_there_is_one(
 def test_mode_free_demands_a_speed_controller_and_mode_platform_does_not(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
-    shipped = (Path(boards.registry.__file__).parent / "tachobot" / "board.toml").read_text()
+    shipped = registry.shipped_file("tachobot").read_text()
     before, _, rest = shipped.partition("[esc]")
     own = tmp_path / "board.toml"
     own.write_text(before + "[controller]" + rest.partition("[controller]")[2])
@@ -168,7 +168,7 @@ def test_malformed_toml_is_refused_with_its_line(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
     copy = tmp_path / "board.toml"
-    original = (Path(boards.registry.__file__).parent / "tachobot" / "board.toml").read_text()
+    original = registry.shipped_file("tachobot").read_text()
     copy.write_text(original.replace("[controller.yaw]", "[controller.yaw"))
     ended = command("run", copy, "--doubles")
     assert ended.status == 2
@@ -179,7 +179,7 @@ def test_malformed_toml_is_refused_with_its_line(
 def test_a_users_own_copy_of_a_board_file_is_taken(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
-    original = (Path(boards.registry.__file__).parent / "tachobot" / "board.toml").read_text()
+    original = registry.shipped_file("tachobot").read_text()
     (tmp_path / "board.toml").write_text(original)
     assert str(tmp_path) in command("check", tmp_path).out
 
@@ -213,7 +213,7 @@ def test_nothing_is_actuated_when_a_board_is_refused(
 ) -> None:
     built: list[object] = []
     monkeypatch.setattr(
-        sim_doubles.benches.tachobot.TachobotBench, "__init__", lambda *_: built.append(1)
+        sim_doubles.rigs.tachobot.TachobotRig, "__init__", lambda *_: built.append(1)
     )
     assert command(*VIRTUAL, "--set", "imu.address=0x40").status == 2
     assert built == []

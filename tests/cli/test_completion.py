@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.completion import SCRIPTS, candidates
+from firmware_runtime.cli.commands.completion import SCRIPTS, candidates
 from firmware_runtime.cli.main import VERBS, parser
 from tests.support.waiting import PATIENCE_S
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli import doctor
-from firmware_runtime.doctor.check import Check, Result
-from firmware_runtime.doctor.finding import Finding, Severity, ok
-from firmware_runtime.doctor.registry import GROUPS
+from firmware_runtime.cli.commands import doctor
+from firmware_runtime.host.doctor.check import Check, Result
+from firmware_runtime.host.doctor.finding import Finding, Severity, ok
+from firmware_runtime.host.doctor.registry import GROUPS
 from tests.support.waiting import PATIENCE_S
 
 IDS = [check.id for checks in GROUPS.values() for check in checks]

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-import boards.registry
-from firmware_runtime.cli import lines
-from firmware_runtime.cli.outputs import Outputs, switched_off
-from firmware_runtime.cli.settings_in_force import (
+from firmware_runtime.board import registry
+from firmware_runtime.hal.errors import BusAbsent, BusFault
+from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.runs import lines
+from firmware_runtime.runs.outputs import Outputs, switched_off
+from firmware_runtime.runs.settings_in_force import (
     forget_settings,
     keep_settings,
     kept_for,
     kept_settings,
 )
-from firmware_runtime.hal.errors import BusAbsent, BusFault
-from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.statistics.errors import StatisticsFileError
 
 TWO_BUSES = (
     "controller.mode=free",
@@ -53,7 +53,7 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
         return NotedBus(name, addresses)
 
     monkeypatch.setattr(lines, "open_i2c", open_i2c)
-    outputs = Outputs(boards.registry.load("tachobot", TWO_BUSES), None, tmp_path / "x.stats")
+    outputs = Outputs(registry.load("tachobot", TWO_BUSES), None, tmp_path / "x.stats")
     (failed,) = outputs.make_safe()
     assert failed.startswith(f"{gone} 0x4")
     assert failed.endswith("does not exist")
@@ -67,17 +67,17 @@ def agrees(outputs: Outputs, run: dict[str, list[str]]) -> bool:
 
 def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path: Path) -> None:
     doubles = tmp_path / "doubles.socket"
-    outputs = Outputs(boards.registry.load("tachobot"), doubles, tmp_path / "x.stats")
-    moved = boards.registry.load("tachobot", ["thrust_pairs.address=0x42"])
+    outputs = Outputs(registry.load("tachobot"), doubles, tmp_path / "x.stats")
+    moved = registry.load("tachobot", ["thrust_pairs.address=0x42"])
     against = outputs.objection({"switched_off": switched_off(moved, doubles)})
     assert against is not None
     assert f"go off by {doubles} 0x42: fd10, here by" in against
-    tuned = boards.registry.load("tachobot", ["controller.yaw.kp=0.5"])
+    tuned = registry.load("tachobot", ["controller.yaw.kp=0.5"])
     assert agrees(outputs, {"switched_off": switched_off(tuned, doubles)})
 
 
 def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> None:
-    board = boards.registry.load("tachobot", ["buses.i2c1.device=/dev/i2c-none"])
+    board = registry.load("tachobot", ["buses.i2c1.device=/dev/i2c-none"])
     outputs = Outputs(board, None, tmp_path / "x.stats")
     assert outputs.objection({"switched_off": switched_off(board, None)}) is None
     with pytest.raises(BusAbsent, match="i2c1: /dev/i2c-none cannot be opened"):
@@ -86,8 +86,8 @@ def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> Non
 
 def test_settings_that_the_run_keeps_count_from_then_on(tmp_path: Path) -> None:
     statistics, doubles = tmp_path / "x.stats", tmp_path / "doubles.socket"
-    outputs = Outputs(boards.registry.load("tachobot"), doubles, statistics)
-    moved = boards.registry.load("tachobot", ["thrust_pairs.address=0x42"])
+    outputs = Outputs(registry.load("tachobot"), doubles, statistics)
+    moved = registry.load("tachobot", ["thrust_pairs.address=0x42"])
     run = {"switched_off": switched_off(moved, doubles)}
     assert not agrees(outputs, run)
     keep_settings(moved, statistics)
@@ -98,7 +98,7 @@ def test_settings_that_the_run_keeps_count_from_then_on(tmp_path: Path) -> None:
 
 def test_kept_settings_are_those_of_the_run_overrides_included(tmp_path: Path) -> None:
     statistics = tmp_path / "state" / "detective.stats"
-    board = boards.registry.load("detective", ["treads.speed=0.05"])
+    board = registry.load("detective", ["treads.speed=0.05"])
     keep_settings(board, statistics)
     kept = kept_settings(statistics)
     assert kept is not None
@@ -117,18 +117,18 @@ def test_what_is_no_settings_is_none(tmp_path: Path, content: str) -> None:
 def test_settings_that_cannot_be_kept_are_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StatisticsFileError, match=r"x\.settings: .*; expected a place to write"):
-        keep_settings(boards.registry.load("tachobot"), tmp_path / "file" / "x.stats")
+        keep_settings(registry.load("tachobot"), tmp_path / "file" / "x.stats")
 
 
 def test_doubles_that_nobody_serves_are_one_sentence(tmp_path: Path) -> None:
-    outputs = Outputs(boards.registry.load("tachobot"), tmp_path / "d.socket", tmp_path / "x")
+    outputs = Outputs(registry.load("tachobot"), tmp_path / "d.socket", tmp_path / "x")
     (failed,) = outputs.make_safe()
     assert "d.socket" in failed
 
 
 def test_kept_settings_are_for_the_group_and_not_for_everybody(tmp_path: Path) -> None:
     before = os.umask(0)
-    keep_settings(boards.registry.load("tachobot"), tmp_path / "x.stats")
+    keep_settings(registry.load("tachobot"), tmp_path / "x.stats")
     os.umask(before)
     assert (tmp_path / "x.settings").stat().st_mode & 0o777 == 0o640
 
@@ -138,10 +138,10 @@ def test_settings_are_found_by_the_file_they_came_from(tmp_path: Path) -> None:
     folder, state = tmp_path / "mine", tmp_path / "state"
     folder.mkdir()
     file = folder / "board.toml"
-    file.write_bytes(boards.registry.load("tachobot").source.read_bytes())
+    file.write_bytes(registry.load("tachobot").source.read_bytes())
     link = tmp_path / "link.toml"
     link.symlink_to(file)
-    keep_settings(boards.registry.load(str(link)), state / "tachobot.stats")
+    keep_settings(registry.load(str(link)), state / "tachobot.stats")
     file.unlink()
     for meant in (file, folder, link):
         assert kept_for(str(meant), [tmp_path, state]) == [state / "tachobot.stats"]
@@ -149,7 +149,7 @@ def test_settings_are_found_by_the_file_they_came_from(tmp_path: Path) -> None:
 
 
 def test_settings_as_earlier_versions_kept_them_are_taken(tmp_path: Path) -> None:
-    table = boards.registry.load("tachobot").table
+    table = registry.load("tachobot").table
     (tmp_path / "x.settings").write_text(json.dumps(table))
     assert kept_settings(tmp_path / "x.stats") is not None
     assert kept_for("tachobot", [tmp_path]) == []
@@ -183,7 +183,7 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
         return opened[0]
 
     monkeypatch.setattr(lines, "open_i2c", open_i2c)
-    board = boards.registry.load("tachobot", ["buses.i2c1.attempts=1"])
+    board = registry.load("tachobot", ["buses.i2c1.attempts=1"])
     outputs = Outputs(board, None, tmp_path / "x.stats")
     outputs.prepare()
     assert outputs.make_safe() == ["i2c1 0x40: the adapter reported a fault"]
@@ -192,7 +192,7 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
 
 
 def test_doubles_that_are_not_served_are_an_objection(tmp_path: Path) -> None:
-    board, doubles = boards.registry.load("tachobot"), tmp_path / "doubles.socket"
+    board, doubles = registry.load("tachobot"), tmp_path / "doubles.socket"
     outputs = Outputs(board, doubles, tmp_path / "x.stats")
     outputs.prepare()
     run = {"switched_off": switched_off(board, doubles)}

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli import perfetto
+from firmware_runtime.cli.commands import perfetto
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.telemetry.spans import MODELS, STEP, WAKING, SpanRing
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.spans import MODELS, STEP, WAKING, SpanRing
+from firmware_runtime.statistics.statistics import RunState
 from tests.support.trace_rules import assert_sound, slices
 from tests.support.written_run import LAYOUT, WrittenRun
 

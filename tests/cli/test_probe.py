@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli import probe, probing
+from drivers.commands import probe, probing
 from firmware_runtime.hal.errors import AddressInUse, BusAbsent, BusInUse
 from firmware_runtime.hal.i2c import I2cBus, Message
 from sim_doubles.chips.mpu9250 import Mpu9250Double

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import boards.registry
+from firmware_runtime.board import registry
 from firmware_runtime.cli.main import parser
 
 ROOT = Path(__file__).parents[2]
@@ -24,15 +24,15 @@ def test_a_command_of_the_page_is_taken(line: str) -> None:
 
 
 def test_new_addresses_of_the_page_are_those_of_the_board() -> None:
-    devices = boards.registry.load("detective").devices
+    devices = registry.load("detective").devices
     wanted = {device.address for device in devices if device.chip in {"SRF08", "CMPS12"}}
     given = NEW_ADDRESS.findall(PAGE)
     assert {int(address, 0) for _, _, address in given} == wanted
     assert all(int(byte, 0) == 2 * int(address, 0) for byte, _, address in given)
 
 
-@pytest.mark.parametrize("board", boards.registry.names())
+@pytest.mark.parametrize("board", registry.names())
 def test_the_page_names_every_chip_with_its_address(board: str) -> None:
-    for device in boards.registry.load(board).devices:
+    for device in registry.load(board).devices:
         assert device.chip in PAGE
         assert f"0x{device.address:02x}" in PAGE

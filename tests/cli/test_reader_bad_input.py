@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.telemetry.layout import Layout
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.layout import Layout
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.telemetry import whole_file
-from firmware_runtime.telemetry.layout import Layout
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.layout import Layout
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.system import whole_file
 from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")

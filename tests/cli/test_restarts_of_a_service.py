@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.service.restarts import Restarts, read_starts
+from firmware_runtime.runs.restarts import Restarts, read_starts
 
 PROGRAM = (sys.executable, "-m", "firmware_runtime.cli")
 COMMAND = (*PROGRAM, "run", "tachobot", "--doubles")

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from boards import registry
-from firmware_runtime.installation import target
+from firmware_runtime.board import registry
+from firmware_runtime.host.installation import target
 from tests.support.installation_rig import files_below
 from tests.support.systemd_machine import (
     BRIDGE,

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.service.restarts import Restarts
+from firmware_runtime.runs.restarts import Restarts
 from tests.support.systemd_machine import ACTIVE, GUARD, RUN, SystemdMachine
 from tests.support.written_run import WrittenRun
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-import boards.registry
+from firmware_runtime.board import registry
 from firmware_runtime.cli.chosen_board import PLACE
 
 pytestmark = pytest.mark.slow
 
-SHIPPED = {name: boards.registry.load(name).source for name in boards.registry.names()}
+SHIPPED = {name: registry.load(name).source for name in registry.names()}
 
 
 @pytest.fixture

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.cli.statistics_summary import milliseconds, summary
-from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import ARMED, ELAPSED, MODEL, Layout
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.takeovers import Takeover, TakeoverFile
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.layout import ARMED, ELAPSED, MODEL, Layout
+from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
+from firmware_runtime.statistics.text.summary import milliseconds, summary
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c",), worst=2)
 HEADER = {

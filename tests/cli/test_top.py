@@ -15,15 +15,15 @@ import pytest
 from rich.console import Console
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.cli.top_screen import screen
-from firmware_runtime.cli.top_table import models_table, short
-from firmware_runtime.telemetry import fault_table
-from firmware_runtime.telemetry.comparison import difference
-from firmware_runtime.telemetry.fault_table import FaultCount
-from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import MODEL, Layout
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.worst_list import WorstList
+from firmware_runtime.statistics import fault_table
+from firmware_runtime.statistics.comparison import difference
+from firmware_runtime.statistics.fault_table import FaultCount
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.layout import MODEL, Layout
+from firmware_runtime.statistics.top.screen import screen
+from firmware_runtime.statistics.top.table import models_table, short
+from firmware_runtime.statistics.worst_list import WorstList
 from tests.support.waiting import PATIENCE_S
 
 LAYOUT = Layout(

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from drivers.catalogue.trial import Quantity
-from firmware_runtime.cli import single, trying
-from firmware_runtime.cli.readings import Readings
+from drivers.commands import single, trying
+from drivers.commands.readings import Readings
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.errors import BusInUse
 from firmware_runtime.hal.i2c import I2cBus

@@ -11,13 +11,13 @@ from drivers.catalogue.table import CHIPS
 from drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
-from drivers.chips.setting import SettingError
-from firmware_runtime.cli.trying import Watch, drive, switch_off, take
+from drivers.commands.trying import Watch, drive, switch_off, take
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady
-from sim_doubles.benches.singles import ON_BUS, ON_PORT
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.rigs.singles import ON_BUS, ON_PORT
 from sim_doubles.serial_line import SerialLineDouble
 from tests.support.trial_pace import TrialPace
 

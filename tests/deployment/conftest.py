@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.deployment import project_wheel
-from firmware_runtime.deployment.commands import Commands
+from firmware_runtime.host.deployment import project_wheel
+from firmware_runtime.host.deployment.commands import Commands
 from tests.support.made_once import made_once
 from tests.support.scratch_system import ScratchSystem, scratch_system
 from tests.support.ssh_target import SshTarget, missing_packages, ssh_target

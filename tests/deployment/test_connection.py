@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.deployment.commands import Commands, Ended
-from firmware_runtime.deployment.connection import Connection, fault_of_host
-from firmware_runtime.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.commands import Commands, Ended
+from firmware_runtime.host.deployment.connection import Connection, fault_of_host
+from firmware_runtime.host.deployment.errors import DeploymentError
 
 
 class Recorded(Commands):

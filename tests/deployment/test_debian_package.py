@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.deployment.commands import Commands
-from firmware_runtime.deployment.debian.build import build, platform_for
-from firmware_runtime.deployment.errors import DeploymentError
-from firmware_runtime.deployment.platform import Platform
+from firmware_runtime.host.deployment.commands import Commands
+from firmware_runtime.host.deployment.debian.build import build, platform_for
+from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.platform import Platform
 from tests.support.made_once import made_once
 from tests.support.scratch_system import GUARD, PROGRAM, ROBOT, SETTINGS, ScratchSystem
 

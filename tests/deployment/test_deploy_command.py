@@ -7,7 +7,7 @@ from zipfile import ZipFile
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.cli.status import Status
+from firmware_runtime.status import Status
 from tests.support.ssh_target import HOST, SshTarget, free_port, make_key
 
 Deploy = Callable[..., int]
@@ -78,7 +78,7 @@ def test_what_does_not_pass_leaves_no_trace_but_what_was_sent(
     # A program that can be installed, and cannot be started.
     broken = Path(shutil.copy(wheel, tmp_path))
     with ZipFile(broken, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
-        archive.writestr("firmware_runtime/cli/check.py", "raise SystemExit(1)")
+        archive.writestr("firmware_runtime/cli/commands/check.py", "raise SystemExit(1)")
     assert deploy(target, "--wheel", broken) == Status.NOT_DEPLOYED
     assert [each.name for each in (root / "opt/firmware-runtime").iterdir()] == ["parcel"]
     assert [each.name for each in root.iterdir()] == ["opt"]

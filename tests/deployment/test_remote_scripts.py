@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-import firmware_runtime.deployment
-from firmware_runtime.deployment.debian.tree import SCRIPTS, script_text
+import firmware_runtime.host.deployment
+from firmware_runtime.host.deployment.debian.tree import SCRIPTS, script_text
 
-FOLDER = Path(firmware_runtime.deployment.__file__).parent
+FOLDER = Path(firmware_runtime.host.deployment.__file__).parent
 SENT = (
     ("probe.sh",),
     ("venvs.sh", "prepare.sh"),

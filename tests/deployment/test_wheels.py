@@ -3,10 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.deployment import project_wheel, wheels
-from firmware_runtime.deployment.commands import Commands, Ended
-from firmware_runtime.deployment.errors import DeploymentError
-from firmware_runtime.deployment.platform import Platform
+from firmware_runtime.host.deployment import project_wheel, wheels
+from firmware_runtime.host.deployment.commands import Commands, Ended
+from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.platform import Platform
 
 PI = Platform("aarch64", (3, 11))
 TAKEN = [

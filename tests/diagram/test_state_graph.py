@@ -8,7 +8,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.diagram.draw import diagram
 from firmware_runtime.diagram.words import say_duration, wrap
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
 
@@ -125,7 +125,7 @@ def test_a_model_is_found_by_name_or_path_without_case_and_underscores(name: str
 
 
 def test_a_name_without_a_state_diagram_is_refused_with_those_that_have_one() -> None:
-    with pytest.raises(BoardError, match=r"'RadarSystem': no such model .* top\.RadarSystem\.son"):
+    with pytest.raises(ConfigError, match=r"'RadarSystem': no such model .* top\.RadarSystem\.son"):
         diagram(Detective(), "RadarSystem")
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from firmware_runtime.doctor.registry import GROUPS
+from firmware_runtime.host.doctor.registry import GROUPS
 from tests.support.fake_machines import Look
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.doctor import clock
-from firmware_runtime.doctor.finding import Severity
-from firmware_runtime.doctor.machine import Demands
+from firmware_runtime.host.doctor import clock
+from firmware_runtime.host.doctor.finding import Severity
+from firmware_runtime.host.doctor.machine import Demands
 from tests.support.fake_machines import (
     ADAPTER,
     CLOCK,

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.doctor import clock, scheduling
-from firmware_runtime.doctor.check import Check
-from firmware_runtime.doctor.finding import Severity, worst
-from firmware_runtime.doctor.machine import Demands, Machine
-from firmware_runtime.doctor.registry import GROUPS, examine
+from firmware_runtime.host.doctor import clock, scheduling
+from firmware_runtime.host.doctor.check import Check
+from firmware_runtime.host.doctor.finding import Severity, worst
+from firmware_runtime.host.doctor.machine import Demands, Machine
+from firmware_runtime.host.doctor.registry import GROUPS, examine
 from tests.support.fake_machines import TACHOBOT, container, lay_out, pc, raspberry_pi
 
 CHECKS = [check for checks in GROUPS.values() for check in checks]

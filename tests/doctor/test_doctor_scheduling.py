@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.doctor import scheduling
-from firmware_runtime.doctor.finding import Severity
-from firmware_runtime.doctor.machine import Demands
+from firmware_runtime.host.doctor import scheduling
+from firmware_runtime.host.doctor.finding import Severity
+from firmware_runtime.host.doctor.machine import Demands
 from tests.support.fake_machines import CPU, TACHOBOT, Look, allowed, lay_out, pc, raspberry_pi
 
 THROTTLED = "/sys/devices/platform/soc/soc:firmware/get_throttled"

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import pytest
 
-from firmware_runtime.doctor import installation
-from firmware_runtime.doctor.finding import Severity
-from firmware_runtime.telemetry.layout import GUARD, HEARTBEAT
+from firmware_runtime.host.doctor import installation
+from firmware_runtime.host.doctor.finding import Severity
+from firmware_runtime.statistics.layout import GUARD, HEARTBEAT
 from tests.support.fake_machines import TACHOBOT, Look, container, pc, raspberry_pi
 from tests.support.written_run import WrittenRun
 

@@ -5,7 +5,7 @@ import pytest
 
 from drivers.chips.bearing import in_circle
 from drivers.chips.cmps12 import Cmps12
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 

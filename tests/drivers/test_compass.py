@@ -1,11 +1,11 @@
 import pytest
 
 from drivers.chips.bearing import Bearing
-from drivers.chips.setting import SettingError
 from drivers.chips.step import Step
 from drivers.compass import ONCE, PERIODIC, STOP, Compass, CompassSettings
 from firmware_runtime.devs.errors import ModelFailure
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT, ScriptedChip

@@ -4,7 +4,7 @@ import pytest
 
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.pca9685 import Pca9685
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import I2cBus, Message
 

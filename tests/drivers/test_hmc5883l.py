@@ -5,7 +5,7 @@ from typing import TypeAlias
 import pytest
 
 from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 

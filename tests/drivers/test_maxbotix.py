@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.chips.maxbotix import BAUD, FAMILIES, FRAME_NS, FrameDecoder, Maxbotix
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.serial import SerialPort
 

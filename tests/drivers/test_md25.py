@@ -5,8 +5,8 @@ from typing import TypeAlias
 import pytest
 
 from drivers.chips.md25 import Md25, Md25Report, Md25Settings
-from drivers.chips.setting import SettingError
 from drivers.chips.step import duration_ns
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message

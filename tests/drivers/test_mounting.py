@@ -4,7 +4,7 @@ from itertools import permutations, product
 import pytest
 
 from drivers.chips.mounting import Mounting, parse_mounting
-from drivers.chips.setting import SettingError
+from firmware_runtime.errors import SettingError
 
 
 def determinant(mounting: Mounting) -> int:

@@ -13,8 +13,8 @@ from drivers.chips.pca9685 import (
     prescale_for,
     software_reset,
 )
-from drivers.chips.setting import SettingError
 from drivers.chips.step import duration_ns
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits, wire_bytes
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message

@@ -2,9 +2,9 @@ import pytest
 
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.pca9685 import Pca9685
-from drivers.chips.setting import SettingError
 from drivers.radar_motor import RadarMotor, RadarMotorSettings
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import SettingError
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble

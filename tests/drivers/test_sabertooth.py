@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.chips.sabertooth import Sabertooth, SabertoothSettings, packet, speed_packet
-from drivers.chips.setting import SettingError
 from drivers.chips.step import duration_ns
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.serial import SerialPort
 
 TENTH = 100_000_000

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.setting import SettingError
 from drivers.chips.srf08 import INTERVAL_NS, Srf08, Srf08Settings
 from drivers.chips.step import duration_ns
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 

@@ -12,10 +12,10 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.budget import transaction_ns
+from firmware_runtime.hal.served.client import ServedBus
+from firmware_runtime.hal.served.packets import Answered, Asked, Done, Transfer
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.served.client import ServedBus
-from sim_doubles.served.packets import Answered, Asked, Done, Transfer
 from tests.support.adc import (
     CONVERSION,
     READING,

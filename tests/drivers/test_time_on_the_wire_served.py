@@ -14,10 +14,10 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.world_clock import OutsideClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
-from sim_doubles.benches.bench import Bench
+from firmware_runtime.hal.served.client import ServedBus
+from firmware_runtime.hal.served.connection import Connection
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.served.client import ServedBus
-from sim_doubles.served.connection import Connection
+from sim_doubles.rigs.rig import DoublesRig
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
@@ -50,7 +50,7 @@ class AdcBench:
 def path(tmp_path: Path) -> Iterator[Path]:
     """Where a converter is served, by a thread."""
     socket, clock = tmp_path / "adc.sock", RealClock()
-    bench = cast("Bench", AdcBench(clock))
+    bench = cast("DoublesRig", AdcBench(clock))
     with (
         OutputLog(Path(os.devnull), bench) as log,
         DoublesServer(socket, DoublesService("adc", bench, clock, log), log, clock) as server,

@@ -3,9 +3,9 @@ import math
 import pytest
 
 from drivers.chips.md25 import Md25Report
-from drivers.chips.setting import SettingError
 from drivers.treads import Treads, TreadSpeeds
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import SettingError
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_treads import ScriptedDriver, bench_of, settings
 

@@ -8,7 +8,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events, read_events
 from firmware_runtime.ecdpp.text import format_time, parse_time
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 
 def model() -> Component:
@@ -26,9 +26,9 @@ def parse(text: str) -> list[Event]:
 
 
 def faults(text: str) -> tuple[str, ...]:
-    with pytest.raises(BoardError) as caught:
+    with pytest.raises(ConfigError) as caught:
         parse(text)
-    assert caught.value.board == "test.ev"
+    assert caught.value.where == "test.ev"
     return caught.value.faults
 
 
@@ -147,7 +147,7 @@ def test_a_file_is_read_and_named_in_its_faults(tmp_path: Path) -> None:
     path.write_bytes(b"\xef\xbb\xbf00:00:02:00 In1 1\r\n00:00:03:00 In1 2\r\n")
     assert [event.at for event in read_events(path, model())] == [2 * SECOND, 3 * SECOND]
     path.write_text("00:00:02:00 In1 x\n", encoding="utf-8")
-    with pytest.raises(BoardError, match=r"mission\.ev: 1 fault\n  - line 1: value 'x'"):
+    with pytest.raises(ConfigError, match=r"mission\.ev: 1 fault\n  - line 1: value 'x'"):
         read_events(path, model())
 
 
@@ -156,5 +156,5 @@ def test_a_file_that_cannot_be_read_is_a_fault(tmp_path: Path, content: bytes | 
     path = tmp_path / "mission.ev"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(BoardError, match="cannot be read"):
+    with pytest.raises(ConfigError, match="cannot be read"):
         read_events(path, model())

@@ -12,7 +12,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.event_file import read_events
 from firmware_runtime.ecdpp.model_file import parse_model
 from firmware_runtime.ecdpp.text import read_text
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from tests.ecdpp.test_model_file import CLASSES
 
 NAMES = st.sampled_from(["top", "a", "b", "c@Relay", "b@a", "In", "Out@c", "x", "count", "1"])
@@ -32,14 +32,14 @@ EVENT_LINES = st.text(max_size=20) | st.builds(
 @pytest.mark.slow
 @given(st.lists(MODEL_LINES, max_size=12).map("\n".join))
 def test_any_model_file_is_taken_or_refused(text: str) -> None:
-    with suppress(BoardError):
+    with suppress(ConfigError):
         parse_model(text, "hostile.ma", CLASSES)
 
 
 def test_a_fifo_in_place_of_a_file_is_not_waited_for(tmp_path: Path) -> None:
     fifo = tmp_path / "hostile.ev"
     os.mkfifo(fifo)
-    with pytest.raises(BoardError, match="no regular file"):
+    with pytest.raises(ConfigError, match="no regular file"):
         read_text(fifo)
 
 
@@ -54,5 +54,5 @@ def test_any_event_file_is_taken_or_refused(
     path: Path = tmp_path_factory.mktemp("events") / "hostile.ev"
     raw = content if isinstance(content, bytes) else content.encode(errors="surrogatepass")
     path.write_bytes(raw)
-    with suppress(BoardError):
+    with suppress(ConfigError):
         read_events(path, model)

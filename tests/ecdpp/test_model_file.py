@@ -9,7 +9,7 @@ from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.event_file import Event
 from firmware_runtime.ecdpp.experiment import run_events
 from firmware_runtime.ecdpp.model_file import parse_model, read_model
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 
 
 class Relay(Atomic):
@@ -70,9 +70,9 @@ def parse(text: str) -> Coupled:
 
 
 def faults(text: str) -> list[str]:
-    with pytest.raises(BoardError) as caught:
+    with pytest.raises(ConfigError) as caught:
         parse(text)
-    assert caught.value.board == "test.ma"
+    assert caught.value.where == "test.ma"
     return list(caught.value.faults)
 
 
@@ -117,7 +117,7 @@ def test_a_file_is_read_and_named_in_its_faults(tmp_path: Path) -> None:
     assert isinstance(relay, Relay)
     assert relay.hold == SECOND
     path.write_text("[top]\nnonsense\n", encoding="utf-8")
-    with pytest.raises(BoardError, match=r"robot\.ma: 1 fault\n  - line 2: 'nonsense'"):
+    with pytest.raises(ConfigError, match=r"robot\.ma: 1 fault\n  - line 2: 'nonsense'"):
         read_model(path, CLASSES)
 
 
@@ -192,7 +192,7 @@ def test_all_faults_are_listed_at_once_but_not_what_follows_from_them() -> None:
 
 def test_models_without_end_within_each_other_are_a_fault() -> None:
     chain = "".join(f"[m{depth}]\ncomponents : m{depth + 1}\n" for depth in range(3000))
-    with pytest.raises(BoardError, match="within 64 others"):
+    with pytest.raises(ConfigError, match="within 64 others"):
         parse_model(f"[top]\ncomponents : m0\n{chain}", "chain.ma", CLASSES)
 
 

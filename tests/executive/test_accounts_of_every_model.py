@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.telemetry import overdue
-from firmware_runtime.telemetry.periods_kept import not_keeping, periods_not_kept
+from firmware_runtime.statistics import overdue
+from firmware_runtime.statistics.periods_kept import not_keeping, periods_not_kept
 from tests.support.executives import Run
 from tests.support.periodic_models import Actuator, Sampler
 from tests.support.phased_models import FIFTY_HZ, PERIODS, Board, Phased, Sporadic, deadlines
@@ -203,7 +203,7 @@ def test_seven_models_of_incommensurate_periods_are_counted_exactly(
 
 @pytest.mark.parametrize("period", [0, -1, 2.5, True])
 def test_a_period_that_is_no_time_is_refused(period: int) -> None:
-    with pytest.raises(BoardError):
+    with pytest.raises(ConfigError):
         Run(Phased("sensor", period, FIFTY_HZ), VirtualClock())
 
 

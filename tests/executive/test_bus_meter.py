@@ -2,8 +2,8 @@ from types import SimpleNamespace
 from typing import Any
 
 from firmware_runtime.executive.bus_meter import BusMeter
-from firmware_runtime.telemetry.histogram import empty_cells
-from firmware_runtime.telemetry.layout import DEVICES, Layout
+from firmware_runtime.statistics.histogram import empty_cells
+from firmware_runtime.statistics.layout import DEVICES, Layout
 
 LAYOUT = Layout(buses=("i2c1",))
 

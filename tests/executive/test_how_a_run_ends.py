@@ -7,14 +7,14 @@ from typing import NoReturn, cast
 import pytest
 
 from firmware_runtime.devs.errors import ModelError, ModelFailure
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.statistics import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot
 from tests.support.stalling_clock import StallingClock
@@ -161,7 +161,7 @@ def test_all_names_that_are_not_in_the_model_are_refused_at_once() -> None:
         },
         deadlines=[PathDeadline("yaw", robot.imu.sample, other.thrust, 1)],
     )
-    with pytest.raises(BoardError) as refusal:
+    with pytest.raises(ConfigError) as refusal:
         Run(robot, VirtualClock(), configuration)
     assert refusal.value.faults == (
         "policy of thrust: no periodic model has this path",

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.telemetry.statistics import Statistics
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
 from tests.support.waiting import PATIENCE_S
 
 PROGRAM = """
@@ -20,7 +20,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.executive.signals import stop_on_signals
+from firmware_runtime.system.signals import stop_on_signals
 from tests.support.periodic_models import Robot
 
 def make_safe():

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.layout import ELAPSED
-from firmware_runtime.telemetry.statistics import Statistics
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.layout import ELAPSED
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
 from tests.support.phased_models import PERIODS, deadlines
 from tests.support.waiting import wait_until
 

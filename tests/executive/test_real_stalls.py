@@ -17,8 +17,8 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
-from firmware_runtime.telemetry.errors import StatisticsFileError
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
@@ -227,7 +227,7 @@ def test_readers_killed_at_any_instant_leave_the_loop_untouched(
     run.wait_for_activations(1)
     reader = (
         "import sys; from pathlib import Path;"
-        "from firmware_runtime.telemetry.statistics_reader import read_statistics\n"
+        "from firmware_runtime.statistics.reader import read_statistics\n"
         "print('reading', flush=True)\n"
         "while True: read_statistics(Path(sys.argv[1])).as_json()"
     )

@@ -7,8 +7,8 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.signals import STOPS, stop_on_signals
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.signals import STOPS, stop_on_signals
 from tests.support.executives import Run
 from tests.support.periodic_models import Robot
 

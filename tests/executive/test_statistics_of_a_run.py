@@ -10,7 +10,7 @@ import pytest
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.reader import read_statistics
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.stalling_clock import StallingClock

@@ -12,11 +12,11 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualCloc
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.executive.signals import stop_on_signals
 from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import NoAcknowledge
-from firmware_runtime.telemetry.layout import ELAPSED, HEARTBEAT
-from firmware_runtime.telemetry.statistics import RunState
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.signals import stop_on_signals
 from tests.support.periodic_models import PERIOD, Actuator, Robot
 
 SILENT = "i2c1 0x40: no acknowledge"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.links import bridge as bridge_module
 from firmware_runtime.links.addresses import endpoint
 from firmware_runtime.links.bridge import LOOK_EVERY, Bridge
@@ -212,13 +212,13 @@ def test_addresses_are_ipv4_or_ipv6(
     ],
 )
 def test_anything_else_is_no_address(text: str) -> None:
-    with pytest.raises(BoardError, match=r"expected ADDRESS:PORT, such as 127.0.0.1:7300"):
+    with pytest.raises(ConfigError, match=r"expected ADDRESS:PORT, such as 127.0.0.1:7300"):
         endpoint("--peer", text)
 
 
 @pytest.mark.parametrize("name", ["a..b", "a" * 64 + ".b"])
 def test_what_can_be_no_name_is_no_address(name: str) -> None:
-    with pytest.raises(BoardError, match="no name of a computer; expected an address"):
+    with pytest.raises(ConfigError, match="no name of a computer; expected an address"):
         endpoint("--listen", f"{name}:7300")
 
 

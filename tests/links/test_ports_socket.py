@@ -10,7 +10,7 @@ import pytest
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.errors import BoardError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket, ports_path
 from firmware_runtime.links.watchers import MOST, PATIENCE
 from firmware_runtime.models.motion import Motion
@@ -304,7 +304,7 @@ def test_a_later_run_takes_its_place_and_keeps_it(tmp_path: Path, robot: Robot) 
 
 def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: Robot) -> None:
     path = tmp_path / ("x" * 120 + ".ports")
-    with pytest.raises(BoardError, match="no socket can be made here"):
+    with pytest.raises(ConfigError, match="no socket can be made here"):
         PortsSocket(path, robot)
 
 

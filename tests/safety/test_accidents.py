@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-import boards.registry
-from firmware_runtime.cli import safe_state
+from firmware_runtime.board import registry
+from firmware_runtime.cli.commands import safe_state
 from firmware_runtime.cli.main import main
-from firmware_runtime.cli.settings_in_force import forget_settings, kept_settings
-from firmware_runtime.telemetry.errors import StatisticsFileError
+from firmware_runtime.runs.settings_in_force import forget_settings, kept_settings
+from firmware_runtime.statistics.errors import StatisticsFileError
 from tests.support.guarded_run import guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -110,7 +110,7 @@ def test_a_file_that_changed_under_the_run_does_not_keep_its_outputs_on(
 ) -> None:
     """Run and guard killed: nobody but safe-state is left, and its settings are others."""
     file = tmp_path / "tachobot.toml"
-    shipped = boards.registry.load("tachobot").source.read_text(encoding="utf-8")
+    shipped = registry.load("tachobot").source.read_text(encoding="utf-8")
     file.write_text(shipped, encoding="utf-8")
     with guarded_run(tmp_path, board=str(file)) as run:
         assert run.guard is not None

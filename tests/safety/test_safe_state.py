@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-import boards.registry
+from firmware_runtime.board import registry
 from tests.support.guarded_run import GuardedRun, guarded_run, wait_until
 
 pytestmark = pytest.mark.slow
 OLDER = """
 import sys
-from firmware_runtime.telemetry.statistics_file import STATISTICS
+from firmware_runtime.statistics.file import STATISTICS
 object.__setattr__(STATISTICS, "schema", STATISTICS.schema - 1)
 from firmware_runtime.cli.main import main
 sys.exit(main(sys.argv[1:]))
@@ -21,8 +21,8 @@ STRANGER = """
 import sys
 from pathlib import Path
 from drivers.chips.pca9685 import Pca9685
-from sim_doubles.served.client import ServedBus
-from sim_doubles.served.connection import Connection
+from firmware_runtime.hal.served.client import ServedBus
+from firmware_runtime.hal.served.connection import Connection
 chip = Pca9685(ServedBus("i2c1", Connection(Path(sys.argv[1])).ask))
 chip._running = True
 while True:
@@ -123,7 +123,7 @@ def test_a_broken_file_that_is_not_named_after_its_board_is_no_excuse(
     tmp_path: Path, where: str
 ) -> None:
     file = tmp_path / "mine.toml"
-    file.write_bytes(boards.registry.load("tachobot").source.read_bytes())
+    file.write_bytes(registry.load("tachobot").source.read_bytes())
     elsewhere = where == "elsewhere"
     words = ["--statistics", str(tmp_path / "other" / "x.stats")] if elsewhere else []
     with guarded_run(tmp_path, board=str(file), guard=False, words=words) as run:

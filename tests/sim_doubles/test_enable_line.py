@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.hal.errors import AddressInUse, BusAbsent, PortClosed
-from sim_doubles.benches.tachobot import TachobotBench
-from sim_doubles.served.client import ServedEnableLine
-from sim_doubles.served.packets import Enable, Failed, Question, encode, read_answer
+from firmware_runtime.hal.served.client import ServedEnableLine
+from firmware_runtime.hal.served.packets import Enable, Failed, Question, encode, read_answer
+from sim_doubles.rigs.tachobot import TachobotRig
 from tests.support.served_rig import ServedRig, lines_of, served_rig
 
 WIRED = ("output_enable.chip=/dev/gpiochip0", "output_enable.line=17")
@@ -23,7 +23,7 @@ def drive(rig: ServedRig) -> None:
 
 
 def duty(rig: ServedRig) -> float:
-    assert isinstance(rig.bench, TachobotBench)
+    assert isinstance(rig.bench, TachobotRig)
     return rig.bench.thrust.duty(0)
 
 

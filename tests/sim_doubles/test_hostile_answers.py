@@ -8,8 +8,8 @@ from threading import Thread
 import pytest
 
 from firmware_runtime.hal.errors import BusFault
-from sim_doubles.served.connection import Connection
-from sim_doubles.served.packets import Look
+from firmware_runtime.hal.served.connection import Connection
+from firmware_runtime.hal.served.packets import Look
 
 
 @pytest.fixture(params=[b"\xff\xfe", b"\x91" * 3000, b"{}"], ids=["bytes", "deep", "other"])

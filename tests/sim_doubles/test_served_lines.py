@@ -8,16 +8,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import boards.registry
-from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import BusAbsent, BusFault, HalError, PortClosed
 from firmware_runtime.hal.i2c import Message
-from sim_doubles.benches.bench import Bench
+from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import AdapterError, FaultScript
+from sim_doubles.rigs.rig import DoublesRig, rig_for
 from sim_doubles.serial_line import SerialLineDouble
-from sim_doubles.served.client import ServedBus, ServedDoubles, ServedPort, look
 from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS, ServedRig, served_rig
 
 ADDRESSES = {
@@ -37,9 +36,9 @@ OF_ADAPTERS = (
 )
 
 
-def local_bench(board: str, *assignments: str) -> tuple[ManualClock, Bench]:
+def local_bench(board: str, *assignments: str) -> tuple[ManualClock, DoublesRig]:
     clock = ManualClock()
-    return clock, bench_for(boards.registry.load(board, assignments), clock)
+    return clock, rig_for(registry.load(board, assignments), clock)
 
 
 def outcome(transaction: Callable[[], bytes]) -> bytes | tuple[type[HalError], str]:

@@ -8,14 +8,10 @@ from typing import Any
 
 import pytest
 
-import boards.registry
-from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.board import registry
 from firmware_runtime.hal.errors import BusAbsent, BusInUse, BusTimeout
-from sim_doubles.served.connection import Connection
-from sim_doubles.served.errors import ServingError
-from sim_doubles.served.listening import listen, lock_of, unlisten
-from sim_doubles.served.output_log import OutputLog
-from sim_doubles.served.packets import (
+from firmware_runtime.hal.served.connection import Connection, lock_of
+from firmware_runtime.hal.served.packets import (
     LONGEST,
     Answer,
     Answered,
@@ -28,6 +24,10 @@ from sim_doubles.served.packets import (
     encode,
     read_answer,
 )
+from sim_doubles.rigs.rig import rig_for
+from sim_doubles.served.errors import ServingError
+from sim_doubles.served.listening import listen, unlisten
+from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 from tests.support.waiting import PATIENCE_S
@@ -41,7 +41,7 @@ class Rig:
     def __init__(self, folder: Path) -> None:
         self.path, self.log_path = folder / "doubles.sock", folder / "doubles.log"
         clock = RealClock()
-        bench = bench_for(boards.registry.load("tachobot"), clock)
+        bench = rig_for(registry.load("tachobot"), clock)
         self.log = OutputLog(self.log_path, bench)
         service = DoublesService("tachobot", bench, clock, self.log)
         self.server = DoublesServer(self.path, service, self.log, clock)
@@ -145,7 +145,7 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_log_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    bench = bench_for(boards.registry.load("tachobot"), RealClock())
+    bench = rig_for(registry.load("tachobot"), RealClock())
     with pytest.raises(ServingError, match="the log cannot be written"):
         OutputLog(tmp_path / "no" / "log", bench)
 

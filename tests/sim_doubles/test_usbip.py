@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import boards.registry
-from firmware_runtime.cli.benches import bench_for
+from firmware_runtime.board import registry
 from firmware_runtime.hal.budget import transaction_ns
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.clock import ManualClock
+from sim_doubles.rigs.rig import rig_for
 from sim_doubles.usbip.descriptors import PRODUCT, VENDOR
 from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, I2cTinyUsb
 from sim_doubles.usbip.packets import Conversation
@@ -122,7 +122,7 @@ TRANSACTIONS = st.builds(
 @given(st.lists(st.tuples(st.integers(0, 4_000_000), st.sampled_from(ADDRESSES), TRANSACTIONS)))
 def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> None:  # noqa: ANN401
     clock = ManualClock()
-    local = bench_for(boards.registry.load("tachobot", ()), clock).buses["i2c1"]
+    local = rig_for(registry.load("tachobot", ()), clock).buses["i2c1"]
     with served_rig("tachobot") as rig:
         host = host_of(rig)
         for span, address, messages in asked:

@@ -2,13 +2,14 @@
 
 from typing import NamedTuple
 
-import boards.registry
-from boards.ending import Ending
-from firmware_runtime.cli.session import Session
+from firmware_runtime.board import registry
+from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.runs.session import Session
 from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.i2c_bus import I2cBusDouble
 
 LONGEST_S = 240.0
 
@@ -28,13 +29,14 @@ class Mission(NamedTuple):
 
 def mission_with_outage(begins_s: float, lasts_s: float, *assignments: str) -> Mission:
     """Run a mission during which no chip answers for a while."""
-    board = boards.registry.load("detective", assignments)
+    board = registry.load("detective", assignments)
     session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
     try:
-        assert session.bench is not None
+        assert session.rig is not None
         since, until = seconds(begins_s), seconds(begins_s + lasts_s)
         outage = NackAddress(since=since, until=until, times=None)
-        for bus in session.bench.buses.values():
+        for bus in session.rig.buses.values():
+            assert isinstance(bus, I2cBusDouble)
             bus.faults = FaultScript([outage])
         outcome = session.executive.run(seconds(LONGEST_S))
         outputs = session.outputs() or {}

@@ -10,8 +10,8 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.telemetry import overdue
-from firmware_runtime.telemetry.layout import MODEL
+from firmware_runtime.statistics import overdue
+from firmware_runtime.statistics.layout import MODEL
 
 
 class Run:

@@ -5,8 +5,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TypeAlias
 
-from firmware_runtime.doctor.finding import Finding
-from firmware_runtime.doctor.machine import Demands, Machine
+from firmware_runtime.host.doctor.finding import Finding
+from firmware_runtime.host.doctor.machine import Demands, Machine
 from firmware_runtime.system.files import SystemFiles
 
 Contents: TypeAlias = Mapping[str, str | bytes]

@@ -11,8 +11,8 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
-from firmware_runtime.telemetry.layout import STEPS
-from firmware_runtime.telemetry.statistics_reader import read_statistics
+from firmware_runtime.statistics.layout import STEPS
+from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
 __all__ = ["GuardedRun", "answer_like_chips", "guarded_run", "wait_until"]

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from boards import registry
-from firmware_runtime.installation.install import Installation
-from firmware_runtime.installation.places import PROGRAM
-from firmware_runtime.installation.target import Target
-from firmware_runtime.installation.tree import Tree
+from firmware_runtime.board import registry
+from firmware_runtime.host.installation.install import Installation
+from firmware_runtime.host.installation.places import PROGRAM
+from firmware_runtime.host.installation.target import Target
+from firmware_runtime.host.installation.tree import Tree
 
 
 def install(board: str, root: Path, program: str = PROGRAM) -> list[str]:

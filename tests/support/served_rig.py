@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import boards.registry
-from firmware_runtime.cli.benches import bench_for
-from sim_doubles.benches.bench import Bench
+from firmware_runtime.board import registry
+from firmware_runtime.hal.served.packets import Answered, Asked, Question, encode, read_answer
 from sim_doubles.clock import ManualClock
+from sim_doubles.rigs.rig import DoublesRig, rig_for
 from sim_doubles.served.output_log import OutputLog
-from sim_doubles.served.packets import Answered, Asked, Question, encode, read_answer
 from sim_doubles.served.service import DoublesService
 
 SERIAL_TREADS = (
@@ -39,7 +38,7 @@ class ServedRig:
     """A board's bench and its service."""
 
     clock: ManualClock
-    bench: Bench
+    bench: DoublesRig
     service: DoublesService
 
     def ask(self, asked: Asked, _where: str) -> Answered:
@@ -51,9 +50,9 @@ class ServedRig:
 @contextmanager
 def served_rig(board: str, *assignments: str, log: Path = Path(os.devnull)) -> Iterator[ServedRig]:
     """Build one with `KEY=VALUE` overrides."""
-    loaded = boards.registry.load(board, assignments)
+    loaded = registry.load(board, assignments)
     clock = ManualClock()
-    bench = bench_for(loaded, clock)
+    bench = rig_for(loaded, clock)
     with OutputLog(log, bench) as output_log:
         yield ServedRig(clock, bench, DoublesService(board, bench, clock, output_log))
 

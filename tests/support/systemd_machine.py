@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.installation import target
+from firmware_runtime.host.installation import target
 from tests.support.recorded_programs import RecordedPrograms
 
 PROGRAM = "/usr/bin/env"

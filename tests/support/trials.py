@@ -15,7 +15,7 @@ from time import monotonic_ns
 from typing import NamedTuple
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.service.control import ControlError, ask, control_path
+from firmware_runtime.runs.control import ControlError, ask, control_path
 from tests.support.guarded_run import GuardedRun
 from tests.support.safety_table import DOCUMENT, machine, written_between
 from tests.support.waiting import wait_until

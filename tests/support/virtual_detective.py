@@ -5,19 +5,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import boards.registry
 from boards.detective.wiring import DetectiveRobot
-from boards.ending import Ending
-from boards.lines import Lines
-from boards.robot import Robot
 from drivers.fault import Fault
+from firmware_runtime.board import registry
+from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.retry import ONE_ATTEMPT
 from firmware_runtime.hal.timed_port import TimedPort
-from sim_doubles.benches.detective import DetectiveBench
 from sim_doubles.clock import FollowingClock
+from sim_doubles.rigs.detective import DetectiveRig
 
 LONGEST_S = 200
 
@@ -26,7 +26,7 @@ LONGEST_S = 200
 class VirtualDetective:
     """A robot under way; `endings` and `faults` are what it said."""
 
-    bench: DetectiveBench
+    bench: DetectiveRig
     robot: Robot
     simulator: Simulator
     endings: list[tuple[int, Ending]] = field(default_factory=list)
@@ -54,10 +54,10 @@ class VirtualDetective:
 
 def virtual_detective(*assignments: str, board: str | Path = "detective") -> VirtualDetective:
     """Build one with `KEY=VALUE` overrides."""
-    loaded = boards.registry.load(str(board), assignments)
+    loaded = registry.load(str(board), assignments)
     clock: list[Simulator] = []
     wire = FollowingClock(lambda: clock[0].now if clock else 0)
-    bench = DetectiveBench(loaded.settings, wire)
+    bench = DetectiveRig(loaded.settings, wire)
     buses = {
         name: AccountedBus(bus, 400_000, ONE_ATTEMPT, time=wire)
         for name, bus in bench.buses.items()

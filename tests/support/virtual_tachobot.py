@@ -3,23 +3,23 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-import boards.registry
-from boards.lines import Lines
-from boards.robot import Robot
 from boards.tachobot.wiring import Tachobot
 from drivers.fault import Fault
+from firmware_runtime.board import registry
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
-from sim_doubles.benches.tachobot import TachobotBench
 from sim_doubles.clock import FollowingClock
+from sim_doubles.rigs.tachobot import TachobotRig
 
 
 @dataclass
 class VirtualTachobot:
     """TachoBot on its doubles in virtual time, with what it said on its ports."""
 
-    bench: TachobotBench
+    bench: TachobotRig
     robot: Robot
     simulator: Simulator
     heard: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
@@ -53,10 +53,10 @@ def _listen(tachobot: VirtualTachobot) -> None:
 
 def virtual_tachobot(*assignments: str) -> VirtualTachobot:
     """Build one with `KEY=VALUE` overrides, in checked mode."""
-    board = boards.registry.load("tachobot", assignments)
+    board = registry.load("tachobot", assignments)
     clock: list[Simulator] = []
     wire = FollowingClock(lambda: clock[0].now if clock else 0)
-    bench = TachobotBench(board.settings, wire)
+    bench = TachobotRig(board.settings, wire)
     buses = {name: AccountedBus(bus, 400_000, time=wire) for name, bus in bench.buses.items()}
     robot = board.build(Lines(buses))
     robot.find_chips()

@@ -5,8 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.telemetry.histogram import Histogram
-from firmware_runtime.telemetry.layout import (
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.layout import (
     CPU,
     ELAPSED,
     MODEL,
@@ -15,10 +16,9 @@ from firmware_runtime.telemetry.layout import (
     WORST,
     Layout,
 )
-from firmware_runtime.telemetry.statistics import RunState, Statistics
-from firmware_runtime.telemetry.statistics_file import StatisticsFile
-from firmware_runtime.telemetry.timeline import COUNTED, Timeline
-from firmware_runtime.telemetry.worst_list import WorstList
+from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.timeline import COUNTED, Timeline
+from firmware_runtime.statistics.worst_list import WorstList
 
 LAYOUT = Layout(
     models=("imu", "compass"),

@@ -1,0 +1,1 @@
+"""Verbs that drivers add to the command line."""

@@ -1,0 +1,21 @@
+"""What a robot hangs on: its I2C buses, serial ports and enable line, as board.toml names them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.serial import SerialPort
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Real ones, doubles, or absent ones: a board's wiring cannot tell."""
+
+    buses: Mapping[str, I2cBus]
+    ports: Mapping[str, SerialPort] = field(default_factory=dict)
+    permit: Permit = always
+    """Leave to move, asked before every write that could."""
+    enable: EnableLine | None = None
+    """What lets the PWM outputs through, where it is wired."""

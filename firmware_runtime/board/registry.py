@@ -1,0 +1,287 @@
+"""Finds boards: installed kinds by their entry points, a user's own copy by its file.
+
+A kind of board is a package with `board.toml` and a module `definition` beside it, made known by an
+entry point of the group `firmware_runtime.boards`. The boards that come with the project are found
+the same way.
+"""
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Protocol
+
+from firmware_runtime.board import strict
+from firmware_runtime.board.faults import Device, executive_faults, overrun_faults
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.settings import (
+    ArmingSettings,
+    BusSettings,
+    ExecutiveSettings,
+    GuardSettings,
+    ModelPolicy,
+    OutputEnableSettings,
+    PathDeadlineSettings,
+    PortSettings,
+)
+from firmware_runtime.board.variants import drop_replaced
+from firmware_runtime.devs.component import Component
+from firmware_runtime.entry_points import installed
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.budget import BusLoad
+from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.system.whole_file import read_file
+
+FILE = "board.toml"
+GROUP = "firmware_runtime.boards"
+_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
+
+
+class BoardSettings(Protocol):
+    """What every board's settings hold, whatever else they hold."""
+
+    @property
+    def board(self) -> str: ...  # noqa: D102 -- the names say it, see firmware_runtime.board.settings
+    @property
+    def description(self) -> str: ...  # noqa: D102
+    @property
+    def buses(self) -> dict[str, BusSettings]: ...  # noqa: D102
+    @property
+    def executive(self) -> ExecutiveSettings: ...  # noqa: D102
+    @property
+    def arming(self) -> ArmingSettings: ...  # noqa: D102
+    @property
+    def guard(self) -> GuardSettings: ...  # noqa: D102
+    @property
+    def output_enable(self) -> OutputEnableSettings | None: ...  # noqa: D102
+    @property
+    def overruns(self) -> dict[str, ModelPolicy]: ...  # noqa: D102
+    @property
+    def deadlines(self) -> tuple[PathDeadlineSettings, ...]: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """A board whose settings were read and found sound."""
+
+    name: str
+    """Its own, by which its statistics, units and sockets are known; the kind's unless stated."""
+    kind: str
+    """The entry point that it is made by."""
+    source: Path
+    assignments: Sequence[str]
+    """Overrides of single numbers, `KEY=VALUE`."""
+    settings: Any
+    """The board's own settings class; satisfies `BoardSettings`."""
+    table: Mapping[str, Any]
+    """What the settings were made of: the file's keys, overridden."""
+    devices: Sequence[Device]
+    """Every chip on an I2C bus that the board needs."""
+    loads: Mapping[str, BusLoad]
+    """What the board asks of each bus."""
+    doubles_run_s: float
+    """How long a run on doubles takes when nobody says."""
+    warnings: Sequence[str]
+    ports: Mapping[str, PortSettings]
+    """The serial ports it uses, if any."""
+    build: Callable[[Lines], Robot]
+    event_model: Callable[[Path | None], Component] | None
+    """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
+    retunable: Sequence[str]
+    """Keys that may change while the robot runs; `*` stands for any word."""
+    fingerprint: str
+    """SHA-256 over the file and the overrides, for the conditions of a run."""
+
+
+def names() -> list[str]:
+    """The kinds of board that are installed, in alphabetical order."""
+    return sorted(entry_point.name for entry_point in installed(GROUP))
+
+
+def shipped_file(kind: str) -> Path:
+    """The board.toml of an installed kind. Raises ConfigError if its package is not to be found."""
+    module = _entry_point(kind).module
+    found = find_spec(module)
+    if found is None or found.origin is None:
+        raise ConfigError(kind, [f"entry point {module}: no such module; expected its package"])
+    return Path(found.origin).with_name(FILE)
+
+
+def load(board: str, assignments: Sequence[str] = ()) -> Board:
+    """Read a board by name, or by the path of a board.toml or of its folder.
+
+    Raises ConfigError with every fault found.
+    """
+    source = _locate(board)
+    faults: list[str] = []
+    table = strict.parse_toml(_read(source), faults)
+    if faults:
+        raise ConfigError(str(source), faults)
+    strict.override(table, assignments, faults)
+    if table.get("board") in names():
+        drop_replaced(table, _definition(table["board"]).SETTINGS, _assigned(assignments))
+    return _board(source, assignments, table, faults)
+
+
+def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
+    """Read a user's copy of a board's settings. Raises ConfigError, also if it is another's."""
+    board = load(str(copy), assignments)
+    if board.name != name:
+        fault = f"board: {board.name!r}: expected {name!r}, by the file's name"
+        raise ConfigError(str(copy), [fault])
+    return board
+
+
+def kept_table(board: Board) -> str:
+    """A board's `table` as JSON, with the path of the file that it came from."""
+    return json.dumps({"source": os.path.realpath(board.source), "table": board.table})
+
+
+def load_table(kept: Path) -> Board:
+    """The board of a `table` that was kept in a file. Raises ConfigError, also if there is none."""
+    _, table = _kept(kept)
+    if not isinstance(table, dict):
+        raise ConfigError(str(kept), [f"{type(table).__name__}; expected a JSON object"])
+    faults: list[str] = []
+    table = strict.bounded(table, faults)
+    if faults:
+        raise ConfigError(str(kept), faults)
+    return _board(kept, (), table, [])
+
+
+def is_kept_of(kept: Path, board: str) -> bool:
+    """Whether a kept table came from the file at a path, or in its folder, be it there or not."""
+    with suppress(ConfigError):
+        return _kept(kept)[0] in {os.path.realpath(each) for each in (board, Path(board) / FILE)}
+    return False
+
+
+def _kept(path: Path) -> tuple[object, object]:
+    """The file that a kept table came from, and the table. Raises ConfigError."""
+    try:
+        kept = json.loads(_read(path))
+    except (ValueError, RecursionError) as error:
+        raise ConfigError(str(path), [f"{error}; expected JSON"]) from error
+    if isinstance(kept, dict) and "board" not in kept:
+        return kept.get("source"), kept.get("table")
+    return None, kept  # as earlier versions kept it
+
+
+def _board(
+    source: Path, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
+) -> Board:
+    """The board of a table; raises ConfigError with every fault, those found before included."""
+    kind = table.get("board")
+    if kind not in names():
+        found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
+        fault = f"{found}: expected one of {_listing()}"
+        raise ConfigError(str(source), [*faults, fault])
+    definition = _definition(kind)
+    name = table.get("name", kind)
+    if not (isinstance(name, str) and _NAME.fullmatch(name)):
+        faults.append(
+            f"name: {strict.shown(name)}: expected small letters, digits, - and _, 63 at most"
+        )
+    stated = {key: value for key, value in table.items() if key != "name"}
+    settings = strict.convert(stated, definition.SETTINGS, faults)
+    if settings is None:
+        raise ConfigError(str(source), faults)
+    faults += executive_faults(settings.executive, settings.guard)
+    faults += [*overrun_faults(settings.overruns), *definition.faults(settings)]
+    loads = {} if faults else definition.loads(settings)
+    faults += [fault for load_ in loads.values() if (fault := load_.fault())]
+    if faults:
+        raise ConfigError(str(source), faults)
+    return Board(
+        name=name,
+        kind=kind,
+        source=source,
+        assignments=assignments,
+        settings=settings,
+        table=table,
+        devices=definition.devices(settings),
+        loads=loads,
+        doubles_run_s=definition.DOUBLES_RUN_S,
+        warnings=[text for load_ in loads.values() if (text := load_.warning())],
+        ports=getattr(settings, "ports", {}),
+        build=lambda lines: definition.build(settings, lines),
+        event_model=_event_model(definition, settings),
+        retunable=definition.RETUNABLE,
+        fingerprint=_fingerprint(source, assignments),
+    )
+
+
+def _definition(kind: str) -> ModuleType:
+    definition: ModuleType = _entry_point(kind).load()
+    return definition
+
+
+def _entry_point(kind: str) -> EntryPoint:
+    return next(entry_point for entry_point in installed(GROUP) if entry_point.name == kind)
+
+
+def _assigned(assignments: Sequence[str]) -> set[str]:
+    """The keys that assignments name, and the tables these are in."""
+    keys = [each.partition("=")[0].strip().split(".") for each in assignments]
+    return {".".join(key[:depth]) for key in keys for depth in range(1, len(key) + 1)}
+
+
+def _event_model(
+    definition: ModuleType, settings: object
+) -> Callable[[Path | None], Component] | None:
+    build: Callable[[object, Path | None], Component] | None
+    build = getattr(definition, "event_model", None)
+    return None if build is None else lambda model_file: build(settings, model_file)
+
+
+def _locate(board: str) -> Path:
+    if board in names():
+        return shipped_file(board)
+    path = Path(board)
+    if os.path.isdir(path):  # noqa: PTH112 -- pathlib's raise for a closed folder or a long name
+        path /= FILE
+    if os.path.isfile(path):  # noqa: PTH113
+        return path
+    raise ConfigError(board, [_not_found(board)])
+
+
+def _not_found(board: str) -> str:
+    expected = f"expected one of {_listing()}, or a {FILE} file"
+    if not (os.sep in board or Path(board).suffix or os.path.exists(board)):  # noqa: PTH110
+        return f"unknown board; {expected}{did_you_mean(board, names())}"
+    if os.path.isdir(board):  # noqa: PTH112 -- as above
+        return f"no {FILE} in this folder; {expected}"
+    return f"{_why_no_file(board)}; {expected}"
+
+
+def _why_no_file(path: str) -> str:
+    try:
+        os.stat(path)  # noqa: PTH116 -- the same path as above, unaltered
+    except FileNotFoundError:
+        return "no such file"
+    except OSError as error:
+        return f"cannot be found ({error.strerror})"
+    return "no regular file"
+
+
+def _read(source: Path) -> str:
+    try:
+        return read_file(source).decode()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(str(source), [f"cannot be read: {error}"]) from error
+
+
+def _listing() -> str:
+    return ", ".join(names())
+
+
+def _fingerprint(source: Path, assignments: Sequence[str]) -> str:
+    return hashlib.sha256("\n".join([_read(source), *assignments]).encode()).hexdigest()

@@ -1,0 +1,67 @@
+"""A rig: a board's chips as doubles on their buses, tied to its world."""
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.serial import SerialPort
+
+
+class Doubles(Protocol):
+    """Doubles on their lines, in this process or in another one."""
+
+    @property
+    def buses(self) -> Mapping[str, I2cBus]:
+        """The buses by their names in board.toml."""
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """The serial ports by their names in board.toml."""
+
+    @property
+    def enable(self) -> EnableLine | None:
+        """What lets the PWM outputs through, if the board has such a line."""
+
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
+        """How a run of `elapsed` ns ended, by the true state of the world now.
+
+        `own` is what the robot itself knows about it.
+        """
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of each actuating chip are on."""
+
+
+class Rig(Doubles, Protocol):
+    """Doubles in this process, and the world behind them."""
+
+    @property
+    def shown(self) -> OutPort[float]:
+        """The port whose values a person wants to see over time."""
+
+    def attach(self, robot: Coupled) -> None:
+        """Add the world's probe beside the robot's own models."""
+
+    def catch_up(self) -> None:
+        """Let sensors that sample by themselves take what they have to, and the world go on."""
+
+    def levels(self, at: int) -> dict[str, float]:
+        """How each output stands at `at`, not in the past: a share of its time, or rad/s."""
+
+    def next_change_at(self, at: int) -> int:
+        """The first instant after `at` at which an output changes if nobody speaks to its chip."""
+
+
+@runtime_checkable
+class Drawn(Protocol):
+    """A rig that can show a run as a picture."""
+
+    def draw(self, until: int, own: Mapping[str, object], reason: str) -> str:
+        """The run up to an instant, as SVG, and how it ended.
+
+        `own` is what the robot itself knows about that, `reason` why the run was over.
+        """

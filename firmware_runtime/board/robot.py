@@ -1,0 +1,65 @@
+"""A robot ready to run: its model, and how to find its chips and to switch it off."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from firmware_runtime.board.ending import Ending
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.errors import text_of
+from firmware_runtime.hal.errors import HalError
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """What a board's wiring makes of settings and buses."""
+
+    model: Coupled
+    probe: Sequence[Callable[[], None]]
+    """In order: silences what could interfere, then asks each chip who it is. Raises HalError."""
+    stop: Sequence[Callable[[], None]]
+    """Each writes one chip's safe state, which is full-off, not neutral. Raises HalError."""
+    result: Callable[[], dict[str, object]]
+    """How the run ended, by what the robot itself knows; None where it knows nothing."""
+    ended: OutPort[Ending] | None
+    """Where the model says that its task is over, if it ever does."""
+    ends_on_failure: bool
+    """Whether a task that failed ends the run; otherwise it goes on with everything stopped."""
+    retune: Callable[[Any], None]
+    """Takes up gains and limits from new settings of the board, while the robot runs."""
+    warnings: Sequence[str]
+    """What works less well than it should, found while the chips were brought up."""
+    still_on: Sequence[Callable[[], str | None]] = ()
+    """Each reads one chip back: what it still drives, in a sentence. Raises HalError."""
+    unseen: Sequence[str] = ()
+    """What drives something and cannot be read back."""
+
+    def find_chips(self) -> None:
+        """Raise the HalError of the first chip that is missing or another one; actuate nothing."""
+        for step in self.probe:
+            step()
+
+    def outputs_on(self) -> list[str]:
+        """What is on by what can be read back, or cannot be at the moment; one sentence each."""
+        found: list[str] = []
+        for read_back in self.still_on:
+            try:
+                on = read_back()
+            except Exception as error:  # noqa: BLE001 -- a defect must not hide the next chip
+                on = f"{text_of(error)}; not read back"
+            if on is not None:
+                found.append(on)
+        return found
+
+    def make_safe(self) -> list[str]:
+        """Write every safe state, each on its own; return what failed, one sentence each."""
+        failures: list[str] = []
+        for stop in self.stop:
+            try:
+                stop()
+            except HalError as error:
+                failures.append(text_of(error))
+            except Exception as error:  # noqa: BLE001 -- a defect must not keep the next chip on
+                failures.append(f"{type(error).__name__}: {text_of(error)}")
+        return failures

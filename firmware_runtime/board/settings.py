@@ -1,0 +1,133 @@
+"""Settings that every board has: the executive's, the buses', and the types of their values."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta, Struct
+
+from firmware_runtime.board.variants import only
+from firmware_runtime.devs.time import MICROSECOND
+
+Positive: TypeAlias = Annotated[float, Meta(gt=0)]
+NotNegative: TypeAlias = Annotated[float, Meta(ge=0)]
+Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e9)]
+"""A duration; in whole nanoseconds it still fits into 64 bits."""
+SecondsOrNone: TypeAlias = Annotated[float, Meta(ge=0, le=1e9)]
+Microseconds: TypeAlias = Annotated[float, Meta(gt=0, le=1e15)]
+Fraction: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Percent: TypeAlias = Annotated[float, Meta(ge=0, le=100)]
+Address: TypeAlias = Annotated[int, Meta(ge=0x08, le=0x77)]
+Channel: TypeAlias = Annotated[int, Meta(ge=0, le=15)]
+DeviceNode: TypeAlias = Annotated[str, Meta(pattern=r"^[^\x00]+$")]
+"""Path of a device node; none is empty, none has a NUL in it."""
+Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
+
+
+class Settings(Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of a board file."""
+
+
+class BusSettings(Settings, frozen=True):
+    """One I2C bus."""
+
+    device: DeviceNode
+    speed_hz: Annotated[float, Meta(ge=1)]
+    """Clock rate the kernel was configured for; this project cannot set it."""
+    attempts: Annotated[int, Meta(ge=1, le=10)] = 3
+    """How often a transaction is tried before its failure counts as a fault."""
+    overhead_us: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    """Time that adapter and kernel take for a transaction beside its bits."""
+
+    @property
+    def overhead_ns(self) -> int:
+        """The same in whole nanoseconds."""
+        return round(self.overhead_us * MICROSECOND)
+
+
+class PortSettings(Settings, frozen=True):
+    """One serial port."""
+
+    device: DeviceNode
+    baud: Annotated[int, Meta(gt=0)]
+
+
+class OutputEnableSettings(Settings, frozen=True):
+    """The GPIO line at the OE pins of the board's PCA9685, where it is wired."""
+
+    chip: DeviceNode
+    """The GPIO chip's."""
+    line: Annotated[int, Meta(ge=0, le=0xFFFF_FFFF)]
+    """Offset of the line on that chip."""
+    active_low: bool = True
+    """Whether outputs are enabled by a low level, as at the OE pin itself."""
+
+
+class ModelPolicy(Settings, frozen=True):
+    """What happens when one model's activation comes late."""
+
+    policy: Policy = "skip"
+    tolerance_us: Microseconds | None = None
+    """Lateness up to this is no overrun; default a tenth of the period."""
+    stop_after_us: Annotated[Microseconds | None, only("policy", "stop")] = None
+    """Lateness beyond which outputs go off and the run ends."""
+
+
+class PathDeadlineSettings(Settings, frozen=True):
+    """How long a sensor's sample may take to an actuator's write."""
+
+    source: str
+    """Output port of the sensor, such as `imu.sample`."""
+    actuator: str
+    """Model that writes, such as `thrust_pairs`."""
+    within_us: Microseconds
+
+
+class ArmingSettings(Settings, frozen=True):
+    """When the outputs of a robot may be driven; doubles made for a run always may be."""
+
+    at_start: bool = False
+    """Arm as soon as nothing speaks against it; otherwise `firmware-runtime arm` does."""
+    demand_guard: bool = True
+    """Be armed only while `firmware-runtime guard` watches over the run."""
+    max_late_percent: Percent = 1.0
+    """Of the last 5 s' activations, how many may have been late or skipped; none of them later than
+    a period. 100: neither is judged."""
+
+
+class GuardSettings(Settings, frozen=True):
+    """When the guard switches off."""
+
+    stall_s: Annotated[float, Meta(ge=0.1, le=10)] = 0.2
+    """Time without a finished step after which the run counts as dead, s."""
+
+
+class ExecutiveSettings(Settings, frozen=True):
+    """How the loop runs and what it asks of the system; what is not granted is reported."""
+
+    fifo_priority: Annotated[int, Meta(ge=0, le=99)] = 0
+    """SCHED_FIFO priority, 0 for none asked."""
+    lock_memory: bool = False
+    cpus: tuple[int, ...] = ()
+    """Cores to run on, none for any."""
+    freeze_garbage: bool = True
+    """Freeze what exists at start and collect garbage between ticks only."""
+    timer_slack_ns: Annotated[int, Meta(ge=1)] = 1
+    keep_cpu_awake: bool = False
+    """Hold /dev/cpu_dma_latency at 0, so that no processor sleeps deeply."""
+    switch_off_s: Annotated[float, Meta(ge=0, le=5)] = 1.0
+    """How long a run that ends goes on switching outputs off where that fails, s; 0: once."""
+    spin_us: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    """Busy-wait this long before each deadline, 0 for none."""
+    max_lag_s: Annotated[float, Meta(ge=0.05, le=10)] = 0.2
+    """So long behind the clock without catching up, and outputs go off and the run ends, s."""
+    max_load_percent: Annotated[float, Meta(ge=10, le=100)] = 90.0
+    """Of real time, over three seconds, that may go into steps or into processor time; 100: any."""
+    overload: Literal["yield", "stop"] = "yield"
+    """Above that: `yield` gives up SCHED_FIFO and, where there was one, disarms; `stop` ends."""
+    bring_up_s: Annotated[float, Meta(ge=1, le=600)] = 60.0
+    """Time that a service may take for each stage of its start, s."""
+    watchdog_s: Annotated[float, Meta(ge=0.5, le=60)] = 2.0
+    """Time without a finished step after which systemd ends the service, s; longer than stall_s."""
+    worst: Annotated[int, Meta(ge=1, le=64)] = 16
+    """How many of the worst activations are kept."""
+    recorded_spans: Annotated[int, Meta(ge=0, le=1_000_000)] = 32_768
+    """Entries of the flight recorder, one for each function of a model that ran; 0 for none."""

@@ -1,0 +1,190 @@
+"""Strict reading of settings: every fault of a whole file at once, each with its key.
+
+The schema is a tree of `msgspec.Struct` classes. msgspec judges each value on its own; walking the
+tree here, instead of converting it in one go, is what lets the user see all faults together.
+"""
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from types import NoneType, UnionType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from firmware_runtime.board.variants import Table, foreign_keys, is_struct
+from firmware_runtime.spelling import did_you_mean
+
+S = TypeVar("S", bound=msgspec.Struct)
+
+
+DEEPEST = 32
+"""Levels of tables and lists within each other: far more than any board has, far fewer than
+Python's own recursion bears."""
+_LONGEST_SHOWN = 200
+_TOO_DEEP = f"nested more than {DEEPEST} deep; expected the tables of a board"
+
+
+def parse_toml(text: str, faults: list[str]) -> Table:
+    """The file's table; a syntax error is one fault and leaves the table empty."""
+    try:
+        table = tomllib.loads(text)
+    except ValueError as error:  # TOMLDecodeError, and what Python's own numbers do not take
+        faults.append(f"not valid TOML: {error}")
+    except RecursionError:
+        faults.append(_TOO_DEEP)
+    else:
+        return bounded(table, faults)
+    return {}
+
+
+def bounded(table: Table, faults: list[str]) -> Table:
+    """The table, unless it is nested too deeply: that is one fault and leaves it empty.
+
+    Without recursion, so that whatever comes after may recurse.
+    """
+    level: list[object] = [table]
+    for _ in range(DEEPEST):
+        level = [inner for each in level for inner in _inside(each)]
+        if not level:
+            return table
+    faults.append(_TOO_DEEP)
+    return {}
+
+
+def override(table: Table, assignments: Sequence[str], faults: list[str]) -> None:
+    """Apply `KEY=VALUE` assignments; keys are dotted, values are TOML or else plain strings."""
+    for assignment in assignments:
+        key, separator, value = assignment.partition("=")
+        if not (key.strip() and separator):
+            faults.append(f"{_set(assignment)}: expected KEY=VALUE, such as controller.yaw.kp=0.8")
+        elif not _is_text(assignment):
+            faults.append(f"{_set(assignment)}: not valid UTF-8; expected KEY=VALUE as text")
+        elif key.count(".") >= DEEPEST:
+            faults.append(f"{_set(assignment)}: {_TOO_DEEP}")
+        else:
+            _assign(table, key.strip(), value.strip(), faults)
+
+
+def _assign(table: Table, key: str, value: str, faults: list[str]) -> None:
+    *parents, leaf = key.split(".")
+    target: Any = table
+    for parent in parents:
+        target = target.setdefault(parent, {}) if isinstance(target, dict) else None
+    if isinstance(target, dict):
+        target[leaf] = _toml_value(key, value, faults)
+    else:
+        faults.append(f"{key}: unknown key; {'.'.join(parents)} is a value, not a table")
+
+
+def _toml_value(key: str, text: str, faults: list[str]) -> object:
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except RecursionError:
+        faults.append(f"{key}: {_TOO_DEEP}")
+        return None
+    except ValueError:
+        return text
+    found: list[str] = []
+    bounded({key: value}, found)
+    faults.extend(f"{key}: {fault}" for fault in found)
+    return None if found else value
+
+
+def _set(assignment: str) -> str:
+    return f"--set {shown(assignment)}"
+
+
+def _is_text(argument: str) -> bool:
+    """Whether the bytes of an argument were text; others come as surrogates."""
+    return argument.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in argument)
+
+
+def _inside(value: object) -> Iterable[object]:
+    if isinstance(value, dict):
+        return value.values()
+    return value if isinstance(value, list) else ()
+
+
+def shown(value: object) -> str:
+    """A value as a sentence shows it: not all of one that has no end."""
+    try:
+        text = repr(value)
+    except ValueError:  # of an integer with more digits than Python prints
+        return "a number of thousands of digits"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
+
+
+def convert(
+    table: Mapping[str, Any], schema: type[S], faults: list[str], path: str = ""
+) -> S | None:
+    """The settings as `schema`, or None with at least one more line in `faults`."""
+    before = len(faults)
+    fields = {field.encode_name: field for field in msgspec.structs.fields(schema)}
+    hints = get_type_hints(schema, include_extras=True)
+    values: dict[str, Any] = {}
+    for key in table:
+        if key not in fields:
+            known = f"{', '.join(fields)}{did_you_mean(key, fields)}"
+            faults.append(f"{_join(path, key)}: unknown key; expected one of {known}")
+    for key, reason in foreign_keys(table, schema):
+        faults.append(f"{_join(path, key)}: has no effect; {reason}")
+    for key, field in fields.items():
+        if key in table:
+            values[field.name] = _value(table[key], hints[field.name], faults, _join(path, key))
+        elif field.required:
+            faults.append(f"{_join(path, key)}: missing; expected {_wanted(hints[field.name])}")
+    return schema(**values) if len(faults) == before else None
+
+
+def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
+    type_ = _present(type_)
+    if is_struct(type_) and isinstance(value, dict):
+        return convert(value, type_, faults, path)
+    if get_origin(type_) is dict and isinstance(value, dict):
+        inner = get_args(type_)[1]
+        return {key: _value(each, inner, faults, _join(path, key)) for key, each in value.items()}
+    if get_origin(type_) is tuple and is_struct(get_args(type_)[0]) and isinstance(value, list):
+        inner = get_args(type_)[0]
+        return tuple(_value(each, inner, faults, f"{path}[{n}]") for n, each in enumerate(value))
+    if not _is_finite(value):
+        faults.append(f"{path}: {shown(value)} is not a finite number")
+        return None
+    try:
+        return msgspec.convert(value, type_)
+    except (msgspec.ValidationError, OverflowError) as error:
+        faults.append(f"{path}: {shown(value)}: {_sentence(str(error))}")
+        return None
+
+
+def _is_finite(value: Any) -> bool:
+    """Whether a number, or all numbers in a list, are finite; true of anything else."""
+    if isinstance(value, list):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+def _present(type_: Any) -> Any:
+    """What a table that may be left out is where it is there; any other type as it is."""
+    if hasattr(type_, "__metadata__") and is_struct(type_.__origin__):
+        return type_.__origin__
+    kinds = [each for each in get_args(type_) if each is not NoneType]
+    optional = get_origin(type_) is UnionType and len(kinds) == 1 and is_struct(kinds[0])
+    return kinds[0] if optional else type_
+
+
+def _wanted(type_: Any) -> str:
+    if is_struct(type_):
+        return "a table"
+    base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
+    return {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}.get(
+        base, "a value"
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[:1].lower() + text[1:].replace("`", "")
+
+
+def _join(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key

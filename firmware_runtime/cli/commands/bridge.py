@@ -1,0 +1,116 @@
+"""`firmware-runtime bridge BOARD`: ports of a running robot over UDP."""
+
+import argparse
+from pathlib import Path
+from time import monotonic_ns
+
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.addresses import endpoint
+from firmware_runtime.links.bridge import Bridge
+from firmware_runtime.links.datagrams import LARGEST_EVERY
+from firmware_runtime.links.ports_socket import ports_path
+from firmware_runtime.links.route import Route
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.status import Status
+from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
+
+LISTEN = "127.0.0.1:7300"
+STATUS_EVERY = 2 * SECOND
+_ABOUT = """
+A datagram is one JSON object: {"port": "yaw_reference", "value": 1.0} puts a value into an input
+port of the model, {"watch": ["imu.sample"], "every": 10} makes its sender hear output ports for ten
+seconds, {"list": true} answers with the ports there are. It waits for a run, and for the next.
+There is no authentication: whoever reaches the address can steer the robot. So it listens on the
+loopback address unless another is asked for; to come from elsewhere, use a tunnel.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Carry ports of a running robot over UDP: values in, messages out."
+    verb = add_verb(verbs, "bridge", summary, execute)
+    verb.epilog = _ABOUT
+    add_board(verb)
+    verb.add_argument(
+        "--listen",
+        default=LISTEN,
+        metavar="ADDRESS:PORT",
+        help=f"where to take datagrams; default {LISTEN}; whoever reaches another one can steer",
+    )
+    verb.add_argument(
+        "--peer",
+        action="append",
+        default=[],
+        metavar="ADDRESS:PORT",
+        help="who hears the ports of --watch unasked, and is not listened to; may be repeated",
+    )
+    verb.add_argument(
+        "--watch", metavar="PORT[,PORT]", help="output ports for the peers, such as imu.sample"
+    )
+    verb.add_argument(
+        "--every", type=_count, metavar="N", help="every N-th message of each; default every one"
+    )
+    verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Carry datagrams until a signal comes."""
+    board = chosen_board(arguments.board, arguments.assignments)
+    route = _route(arguments, arguments.statistics or default_path(board.name))
+    notices = Notices.from_environment()
+
+    def tell(what: str) -> None:
+        print(f"bridge: {what}", flush=True)
+        notices.status(what)
+
+    bridge = Bridge(route, tell)
+    tell(f"listening at {bridge.listens_at}")
+    if not route.listen.is_loopback:
+        tell("no authentication: whoever reaches this address can steer the robot")
+    with until_signal() as signal:
+        bridge.wake_by(signal.fileno())
+        notices.ready()
+        _carry(bridge, signal, notices)
+    notices.stopping()
+    bridge.close()
+    return Status.OK
+
+
+def _carry(bridge: Bridge, signal: UntilSignal, notices: Notices) -> None:
+    """Work until the signal, and let the service's manager know how it goes."""
+    status_at = 0
+    while not signal.came:
+        bridge.work()
+        notices.alive()
+        if monotonic_ns() >= status_at:
+            status_at = monotonic_ns() + STATUS_EVERY
+            notices.status(bridge.summary)
+
+
+def _route(arguments: argparse.Namespace, statistics: Path) -> Route:
+    """Raises ConfigError for addresses that are none, and for options that would do nothing."""
+    watch = [] if arguments.watch is None else arguments.watch.split(",")
+    if bool(watch) is not bool(arguments.peer):
+        raise ConfigError("--watch and --peer", ["one without the other; expected both or neither"])
+    if arguments.every is not None and not watch:
+        raise ConfigError("--every", ["stands without --watch; expected both or neither"])
+    return Route(
+        robot=ports_path(statistics),
+        listen=endpoint("--listen", arguments.listen),
+        peers=[endpoint("--peer", peer) for peer in arguments.peer],
+        watch=watch,
+        every=arguments.every or 1,
+    )
+
+
+def _count(text: str) -> int:
+    """A whole number from 1 on, of the command line."""
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= LARGEST_EVERY:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a number from 1 to {LARGEST_EVERY}")
+    return int(text)

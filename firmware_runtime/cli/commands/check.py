@@ -1,0 +1,32 @@
+"""`firmware-runtime check BOARD`: read a board and its world, add up bus time, touch nothing."""
+
+import argparse
+
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.runs.rigs import has_rig, rig_for
+from firmware_runtime.status import Status
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Check a board's settings and bus load; list every fault found."
+    add_board(add_verb(verbs, "check", summary, execute))
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print what the board asks of its buses; ConfigError lists the faults if there are any."""
+    board = chosen_board(arguments.board, arguments.assignments)
+    if has_rig(board):
+        rig_for(board, WorldClock())
+    print(f"{board.name}: {board.source} is sound")
+    for load in board.loads.values():
+        overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""
+        print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz{overhead}")
+        recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
+        for what, period_ns in recurring:
+            print(f"    {what} every {period_ns / 1e6:g} ms")
+    for warning in board.warnings:
+        print(f"  warning: {warning}")
+    return Status.OK

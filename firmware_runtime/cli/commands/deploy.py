@@ -1,0 +1,185 @@
+"""`firmware-runtime deploy HOST BOARD`: from a checkout to a robot, in one command."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Any
+
+from firmware_runtime.board import registry
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.host.deployment.commands import Commands
+from firmware_runtime.host.deployment.connection import fault_of_host
+from firmware_runtime.host.deployment.deployment import Deployment, Order
+from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.status import Status
+
+PATIENCE_S = 30.0
+"""How long the first activations may take after systemd has started the robot."""
+LOOK_S = 1.0
+
+_ABOUT = """
+The target needs Python 3.11 or later with venv, rsync, systemd, and a login by key as root or as a
+user with sudo. Nothing is compiled there, and nothing is downloaded there. The program goes to
+/opt/firmware-runtime, beside the old one; a robot that runs is stopped, and switched off, only when
+the new one has passed check and doctor. What stands in /etc/firmware-runtime stays.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    about = "Install this program and a board's service on another computer, over ssh."
+    verb = add_verb(verbs, "deploy", about, execute)
+    verb.epilog = _ABOUT
+    verb.add_argument("host", metavar="HOST", help="as ssh takes it: a name, or USER@NAME")
+    verb.add_argument("board", metavar="BOARD", help="a board's name")
+    verb.add_argument(
+        "--settings",
+        type=Path,
+        metavar="FILE",
+        help="a board.toml that becomes the board's settings there; those before are kept beside",
+    )
+    verb.add_argument(
+        "--wheel", type=Path, metavar="FILE", help="this wheel, not one built from the checkout"
+    )
+    verb.add_argument(
+        "--dry-run", action="store_true", help="look at the target, print what would be run"
+    )
+    _add_way(verb)
+    _add_place(verb)
+
+
+def _add_way(verb: argparse.ArgumentParser) -> None:
+    way = verb.add_argument_group("how it gets there")
+    way.add_argument("--port", type=int, metavar="N", help="the port of ssh")
+    way.add_argument("--identity", type=Path, metavar="FILE", help="the private key")
+    way.add_argument(
+        "-o",
+        action="append",
+        default=[],
+        metavar="OPTION",
+        dest="ssh_options",
+        help="an option of ssh, such as -o ProxyJump=gate; may be repeated",
+    )
+
+
+def _add_place(verb: argparse.ArgumentParser) -> None:
+    place = verb.add_argument_group("what happens there")
+    place.add_argument(
+        "--python", default="python3", metavar="PATH", help="the target's Python; default python3"
+    )
+    place.add_argument(
+        "--no-start", action="store_true", help="leave the robot stopped, also one that ran"
+    )
+    place.add_argument(
+        "--force", action="store_true", help="go on although the doctor finds a failure"
+    )
+    place.add_argument(
+        "--root",
+        type=_root,
+        metavar="DIR",
+        help="put everything below this folder and start nothing; to try it without a robot",
+    )
+
+
+def _root(text: str) -> str:
+    # the first line of an installed program names its interpreter, which ends at a blank
+    if not text.startswith("/") or text.strip("/") == "" or len(text.split()) != 1:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: expected a folder's whole path, without blanks"
+        )
+    return text.rstrip("/")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Deploy, then wait for the first activations. Raises DeploymentError."""
+    _demand_sound(arguments)
+    order = Order(
+        host=arguments.host,
+        board=arguments.board,
+        ssh_options=_ssh_options(arguments),
+        root=arguments.root or "",
+        python=arguments.python,
+        settings=arguments.settings,
+        wheel=arguments.wheel,
+        start=not arguments.no_start,
+        force=arguments.force,
+    )
+    try:
+        return _deploy(order, Commands(_tell, dry_run=arguments.dry_run))
+    except KeyboardInterrupt:
+        print(f"firmware-runtime: interrupted; deploy to {order.host} again", file=sys.stderr)
+        return Status.INTERRUPTED
+
+
+def _deploy(order: Order, commands: Commands) -> int:
+    deployment = Deployment(order, commands)
+    deployment.carry_out()
+    if commands.dry_run:
+        print("dry run: nothing was changed")
+    elif order.root:
+        print(f"{order.home}/venv/bin/firmware-runtime is there; nothing was started")
+    elif order.start:
+        return _await_activations(order, deployment)
+    return Status.OK
+
+
+def _demand_sound(arguments: argparse.Namespace) -> None:
+    """Raises ConfigError with everything that is wrong with the command line."""
+    faults = [fault] if (fault := fault_of_host(arguments.host)) else []
+    known = registry.names()
+    if arguments.board not in known:
+        faults.append(
+            f"{arguments.board!r}: no board; expected {' or '.join(known)}, "
+            "and a file of your own as --settings FILE"
+        )
+    if arguments.wheel is not None and not arguments.wheel.is_file():
+        faults.append(f"{arguments.wheel}: no file; expected the project's wheel")
+    if arguments.settings is not None and not arguments.settings.is_file():
+        faults.append(f"{arguments.settings}: no file; expected a board.toml")
+    elif arguments.settings is not None:
+        board = registry.load(str(arguments.settings))
+        if board.name != arguments.board:
+            faults.append(f"{board.source}: settings of {board.name}, not of {arguments.board}")
+    if faults:
+        raise ConfigError("deploy", faults)
+
+
+def _ssh_options(arguments: argparse.Namespace) -> tuple[str, ...]:
+    options = [f"-o{option}" for option in arguments.ssh_options]
+    if arguments.port is not None:
+        options.append(f"-oPort={arguments.port}")
+    if arguments.identity is not None:
+        options += ["-i", str(arguments.identity), "-oIdentitiesOnly=yes"]
+    return tuple(options)
+
+
+def _await_activations(order: Order, deployment: Deployment) -> int:
+    print("wait for the first activations")
+    program = f"{order.home}/venv/bin/firmware-runtime"
+    give_up_at = monotonic() + PATIENCE_S
+    while True:
+        ended = deployment.connection.command(program, "stats", order.board, "--json")
+        if ended.status == 0 and _has_begun(statistics := json.loads(ended.out)):
+            print(f"  {summary(statistics)}")
+            return Status.OK
+        if monotonic() > give_up_at:
+            break
+        sleep(LOOK_S)
+    print(
+        f"firmware-runtime: {order.host}: no activation within {PATIENCE_S:g} s; "
+        f"see ssh {order.host} firmware-runtime service logs {order.board}",
+        file=sys.stderr,
+    )
+    return Status.NOTHING_HAPPENED
+
+
+def _has_begun(statistics: dict[str, Any]) -> bool:
+    run = statistics["conditions"]["run"]
+    return bool(run["state"] == "running" and (statistics["run"] or run["steps"]))
+
+
+def _tell(line: str) -> None:
+    print(line, flush=True)

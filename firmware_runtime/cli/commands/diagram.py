@@ -1,0 +1,55 @@
+"""`firmware-runtime diagram BOARD -o FILE`: a picture of the model, from its own declaration."""
+
+import argparse
+from pathlib import Path
+
+from firmware_runtime.board import registry
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.component import Component
+from firmware_runtime.diagram.draw import Form, diagram
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
+from firmware_runtime.status import Status
+
+FORMS: dict[str, Form] = {".svg": "svg", ".mmd": "mmd"}
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Draw a board's couplings, or one model's states, as SVG or Mermaid."
+    verb = add_verb(verbs, "diagram", summary, execute)
+    add_board(verb)
+    verb.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.svg or FILE.mmd"
+    )
+    verb.add_argument(
+        "--state", metavar="MODEL", help="draw this model's states, such as radar_controller"
+    )
+    verb.add_argument(
+        "--whole", action="store_true", help="draw the robot with its hardware, not the model alone"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the picture; no line is opened."""
+    path: Path = arguments.output
+    if path.suffix not in FORMS:
+        raise ConfigError(str(path), [f"ends in {path.suffix!r}; expected .svg or .mmd"])
+    board = chosen_board(arguments.board, arguments.assignments)
+    model = _model(board, whole=arguments.whole)
+    try:
+        path.write_text(diagram(model, arguments.state, FORMS[path.suffix]), encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(str(path), [f"cannot be written ({error.strerror})"]) from error
+    print(path)
+    return Status.OK
+
+
+def _model(board: registry.Board, *, whole: bool) -> Component:
+    """The model that event files run on, where there is one, else the robot."""
+    if board.event_model is not None and not whole:
+        return board.event_model(None)
+    buses = {name: AbsentBus(name) for name in board.loads}
+    return board.build(Lines(buses, {name: AbsentPort(name) for name in board.ports})).model

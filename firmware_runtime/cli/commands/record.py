@@ -1,0 +1,104 @@
+"""`firmware-runtime record BOARD --into FOLDER`: keep what a board's runs leave behind."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from time import monotonic_ns
+
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.statistics.recorder import Recorder
+from firmware_runtime.status import Status
+from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
+
+LOOK_EVERY_S = 0.1
+
+_ABOUT = """
+It reads what the run and the guard write anyway, in a process of its own, and goes on from run to
+run until a signal comes. Each run leaves its statistics (for stats, report, --diff, --merge) and a
+trace for Perfetto around each late activation and each takeover by the guard.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Keep the statistics of a board's runs, and traces of what went wrong in them."
+    verb = add_verb(verbs, "record", summary, execute)
+    verb.epilog = _ABOUT
+    add_board(verb)
+    verb.add_argument(
+        "--into",
+        type=Path,
+        metavar="FOLDER",
+        help="where to keep it; default in a systemd unit: its state directory",
+    )
+    verb.add_argument(
+        "--late-us",
+        type=positive,
+        metavar="US",
+        help="lateness that is worth a trace; default: the least tolerance of the board's models",
+    )
+    verb.add_argument(
+        "--runs", type=_count, default=50, metavar="N", help="how many runs to keep (50)"
+    )
+    verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Record until a signal comes."""
+    board = chosen_board(arguments.board, arguments.assignments)
+    notices = Notices.from_environment()
+
+    def tell(what: str) -> None:
+        print(f"recorder: {what}", flush=True)
+        notices.status(what)
+
+    late = None if arguments.late_us is None else round(arguments.late_us * MICROSECOND)
+    kept = arguments.statistics or default_path(board.name)
+    recorder = Recorder(kept, _folder(arguments.into), arguments.runs, late, tell)
+    with until_signal() as signal:
+        tell(f"waiting for a run at {kept}")
+        notices.ready()
+        try:
+            _record(recorder, signal, notices)
+        except StatisticsFileError as error:  # a full disk is no bad input: systemd tries again
+            print(f"firmware-runtime: {error}", file=sys.stderr)
+            return Status.NOTHING_HAPPENED
+    return Status.OK
+
+
+def _record(recorder: Recorder, signal: UntilSignal, notices: Notices) -> None:
+    while not signal.wait(LOOK_EVERY_S):
+        recorder.look(monotonic_ns())
+        notices.alive()
+    notices.stopping()
+    recorder.close()
+
+
+def _folder(stated: Path | None) -> Path:
+    """Where to keep it, made if it is not there. Raises ConfigError."""
+    from_systemd = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    if stated is None and not from_systemd:
+        raise ConfigError("record", ["--into: expected a folder, as no systemd unit gives one"])
+    folder = stated or Path(from_systemd)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(str(folder), [f"cannot be made ({error.strerror})"]) from error
+    if not os.access(folder, os.W_OK):
+        raise ConfigError(str(folder), ["cannot be written, expected a folder that can"])
+    return folder
+
+
+def _count(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 1 on")
+    return int(text)

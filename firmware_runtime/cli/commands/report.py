@@ -1,0 +1,35 @@
+"""`firmware-runtime report [BOARD|FILE] -o FILE.html`: one page on a run's timing."""
+
+import argparse
+from pathlib import Path
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.kept import add_kept, path_of
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.page.page import page
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.status import Status
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    about = "Make a page of a run's timing, under way or over; reading changes nothing."
+    verb = add_verb(verbs, "report", about, execute)
+    add_kept(verb)
+    verb.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE.html", help="where to write it"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the page and say where it is."""
+    output: Path = arguments.output
+    statistics = read_statistics(path_of(arguments.kept))
+    text = page(statistics, summary(statistics.as_json()))
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(str(output), [f"cannot be written ({error.strerror})"]) from error
+    print(output)
+    return Status.OK

@@ -1,0 +1,247 @@
+"""`firmware-runtime run BOARD`: run a robot, on its doubles or on its chips."""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+from firmware_runtime.board import registry
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.clock import choose_clock, clock_of
+from firmware_runtime.cli.events import add_event_options, run_event_file
+from firmware_runtime.cli.progress_line import Messages, progress_shown
+from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
+from firmware_runtime.cli.run_report import Report
+from firmware_runtime.cli.tracing import tracing
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.links.ports_socket import ports_path
+from firmware_runtime.runs.arming import Arming
+from firmware_runtime.runs.control import control_path
+from firmware_runtime.runs.overload import ANY_LOAD, Overload
+from firmware_runtime.runs.reloading import Reloading
+from firmware_runtime.runs.reporter import Reporter
+from firmware_runtime.runs.restarting import counted
+from firmware_runtime.runs.restarts import Restarts, starts_path
+from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.settings_in_force import settings_path
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.statistics.spans import spans_path
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.takeovers import takeovers_path
+from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.status import Status
+from firmware_runtime.system.journal import Journal
+from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.signals import stop_on_signals
+
+_BESIDE_STATISTICS = (
+    spans_path,
+    takeovers_path,
+    settings_path,
+    control_path,
+    ports_path,
+    starts_path,
+)
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    verb = add_verb(verbs, "run", "Run a robot until its time is up or a signal stops it.", execute)
+    add_board(verb)
+    verb.add_argument(
+        "--doubles",
+        type=Path,
+        nargs="?",
+        const=True,
+        default=False,
+        metavar="PATH",
+        help="run against register-level doubles of its chips: made for this run, or those that "
+        "`doubles serve` keeps at PATH, with their own --set and no world.* in a trace",
+    )
+    verb.add_argument(
+        "--clock",
+        choices=("monotonic", "virtual", "scaled"),
+        help="real time (default); virtual time, as fast as it goes; or real time times --speed",
+    )
+    verb.add_argument(
+        "--speed", type=speed, metavar="N", help="how many times as fast, with --clock scaled"
+    )
+    verb.add_argument(
+        "--for",
+        type=positive,
+        metavar="SECONDS",
+        dest="duration_s",
+        help="robot time to run for; default on doubles as the board says, else until stopped",
+    )
+    verb.add_argument(
+        "--arm",
+        action="store_true",
+        help="arm it as soon as nothing speaks against it, whatever the board says",
+    )
+    verb.add_argument(
+        "--supervised", action="store_true", help="on doubles too, drive outputs only when armed"
+    )
+    verb.add_argument(
+        "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
+    )
+    verb.add_argument(
+        "--statistics",
+        type=Path,
+        metavar="FILE",
+        help="where to keep the statistics; default: where `stats` looks, none in virtual time",
+    )
+    verb.add_argument(
+        "--plot",
+        type=Path,
+        metavar="FILE.svg",
+        help="draw the run of the detective in its arena; FILE.png needs the extra `plot`",
+    )
+    verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
+    add_event_options(verb)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run the robot; print how it ended."""
+    choose_clock(arguments)
+    board = chosen_board(arguments.board, arguments.assignments)
+    if arguments.events is not None:
+        return run_event_file(arguments, board)
+    messages = Messages()
+    path, notices = _statistics_path(arguments, board), Notices.from_environment()
+    within = seconds(board.settings.executive.bring_up_s)
+
+    def run(restarts: Restarts | None) -> int:
+        notices.progress("starts: finds its chips", within)
+        session = Session(
+            board,
+            clock_of(arguments),
+            doubles=arguments.doubles,
+            statistics_path=path,
+            arming=_arming(arguments, board, messages),
+        )
+        notices.progress("starts: takes its first step", within)
+        if restarts is not None:
+            session.executive.attendants.append(restarts)
+        return _run(arguments, session, notices, messages)
+
+    return counted(run, path, notices, within)
+
+
+def _run(
+    arguments: argparse.Namespace, session: Session, notices: Notices, messages: Messages
+) -> int:
+    executive = session.executive
+    try:
+        draw = _plotting(session, arguments.plot)
+        report = Report(session, arguments, messages)
+        with (
+            tracing(session.executive.simulator, arguments.trace),
+            _serving(session, notices, messages) as reload,
+            progress_shown(session, report.until, messages, wanted=not arguments.json),
+            stop_on_signals(executive.request_stop, reload, executive.give_up),
+        ):
+            report.begin()
+            session.keep_settings()
+            outcome = executive.run(report.until)
+            if not outcome.faults:
+                session.forget_settings()
+        if isinstance(outcome.error, StatisticsFileError):
+            raise outcome.error  # the run never began: bad input, like a board's
+        status: int = _status(outcome, session)
+        try:
+            with readers_may_go():
+                report.end(outcome)
+        except OutputError as error:
+            not_printed(error)
+            status = status or Status.NOT_PRINTED
+        draw(outcome.reason)
+    finally:
+        session.close()
+    return status
+
+
+def _arming(
+    arguments: argparse.Namespace, board: registry.Board, messages: Messages
+) -> Arming | None:
+    """Who decides whether outputs may be driven; doubles have nothing to be hurt.
+
+    Those that another process serves can be switched off by another one still: then it takes the
+    run's right to drive.
+    """
+    if arguments.doubles and not arguments.supervised:
+        if arguments.doubles is True:
+            return None
+        return Arming(at_start=True, demand_guard=False, tell=messages, free=True)
+    settings = board.settings.arming
+    return Arming(
+        at_start=settings.at_start or arguments.arm,
+        demand_guard=settings.demand_guard,
+        tell=messages,
+    )
+
+
+def _statistics_path(arguments: argparse.Namespace, board: registry.Board) -> Path | None:
+    if arguments.statistics is not None or arguments.clock == "virtual":
+        path: Path | None = arguments.statistics
+        if path is not None and path in (companion(path) for companion in _BESIDE_STATISTICS):
+            raise StatisticsFileError(
+                f"{path}: expected another ending; {path.suffix} is for a file beside statistics"
+            )
+        return path
+    return default_path(board.name)
+
+
+def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
+    """What draws the run when it is over, and why it was; refuses a picture that cannot be made.
+
+    What draws is imported only if there is something to draw.
+    """
+    if path is None:
+        return lambda _reason: None
+    plot = import_module("firmware_runtime.cli.plot")
+    plot.check_plot(session, path)
+    return lambda reason: plot.write_plot(session, path, reason)
+
+
+@contextmanager
+def _serving(
+    session: Session, notices: Notices, messages: Messages
+) -> Iterator[Callable[[], None] | None]:
+    """Tell systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
+    journal = Journal.from_environment()
+    executive = session.executive
+    chronicle: Reporter | None = None
+    if notices.is_there or journal.is_there:
+        chronicle = Reporter(executive, notices, journal, summary)
+    settings = session.board.settings.executive
+    if isinstance(executive.clock, MonotonicClock) and settings.max_load_percent < ANY_LOAD:
+        limit, policy = settings.max_load_percent, settings.overload
+        Overload(executive, limit, policy, session.supervision, messages)
+    reloading = Reloading(session.board, session.robot, executive, notices, messages)
+    try:
+        yield None if sys.stdin.isatty() else reloading.request
+    finally:
+        if chronicle is not None:
+            chronicle.close()
+        notices.stopping()
+        notices.close()
+        journal.close()
+
+
+def _status(outcome: Outcome, session: Session) -> Status:
+    if outcome.faults:
+        return Status.NOT_SAFE
+    stopped_by = session.executive.stopped_by
+    ended_by_itself = session.ending is not None or outcome.state is RunState.OVERRUN
+    if stopped_by is not None and not ended_by_itself and outcome.error is None:
+        # also where a device had never been ready: a service that is stopped has not failed
+        return Status.INTERRUPTED if stopped_by == "SIGINT" else Status.TERMINATED
+    if outcome.state in {RunState.FAILED, RunState.OVERRUN} or session.has_failed:
+        return Status.MODEL_ERROR
+    return Status.OK

@@ -1,0 +1,133 @@
+"""`firmware-runtime service install|uninstall|status|logs`: a board as a service of systemd."""
+
+import argparse
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from firmware_runtime.board import registry
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.board_name import add_board_name
+from firmware_runtime.cli.service_errors import explained
+from firmware_runtime.cli.service_logs import add_logs_to
+from firmware_runtime.cli.service_status import add_status_to, show_status
+from firmware_runtime.host.installation.errors import InstallationRefused
+from firmware_runtime.host.installation.install import Installation
+from firmware_runtime.host.installation.places import GUARD, PROGRAM, RUNTIME, instance
+from firmware_runtime.host.installation.program import checked, own_program, runnable
+from firmware_runtime.host.installation.target import Target, target
+from firmware_runtime.host.installation.uninstall import Removal
+from firmware_runtime.status import Status
+
+_INSTALL = """
+Units, user, groups and rules are made anew each time; /etc/firmware-runtime/BOARD.toml is written
+once and is yours from then on, and a board with faults in it is refused before anything is written.
+With --root nothing is run: DIR is the root of a system that is being built, and the program is
+expected at /opt/firmware-runtime/venv/bin there.
+"""
+_UNINSTALL = """
+The run is stopped first, which switches its outputs off. What boards share goes with the last one.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Make a board a service of systemd, look at it, remove it."
+    verb = verbs.add_parser("service", help=summary, description=summary)
+    actions = verb.add_subparsers(required=True, metavar="ACTION")
+    _add_install_to(actions)
+    _add_uninstall_to(actions)
+    add_status_to(actions)
+    add_logs_to(actions)
+
+
+def _add_install_to(actions: SubParsers) -> None:
+    about = "Install a board and its guard, and start them now and with the machine."
+    verb = add_verb(actions, "install", about, explained(_install))
+    verb.epilog = _INSTALL
+    verb.add_argument(
+        "board", metavar="BOARD", help="a board's name, or the path of a board.toml or its folder"
+    )
+    _add_place(verb, "write nothing and run nothing: print every file, and what would be run")
+    verb.add_argument(
+        "--program",
+        metavar="PATH",
+        help="what the units start; default: this program, with --root " + PROGRAM,
+    )
+    verb.add_argument(
+        "--no-start", action="store_true", help="start it with the machine, but not now"
+    )
+
+
+def _add_uninstall_to(actions: SubParsers) -> None:
+    about = "Stop a board and remove what install wrote for it."
+    verb = add_verb(actions, "uninstall", about, explained(_uninstall))
+    verb.epilog = _UNINSTALL
+    add_board_name(verb)
+    _add_place(verb, "remove nothing and run nothing: print what would be")
+    verb.add_argument(
+        "--purge",
+        action="store_true",
+        help="your copy of the settings and the statistics too; with the last board the user too",
+    )
+
+
+def _add_place(verb: argparse.ArgumentParser, dry_run: str) -> None:
+    verb.add_argument(
+        "--root", type=Path, metavar="DIR", help="the system below this directory; runs nothing"
+    )
+    verb.add_argument("--dry-run", action="store_true", help=dry_run)
+
+
+def _install(arguments: argparse.Namespace) -> int:
+    board = registry.load(arguments.board)
+    place = target(arguments.root, dry_run=arguments.dry_run)
+    program = _program(arguments, place)
+    installation = Installation(board, place, program, version("firmware-runtime"))
+    start = not arguments.no_start
+    if arguments.dry_run:
+        installation.preview(print, start=start)
+        return Status.OK
+    for node in installation.missing_nodes():
+        _warn(f"{node} does not exist; `firmware-runtime doctor {board.name}` says what to do")
+    installation.carry_out(_tell, start=start)
+    if place.is_live and installation.changes_units:
+        print(f"a robot that ran already takes this up at: {_restart(board.name)}")
+    return show_status([board.name]) if place.is_live and start else Status.OK
+
+
+def _program(arguments: argparse.Namespace, place: Target) -> str:
+    """What the units are to start. Raises InstallationRefused."""
+    if not place.is_live:
+        return checked(arguments.program or PROGRAM)
+    try:
+        return runnable(arguments.program) if arguments.program else own_program()
+    except InstallationRefused as error:
+        if not arguments.dry_run:
+            raise
+        _warn(f"without --dry-run this is refused: {error}")
+        return PROGRAM
+
+
+def _uninstall(arguments: argparse.Namespace) -> int:
+    place = target(arguments.root, dry_run=arguments.dry_run)
+    removal = Removal(arguments.board, place, purge=arguments.purge)
+    if arguments.dry_run:
+        removal.preview(print)
+        return Status.OK
+    removal.carry_out(_tell)
+    for what in removal.what_stays():
+        print(f"stays: {what}; --purge removes it too")
+    return Status.OK
+
+
+def _restart(board: str) -> str:
+    return f"systemctl restart {instance(GUARD, board)} {instance(RUNTIME, board)}"
+
+
+def _warn(what: str) -> None:
+    print(f"firmware-runtime: warning: {what}", file=sys.stderr)
+
+
+def _tell(what: str) -> None:
+    print(what, flush=True)

@@ -1,0 +1,182 @@
+"""`firmware-runtime stats [BOARD]`: read a run's statistics, while it runs or after it died."""
+
+import argparse
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import msgspec
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.commands.perfetto import write_trace
+from firmware_runtime.cli.extras import module_of_extra
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.comparison import difference, merged, same_run
+from firmware_runtime.statistics.file import save
+from firmware_runtime.statistics.paths import find_statistics
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.statistics.takeovers import Takeover, takeovers_of
+from firmware_runtime.statistics.text.difference import difference_json, difference_text
+from firmware_runtime.statistics.text.histogram import histogram_text
+from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.status import Status
+
+_IDLE = {
+    "statistics": ("board",),
+    "merge": ("board", "since", "perfetto"),
+    "diff": ("board", "since", "save", "prometheus", "histogram", "perfetto"),
+    "perfetto": ("since", "save"),
+}
+"""By option, those that would have no effect beside it, as far as argparse does not know it."""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Show the statistics of the run under way, or of the last; reading changes nothing."
+    verb = add_verb(verbs, "stats", summary, execute)
+    verb.add_argument(
+        "board", metavar="BOARD", nargs="?", help="a board's name; default: whatever ran last"
+    )
+    _add_sources(verb)
+    _add_forms(verb)
+    verb.add_argument(
+        "--since",
+        type=Path,
+        metavar="CURSOR",
+        help="only what came since the last time with this file, which then notes this time",
+    )
+    verb.add_argument(
+        "--save", type=Path, metavar="FILE", help="keep what was read in a file like the run's own"
+    )
+    verb.add_argument(
+        "--worst", type=_count, default=3, metavar="N", help="how many of the worst; default 3"
+    )
+
+
+def _add_sources(verb: argparse.ArgumentParser) -> None:
+    sources = verb.add_mutually_exclusive_group()
+    sources.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
+    sources.add_argument(
+        "--merge",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="add up several runs of one board, of one robot or of many",
+    )
+    sources.add_argument(
+        "--diff", type=Path, nargs=2, metavar=("A", "B"), help="compare two runs, figure by figure"
+    )
+
+
+def _add_forms(verb: argparse.ArgumentParser) -> None:
+    forms = verb.add_mutually_exclusive_group()
+    forms.add_argument("--json", action="store_true", help="print them as JSON")
+    forms.add_argument(
+        "--prometheus", action="store_true", help="print them as Prometheus reads them"
+    )
+    forms.add_argument(
+        "--perfetto",
+        type=Path,
+        metavar="FILE",
+        help="write what ran when, for Perfetto; the verb `perfetto` can do more",
+    )
+    forms.add_argument(
+        "--histogram",
+        action="store_true",
+        help="print the lateness of each model as cyclictest prints its histogram",
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the statistics; StatisticsFileError says why there are none."""
+    _refuse_what_has_no_effect(arguments)
+    if arguments.diff is not None:
+        _print_difference(arguments)
+        return Status.OK
+    if arguments.perfetto is not None:
+        kept = arguments.statistics or find_statistics(arguments.board)
+        write_trace(kept, arguments.perfetto)
+        return Status.OK
+    statistics = _read(arguments)
+    if arguments.save is not None:
+        save(statistics, arguments.save)
+    for line in _lines(arguments, statistics, _takeovers(arguments, statistics)):
+        print(line)
+    return Status.OK
+
+
+def _refuse_what_has_no_effect(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go together. Raises ConfigError."""
+
+    def is_given(name: str) -> bool:
+        return not (getattr(arguments, name) is None or getattr(arguments, name) is False)
+
+    faults = [
+        f"{_spelled(other)} does not go together with {_spelled(name)}"
+        for name, idle in _IDLE.items()
+        if is_given(name)
+        for other in idle
+        if is_given(other)
+    ]
+    if faults:
+        raise ConfigError("stats", faults)
+
+
+def _spelled(name: str) -> str:
+    return "BOARD" if name == "board" else f"--{name}"
+
+
+def _read(arguments: argparse.Namespace) -> Statistics:
+    if arguments.merge is not None:
+        return merged([read_statistics(path) for path in arguments.merge])
+    now = read_statistics(arguments.statistics or find_statistics(arguments.board))
+    return now if arguments.since is None else _since(now, arguments.since)
+
+
+def _since(now: Statistics, cursor: Path) -> Statistics:
+    """What came since the cursor, which is moved to now."""
+    before = read_statistics(cursor) if cursor.exists() else None
+    save(now, cursor)
+    if before is None or not same_run(now, before):
+        return now  # a run of which the cursor knows nothing yet: all of it is new
+    return difference(now, before)
+
+
+def _takeovers(arguments: argparse.Namespace, statistics: Statistics) -> list[Takeover]:
+    """What a guard took from this run; nothing for what several runs add up to."""
+    if arguments.merge is not None:
+        return []
+    path = arguments.statistics or find_statistics(arguments.board)
+    return takeovers_of(path, statistics.header["writer"])
+
+
+def _lines(
+    arguments: argparse.Namespace, statistics: Statistics, takeovers: Sequence[Takeover]
+) -> Iterable[str]:
+    if arguments.prometheus:
+        collecting = module_of_extra("firmware_runtime.statistics.prometheus.collector", "metrics")
+        board = statistics.header["conditions"].get("board", "unnamed")
+        return [collecting.exposition(board, statistics).rstrip()]
+    if arguments.histogram:
+        return histogram_text(statistics)
+    if arguments.json:
+        noted = msgspec.to_builtins(takeovers)
+        return [json.dumps({**statistics.as_json(), "takeovers": noted}, allow_nan=False)]
+    latest = takeovers[max(len(takeovers) - arguments.worst, 0) :]
+    told = [f"  guard: {takeover.text()}" for takeover in latest]
+    return [*statistics_text(statistics.as_json(), arguments.worst), *told]
+
+
+def _print_difference(arguments: argparse.Namespace) -> None:
+    found = difference_json(*(read_statistics(path) for path in arguments.diff))
+    if arguments.json:
+        print(json.dumps(found, allow_nan=False))
+    else:
+        print("\n".join(difference_text(found)))
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 0 on")
+    return int(text)

@@ -1,0 +1,111 @@
+"""`firmware-runtime top [BOARD]`: a run's timing, live in the terminal."""
+
+import argparse
+import os
+import sys
+import termios
+import tty
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from select import select
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
+from firmware_runtime.cli.extras import module_of_extra
+from firmware_runtime.statistics.comparison import difference, same_run
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.paths import find_statistics
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.status import Status
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
+
+QUIT, PAUSE = b"qQ\x03", b" "
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Show a run's timing live; q quits, space pauses. Needs the extra `top`."
+    verb = add_verb(verbs, "top", summary, execute)
+    verb.add_argument(
+        "board", metavar="BOARD", nargs="?", help="a board's name; default: whatever ran last"
+    )
+    verb.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
+    verb.add_argument(
+        "--interval",
+        type=positive,
+        default=1.0,
+        metavar="SECONDS",
+        dest="interval_s",
+        help="from one reading to the next; default 1",
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Show it until q; once, where there is no terminal to show it in."""
+    drawing = module_of_extra("firmware_runtime.statistics.top.screen", "top")
+    console = module_of_extra("rich.console", "top").Console(highlight=False)
+    watched = Watched(arguments.statistics or find_statistics(arguments.board))
+    if not (sys.stdin.isatty() and console.is_terminal):
+        console.print(drawing.screen(watched.now, watched.lately, console.size, paused=False))
+        print("firmware-runtime: no terminal here, so this was shown once", file=sys.stderr)
+        return Status.OK
+    live = module_of_extra("rich.live", "top").Live(
+        console=console, screen=True, auto_refresh=False, vertical_overflow="crop"
+    )
+    with until_signal() as signal, _keys() as keys, live:
+        while not signal.came and watched.is_wanted:
+            picture = drawing.screen(
+                watched.now, watched.lately, console.size, paused=watched.is_paused
+            )
+            live.update(picture, refresh=True)
+            watched.obey(_key(keys, signal, arguments.interval_s))
+    return Status.OK
+
+
+class Watched:
+    """A statistics file read again and again: as it is `now`, and what came `lately`.
+
+    A run that ended goes on being shown; a new one is taken up when its file is there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.now: Statistics = read_statistics(path)
+        self.lately: Statistics = self.now
+        self.is_paused = False
+        self.is_wanted = True
+
+    def obey(self, key: bytes) -> None:
+        """Do what a key is for; then, or without one, read unless paused."""
+        self.is_wanted = key == b"" or key not in QUIT
+        self.is_paused ^= key == PAUSE
+        if not self.is_paused:
+            self.read()
+
+    def read(self) -> None:
+        """Read once more; a file that cannot be read just now leaves everything as it was."""
+        try:
+            later = read_statistics(self._path)
+        except StatisticsFileError:
+            return
+        self.lately = difference(later, self.now) if same_run(later, self.now) else later
+        self.now = later
+
+
+def _key(keys: int, signal: UntilSignal, timeout_s: float) -> bytes:
+    """The key pressed within that time, if one was."""
+    ready, _, _ = select([keys, signal.fileno()], (), (), timeout_s)
+    return os.read(keys, 1) if keys in ready else b""
+
+
+@contextmanager
+def _keys() -> Iterator[int]:
+    """Give the terminal's keys as they are pressed; afterwards it is as it was."""
+    descriptor = sys.stdin.fileno()
+    before = termios.tcgetattr(descriptor)
+    tty.setcbreak(descriptor)
+    try:
+        yield descriptor
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)

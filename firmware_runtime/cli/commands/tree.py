@@ -1,0 +1,26 @@
+"""`firmware-runtime tree BOARD`: the model's hierarchy, for people."""
+
+import argparse
+
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.tree import tree
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
+from firmware_runtime.status import Status
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    verb = add_verb(verbs, "tree", "Show a board's model: components, ports, couplings.", execute)
+    add_board(verb)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the tree; no bus is opened."""
+    board = chosen_board(arguments.board, arguments.assignments)
+    buses = {name: AbsentBus(name) for name in board.loads}
+    ports = {name: AbsentPort(name) for name in board.ports}
+    robot = board.build(Lines(buses, ports))
+    print(tree(robot.model))
+    return Status.OK

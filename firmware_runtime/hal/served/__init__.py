@@ -1,0 +1,1 @@
+"""A rig's doubles in another process: buses and ports that reach it over a Unix socket."""

@@ -1,0 +1,110 @@
+"""A client's connection to served doubles: questions out, answers in, every wait bounded."""
+
+import threading
+import weakref
+from fcntl import LOCK_EX, LOCK_NB, flock
+from pathlib import Path
+from socket import AF_UNIX, SOCK_SEQPACKET, socket
+from typing import BinaryIO, Final
+
+from msgspec import MsgspecError
+
+from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, BusTimeout
+from firmware_runtime.hal.served.packets import (
+    LONGEST,
+    Answered,
+    Asked,
+    Question,
+    encode,
+    read_answer,
+)
+
+ANSWER_S: Final = 1.0
+"""How long an answer may take; doubles need less than a millisecond, a busy machine more."""
+
+
+def lock_of(path: Path) -> Path:
+    """The file that a process which drives the doubles at a path holds locked."""
+    return path.with_name(f"{path.name}.lock")
+
+
+class Connection:
+    """A connection to the server at a path, one question at a time, whichever thread asks.
+
+    A server that has gone has gone for good: nobody connects again, as it would find other chips.
+    Raises BusAbsent if nobody serves doubles there.
+    """
+
+    def __init__(self, path: Path, answer_s: float = ANSWER_S) -> None:
+        self._path = path
+        self._answer_s = answer_s
+        self._number = 0
+        self._packet = memoryview(bytearray(LONGEST))
+        self._lock = threading.Lock()
+        self._lock_file: BinaryIO | None = None
+        self._socket = socket(AF_UNIX, SOCK_SEQPACKET)
+        weakref.finalize(self, self._socket.close)
+        self._socket.settimeout(answer_s)
+        try:
+            self._socket.connect(str(path))
+        except OSError as error:
+            self._socket.close()
+            raise BusAbsent(
+                f"{path}: no doubles are served here ({error.strerror or error}); expected "
+                f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
+            ) from error
+
+    def keep_others_out(self) -> None:
+        """Drive the doubles alone, until this process ends or closes the connection.
+
+        A lock on a file, as on a bus's device node: who does not ask for it is not kept out. Raises
+        BusInUse if another process has it.
+        """
+        self._lock_file = lock_of(self._path).open("wb")
+        try:
+            flock(self._lock_file, LOCK_EX | LOCK_NB)
+        except BlockingIOError as error:
+            self.close()
+            raise BusInUse(
+                f"{self._path}: these doubles are driven by another process, expected none; "
+                "end that one"
+            ) from error
+
+    def ask(self, asked: Asked, where: str) -> Answered:
+        """Ask, and wait for the answer; `where` is what an error's sentence begins with.
+
+        Raises BusTimeout without an answer in time, then the server may still do what was asked;
+        BusAbsent when it has gone, BusFault when what answers is no server of doubles.
+        """
+        with self._lock:
+            self._number += 1
+            try:
+                self._socket.send(encode(Question(self._number, asked)))
+                return self._answer()
+            except TimeoutError as error:
+                raise BusTimeout(
+                    f"{where}: no answer from the doubles at {self._path}, expected one within "
+                    f"{self._answer_s:g} s"
+                ) from error
+            except OSError as error:
+                raise BusAbsent(
+                    f"{where}: the doubles at {self._path} have gone, expected them to be served"
+                ) from error
+            except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
+                raise BusFault(
+                    f"{where}: {self._path} answered with no answer ({error}); expected doubles"
+                ) from error
+
+    def close(self) -> None:
+        """Leave the server; it notices. Others may drive the doubles."""
+        self._socket.close()
+        if self._lock_file is not None:
+            self._lock_file.close()
+
+    def _answer(self) -> Answered:
+        """The answer to the last question; those that came too late are dropped."""
+        while length := self._socket.recv_into(self._packet):
+            answer = read_answer(self._packet[:length])
+            if answer.number in {0, self._number}:
+                return answer.answered
+        raise ConnectionResetError("end of the stream")

@@ -1,0 +1,1 @@
+"""Everything done to the machine a robot runs on: doctor, installation, deployment."""

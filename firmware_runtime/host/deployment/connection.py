@@ -1,0 +1,78 @@
+"""The way to a target: the system's own ssh and rsync, with the user's keys and configuration."""
+
+import re
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from firmware_runtime.host.deployment.commands import Commands, Ended
+from firmware_runtime.host.deployment.errors import DeploymentError
+
+_HOST = re.compile(r"([a-z_][a-z0-9_.-]*@)?[a-z0-9_][a-z0-9_.-]*", re.IGNORECASE)
+_OPTIONS = (
+    "BatchMode=yes",  # nothing is asked for: without a key there is a reason, not a prompt
+    "ConnectTimeout=10",
+    "ServerAliveInterval=5",
+    "ServerAliveCountMax=3",
+    "LogLevel=ERROR",
+)
+_SCRIPTS = Path(__file__).parent
+_OF_SSH = 255
+"""What ssh ends with when it is its own failure and not that of the remote command."""
+
+
+def fault_of_host(host: str) -> str | None:
+    """Why this is no host, if it is none; ssh would take one that begins with - for an option."""
+    if _HOST.fullmatch(host):
+        return None
+    return f"{host!r}: no host; expected HOST or USER@HOST, and a port as --port"
+
+
+class Connection:
+    """A target that commands are sent to; every call is a login of its own.
+
+    `ssh_options` come before our own, and ssh takes the first that it reads.
+    """
+
+    def __init__(self, host: str, ssh_options: Sequence[str], commands: Commands) -> None:
+        self.host = host
+        self._ssh = ["ssh", *ssh_options, *(f"-o{option}" for option in _OPTIONS)]
+        self._commands = commands
+        self._become: list[str] = []
+
+    def become_root(self) -> None:
+        """From now on commands are run by sudo."""
+        self._become = ["sudo", "-n"]
+
+    def script(self, names: Sequence[str], *arguments: str) -> Ended:
+        """Run shell scripts of this folder on the target, one behind the other as one program."""
+        return self._run(["sh", "-s", "--", *arguments], [_SCRIPTS / name for name in names])
+
+    def command(self, *words: str) -> Ended:
+        """Run a program on the target."""
+        return self._run(words)
+
+    def send(self, folder: Path, to: str) -> None:
+        """Make a folder on the target the same as one here; only what differs is sent."""
+        command = ["rsync", "--archive", "--no-owner", "--no-group", "--chmod=D755,F644"]
+        command += ["--delete", "--mkpath", "--protect-args", f"--rsh={shlex.join(self._ssh)}"]
+        if self._become:
+            command += [f"--rsync-path={shlex.join([*self._become, 'rsync'])}"]
+        ended = self._commands.run([*command, f"{folder}/", f"{self.host}:{to}/"])
+        if ended.status != 0:
+            raise DeploymentError(f"{self.host}: {_of_ssh_or_first(ended)}")
+
+    def _run(self, words: Sequence[str], scripts: Sequence[Path] = ()) -> Ended:
+        # ssh joins what it is given with blanks, and the target's shell takes that apart again.
+        remote = shlex.join([*self._become, *words])
+        ended = self._commands.run([*self._ssh, "--", self.host, remote], scripts)
+        if ended.status == _OF_SSH:
+            raise DeploymentError(f"{self.host}: {ended.reason}")
+        return ended
+
+
+def _of_ssh_or_first(ended: Ended) -> str:
+    """What ssh said last, or rsync first: it adds where in its source it gave up."""
+    lines = [line.strip() for line in ended.error.splitlines() if line.strip()]
+    others = [line for line in lines if not line.startswith("rsync")]
+    return (others[-1:] or lines[:1] or [ended.reason])[0]

@@ -1,0 +1,148 @@
+"""A deployment, step by step; until the last but one the target's robot runs on undisturbed.
+
+1. look at the target; everything it lacks is said at once
+2. build the wheel, find the dependencies' wheels for the target
+3. send them
+4. make a virtual environment beside the one in use
+5. `check` and `doctor` by the new program, there
+6. stop the robot, put the new program in the old one's place, install the service, start
+
+What is done on the target is in shell scripts beside this file.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from firmware_runtime.host.deployment import wheels
+from firmware_runtime.host.deployment.commands import Commands
+from firmware_runtime.host.deployment.connection import Connection
+from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.target import Target
+
+DOCTOR_FAILS = 8
+"""Exit status of `firmware-runtime doctor` for a failure."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What is to be deployed, where, and how."""
+
+    host: str
+    board: str
+    ssh_options: tuple[str, ...] = ()
+    root: str = ""
+    """A folder of the target that everything goes below; empty for the target itself."""
+    python: str = "python3"
+    settings: Path | None = None
+    """A file that becomes the board's settings there."""
+    wheel: Path | None = None
+    """The project's wheel; built from the checkout if None."""
+    start: bool = True
+    force: bool = False
+    """Go on although the doctor found a failure."""
+
+    @property
+    def home(self) -> str:
+        """Where the program goes."""
+        return f"{self.root}/opt/firmware-runtime"
+
+
+class Deployment:
+    """Carries out an order; `commands` may be a dry run, in which the target is only looked at."""
+
+    def __init__(self, order: Order, commands: Commands) -> None:
+        self._order = order
+        self._commands = commands
+        self._tell = commands.tell
+        self.connection = Connection(order.host, order.ssh_options, commands)
+
+    def carry_out(self) -> None:
+        """Do all steps. Raises DeploymentError with what kept one from being done."""
+        with self._step(f"look at {self._order.host}"):
+            target = self._look()
+        with TemporaryDirectory(prefix="firmware-runtime-") as temporary:
+            parcel = Path(temporary)
+            with self._step(f"collect wheels for {target.platform}"):
+                self._tell_all(self._collect(target, parcel))
+            with self._step("send them"):
+                self.connection.send(parcel, f"{self._order.home}/parcel")
+        with self._step("make a virtual environment"):
+            venv = self._prepare()
+        with self._step("check the board, examine the computer"):
+            self._examine(venv, target)
+        with self._step("put the new program in place"):
+            self._switch(venv)
+
+    def _look(self) -> Target:
+        order = self._order
+        looking = Commands(self._tell)  # changes nothing, so it is done in a dry run too
+        connection = Connection(order.host, order.ssh_options, looking)
+        ended = connection.script(["probe.sh"], order.root, order.python, order.board)
+        if ended.status != 0:
+            raise DeploymentError(f"{order.host}: {ended.reason}; expected a POSIX shell")
+        target = Target.read(ended.out)
+        if faults := target.faults(order.python, order.root):
+            listing = "\n".join(f"  - {fault}" for fault in faults)
+            raise DeploymentError(f"{order.host}: not deployed to\n{listing}")
+        if target.superuser == "sudo" and not order.root:
+            self.connection.become_root()
+        self._tell_all(target.text())
+        return target
+
+    def _collect(self, target: Target, parcel: Path) -> str:
+        order = self._order
+        if order.settings is not None:
+            place = parcel / "settings" / f"{order.board}.toml"
+            place.parent.mkdir()
+            place.write_bytes(order.settings.read_bytes())
+        return wheels.collect(self._commands, target.platform, order.wheel, parcel / "wheels")
+
+    def _prepare(self) -> str:
+        order = self._order
+        ended = self.connection.script(["venvs.sh", "prepare.sh"], order.root, order.python)
+        if ended.status != 0:
+            raise DeploymentError(f"{order.host}: the new program: {ended.reason}")
+        # The last word: a login may say something of its own before.
+        return (ended.out.split() or [f"{order.home}/venv.XXXXXX"])[-1]
+
+    def _examine(self, venv: str, target: Target) -> None:
+        order = self._order
+        board = target.settings or order.board
+        if order.settings is not None:
+            board = f"{order.home}/parcel/settings/{order.board}.toml"
+        force = "yes" if order.force else "no"
+        ended = self.connection.script(["examine.sh"], venv, board, force)
+        self._tell_all(ended.out)
+        if ended.status == DOCTOR_FAILS:
+            raise DeploymentError(
+                f"{order.host}: the doctor found a failure; expected it mended, or --force"
+            )
+        if ended.status != 0:
+            self._tell_all(ended.error)
+            raise DeploymentError(f"{order.host}: {order.board} did not pass check or doctor")
+
+    def _switch(self, venv: str) -> None:
+        order = self._order
+        start = "yes" if order.start else "no"
+        scripts = ["venvs.sh", "robots.sh", "switch.sh"]
+        ended = self.connection.script(scripts, order.root, venv, order.board, start)
+        self._tell_all(ended.out)
+        self._tell_all(ended.error)
+        if ended.status != 0:
+            raise DeploymentError(f"{order.host}: {ended.reason}")
+
+    @contextmanager
+    def _step(self, what: str) -> Iterator[None]:
+        """Say what begins, and how long it took."""
+        self._tell(what)
+        began_at = monotonic()
+        yield
+        self._tell(f"  {monotonic() - began_at:.1f} s")
+
+    def _tell_all(self, text: str) -> None:
+        for line in text.splitlines():
+            self._tell(f"  {line}".rstrip())

@@ -1,0 +1,112 @@
+"""What a target has, as `probe.sh` saw it, and what it lacks."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from firmware_runtime.host.deployment.platform import GLIBC, LEAST_PYTHON, MACHINES, Platform
+
+ROOM_KIB = 500 * 1024
+"""The wheels and two virtual environments, the new one beside the old."""
+
+_SUPPORTED = f"{LEAST_PYTHON[0]}.{LEAST_PYTHON[1]} or later"
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The answers to the probe; an empty one means that there is none."""
+
+    machine: str
+    python: str
+    bits: str
+    venv: str
+    glibc: str
+    rsync: str
+    free_kib: str
+    superuser: str
+    """`root` or `sudo`."""
+    writable: str
+    systemd: str
+    package: str
+    """The version that the Debian package has installed."""
+    foreign: str
+    """What stands where the link to the program belongs."""
+    settings: str
+    """The board's settings, on the target."""
+
+    @classmethod
+    def read(cls, printed: str) -> "Target":
+        """Read what the probe printed; what it did not print is empty."""
+        answers = dict.fromkeys(cls.__slots__, "")
+        for line in printed.splitlines():
+            key, _, value = line.partition(" ")
+            if key in answers:
+                answers[key] = value.strip()
+        return cls(**answers)
+
+    @property
+    def platform(self) -> Platform:
+        """What wheels have to fit."""
+        major, minor = _version(self.python)
+        return Platform(self.machine, (major, minor))
+
+    def text(self) -> str:
+        """What it is, in a line."""
+        parts = [self.machine, f"Python {self.python}", f"glibc {self.glibc}"]
+        parts += [f"{int(self.free_kib) / 1024**2:.1f} GiB free"]
+        if self.superuser:
+            parts += ["as root" if self.superuser == "root" else "root by sudo"]
+        return ", ".join(parts)
+
+    def faults(self, python: str, root: str) -> list[str]:
+        """Everything that it lacks, one sentence each; below a `root` it takes less."""
+        place = self._lacks_below(root) if root else self._lacks_as_a_robot()
+        return [*self._lacks_for_wheels(python), *place]
+
+    def _lacks_for_wheels(self, python: str) -> Iterator[str]:
+        if self.machine not in MACHINES:
+            yield f"processor {self.machine}; expected one of {', '.join(MACHINES)}"
+        if not self.python:
+            yield f"{python}: not found; expected Python {_SUPPORTED} (Debian package python3)"
+        elif _version(self.python) < LEAST_PYTHON:
+            yield f"{python} is {self.python}; expected {_SUPPORTED}; --python PATH names another"
+        elif self.bits != "64":
+            yield f"{python} is a 32-bit program; expected a 64-bit system"
+        elif not self.venv:
+            yield f"{python} cannot make virtual environments; install Debian package python3-venv"
+        if not self.glibc or _version(self.glibc) < GLIBC:
+            found = self.glibc or "none"
+            yield f"glibc: {found}; expected {GLIBC[0]}.{GLIBC[1]} or newer, as the wheels need"
+        if not self.rsync:
+            yield "rsync: not found; install Debian package rsync"
+        if int(self.free_kib or 0) < ROOM_KIB:
+            free = int(self.free_kib or 0) // 1024
+            yield f"{free} MiB free for /opt/firmware-runtime; expected {ROOM_KIB // 1024}"
+
+    def _lacks_as_a_robot(self) -> Iterator[str]:
+        if not self.superuser:
+            yield (
+                "neither root nor sudo without a password; log in as root, or install Debian "
+                "package sudo and allow this user NOPASSWD"
+            )
+        if not self.systemd:
+            yield "systemd does not run it; expected it to, or --root DIR to try without"
+        if self.package:
+            yield (
+                f"Debian package firmware-runtime {self.package} is installed; upgrade that "
+                "(make deb), or remove it first (apt remove firmware-runtime)"
+            )
+        yield from self._lacks_a_free_place()
+
+    def _lacks_below(self, root: str) -> Iterator[str]:
+        if not self.writable:
+            yield f"{root}: this user may not write there"
+        yield from self._lacks_a_free_place()
+
+    def _lacks_a_free_place(self) -> Iterator[str]:
+        if self.foreign:
+            yield f"{self.foreign}: no link that a deployment made; move it away"
+
+
+def _version(text: str) -> tuple[int, int]:
+    major, minor = text.split(".")[:2]
+    return int(major), int(minor)

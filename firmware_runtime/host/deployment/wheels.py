@@ -1,0 +1,95 @@
+"""Every wheel that a target needs: the project's own, and those of its dependencies.
+
+Dependencies are downloaded as wheels for the target. Those that are published as source alone are
+built here; that needs no compiler, or the wheel would not fit the target and is refused. They are
+kept in the user's cache, one folder a platform, until what the project asks for changes.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Iterable, Sequence
+from hashlib import sha256
+from pathlib import Path
+
+from firmware_runtime.host.deployment import project_wheel
+from firmware_runtime.host.deployment.commands import Commands
+from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.deployment.project_wheel import PIP
+
+EXTRAS = ("gpio", "metrics", "top")
+"""What a robot can use beside the bare program."""
+SOURCE_ONLY = ("sdnotify",)
+"""Dependencies that are published without a wheel."""
+LOCK = "lock.json"
+
+
+def cache_directory() -> Path:
+    """Where downloaded wheels are kept: `firmware-runtime/wheels` in the user's cache."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base, "firmware-runtime", "wheels")
+
+
+def collect(commands: Commands, platform: Platform, own: Path | None, into: Path) -> str:
+    """Put every wheel that the platform needs into a folder; say what was done.
+
+    `own` is the project's wheel, built from the checkout when None.
+    Raises DeploymentError when one cannot be had or does not fit.
+    """
+    into.mkdir(parents=True, exist_ok=True)
+    wheel = project_wheel.build(commands, into) if own is None else Path(shutil.copy2(own, into))
+    if commands.dry_run:
+        _download(commands, platform, wheel, into)
+        return ""
+    wanted = [*EXTRAS, *project_wheel.requirements(wheel)]
+    cache = cache_directory() / str(platform)
+    kept = _is_kept(cache, wanted)
+    if kept:
+        for file in cache.glob("*.whl"):
+            shutil.copy2(file, into)
+    else:
+        _download(commands, platform, wheel, into)
+    files = sorted(into.iterdir())
+    _demand_fitting(platform, files)
+    if not kept:
+        _keep(cache, wanted, [file for file in files if file != wheel])
+    size = sum(file.stat().st_size for file in files)
+    source = "from the cache" if kept else "downloaded"
+    return f"{wheel.name} and {len(files) - 1} others {source}, {size / 1e6:.1f} MB"
+
+
+def _download(commands: Commands, platform: Platform, wheel: Path, into: Path) -> None:
+    build = [*PIP, "wheel", "--no-deps", "--wheel-dir", str(into), *SOURCE_ONLY]
+    commands.demand(build, f"{', '.join(SOURCE_ONLY)}: no wheel")
+    download = [*PIP, "download", *platform.pip_options, "--find-links", str(into)]
+    download += ["--dest", str(into), f"{wheel}[{','.join(EXTRAS)}]"]
+    commands.demand(download, f"no wheels for {platform}")
+
+
+def _demand_fitting(platform: Platform, files: Sequence[Path]) -> None:
+    for file in files:
+        if not platform.takes(file.name):
+            raise DeploymentError(f"{file.name}: does not fit; expected a wheel for {platform}")
+
+
+def _is_kept(cache: Path, wanted: Sequence[str]) -> bool:
+    """Whether the cache has what is wanted, and every file of it as it was."""
+    try:
+        lock = json.loads((cache / LOCK).read_text())
+        return bool(lock["wanted"] == wanted and lock["files"] == _sums(cache.glob("*.whl")))
+    except (OSError, ValueError, KeyError):
+        return False
+
+
+def _keep(cache: Path, wanted: Sequence[str], files: Sequence[Path]) -> None:
+    shutil.rmtree(cache, ignore_errors=True)
+    cache.mkdir(parents=True)
+    for file in files:
+        shutil.copy2(file, cache)
+    lock = {"wanted": list(wanted), "files": _sums(files)}
+    (cache / LOCK).write_text(json.dumps(lock, indent=2) + "\n")
+
+
+def _sums(files: Iterable[Path]) -> dict[str, str]:
+    return {file.name: sha256(file.read_bytes()).hexdigest() for file in sorted(files)}

@@ -1,0 +1,31 @@
+"""One check: what it is called, why it matters, what mends it, and how to look."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_runtime.host.doctor.finding import Finding
+from firmware_runtime.host.doctor.machine import Machine
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """`mend` is a command or a line of configuration; a finding may carry a more exact one."""
+
+    id: str
+    why: str
+    mend: str
+    look: Callable[[Machine], Finding]
+
+
+class Result(NamedTuple):
+    """A check and what it found."""
+
+    group: str
+    check: Check
+    finding: Finding
+
+    @property
+    def mend(self) -> str:
+        """What mends it, as exactly as is known."""
+        return self.finding.mend or self.check.mend

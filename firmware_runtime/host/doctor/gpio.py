@@ -1,0 +1,47 @@
+"""Whether output lines fall back when a program dies, and whether this user may use them."""
+
+from firmware_runtime.host.doctor.access import nodes_usable
+from firmware_runtime.host.doctor.check import Check
+from firmware_runtime.host.doctor.finding import Finding, not_applicable, note, ok, warning
+from firmware_runtime.host.doctor.machine import Machine
+
+_PERSIST = "/sys/module/pinctrl_*/parameters/persist_gpio_outputs"
+
+
+def _persistence(machine: Machine) -> Finding:
+    found = machine.files.matching(_PERSIST)
+    if not found:
+        return not_applicable("no pin controller with persist_gpio_outputs is shown")
+    value = machine.files.text(found[0])
+    if value is None:
+        return not_applicable(f"{found[0]} may not be read by this user")
+    module = found[0].split("/")[3]
+    seen = f"{module}.persist_gpio_outputs={value}"
+    return warning(seen) if value in {"Y", "1"} else ok(seen)
+
+
+def _usable(machine: Machine) -> Finding:
+    chips = machine.files.matching("/dev/gpiochip*")
+    if not chips:
+        return not_applicable("no /dev/gpiochip*")
+    found = nodes_usable(machine, chips)
+    # No board drives a line itself, so this keeps none of them from running.
+    return note(found.seen, found.mend) if found.status.needs_attention else found
+
+
+CHECKS = (
+    Check(
+        "gpio-persistence",
+        "The kernel of a Raspberry Pi lets an output line keep its level when the program that "
+        "drove it dies: an enable line then stays on.",
+        "dtparam=strict_gpiod in /boot/firmware/config.txt, or "
+        "pinctrl_bcm2835.persist_gpio_outputs=n on the kernel's command line; restart",
+        _persistence,
+    ),
+    Check(
+        "gpio-access",
+        "A program that drives an enable line opens the GPIO chip as the user it is started by.",
+        "sudo usermod -aG gpio $USER, then log in again; SupplementaryGroups=gpio in the unit",
+        _usable,
+    ),
+)

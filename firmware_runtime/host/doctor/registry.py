@@ -1,0 +1,47 @@
+"""All checks, by theme, in the order in which they are carried out and shown."""
+
+from collections.abc import Mapping
+
+from firmware_runtime.host.doctor import (
+    clock,
+    gpio,
+    i2c,
+    installation,
+    memory,
+    processor,
+    scheduling,
+    serial_ports,
+    service,
+)
+from firmware_runtime.host.doctor.check import Check, Result
+from firmware_runtime.host.doctor.finding import Finding, not_applicable
+from firmware_runtime.host.doctor.machine import Machine
+
+GROUPS: Mapping[str, tuple[Check, ...]] = {
+    "scheduling": scheduling.CHECKS,
+    "processor": processor.CHECKS,
+    "memory": memory.CHECKS,
+    "clock": clock.CHECKS,
+    "i2c": i2c.CHECKS,
+    "gpio": gpio.CHECKS,
+    "serial ports": serial_ports.CHECKS,
+    "service": service.CHECKS,
+    "installation": installation.CHECKS,
+}
+
+
+def examine(machine: Machine) -> list[Result]:
+    """Carry out every check."""
+    return [
+        Result(group, check, _look(check, machine))
+        for group, checks in GROUPS.items()
+        for check in checks
+    ]
+
+
+def _look(check: Check, machine: Machine) -> Finding:
+    """What a check finds; what the kernel shows in a form not foreseen cannot be judged."""
+    try:
+        return check.look(machine)
+    except (OSError, ValueError, LookupError) as error:
+        return not_applicable(f"cannot be judged: {type(error).__name__}: {error}")

@@ -1,0 +1,174 @@
+"""Whether outputs may be driven: the one place where that is decided, and taken back.
+
+    disarmed --asked for by the board or by request, nobody objects--> armed
+    armed --request, a guard's takeover, a guard gone where one is demanded--> disarmed
+
+A takeover is another epoch in the statistics file (`watched_run`): the guard has written full-off
+because it took this process for dead, or `safe-state` because it was asked to. The process finds it
+before its next write, makes its outputs safe itself, acknowledges, and stays disarmed until it is
+asked to arm again.
+"""
+
+from collections.abc import Callable, Sequence
+from time import monotonic_ns
+from typing import TypeAlias
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import text_of
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.runs.watched_run import is_asked_for
+from firmware_runtime.statistics.layout import GENERATION, GUARD
+
+GUARD_PATIENCE = SECOND // 2
+"""How old the guard's last sign of life may be, ns."""
+TRY_EVERY = 100 * MILLISECOND
+"""Ns from one attempt to arm, where the board asks for it, to the next."""
+
+Objection: TypeAlias = Callable[[int], str | None]
+"""At this instant of the run: why outputs must not be driven, in a sentence; None if they may."""
+
+
+class Arming:
+    """An attendant of the run, and the leave that motors ask for (`permit`).
+
+    `tell` prints every change, in a sentence. Until `attach` nothing is permitted. With `free`
+    nothing is asked or said before it is armed: its outputs can hurt nobody.
+    """
+
+    def __init__(
+        self,
+        *,
+        at_start: bool,
+        demand_guard: bool,
+        tell: Callable[[str], None] = lambda _: None,
+        free: bool = False,
+    ) -> None:
+        self.armed = False
+        self.was_armed = False
+        self.reason = "nothing asked for it"
+        self._is_wanted = at_start
+        self._demands_guard = demand_guard
+        self._tell = tell
+        self.is_free = free
+        self._objections: Sequence[Objection] = ()
+        self._generation = 0
+        self._acknowledged = 0
+        self._try_at = 0
+        self._off_again_at = NEVER
+        self._executive: Executive
+        self._make_safe: Callable[[], list[str]]
+        self._enable: Callable[[], None]
+
+    def attach(
+        self,
+        executive: Executive,
+        make_safe: Callable[[], list[str]],
+        objections: Sequence[Objection],
+        enable: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Look after this run; any of the objections keeps it from being armed.
+
+        `enable` lets outputs through before the first write to them; it raises HalError.
+        `make_safe` takes that back too.
+        """
+        self._executive = executive
+        self._make_safe = make_safe
+        self._enable = enable
+        self._objections = () if self.is_free else (self._guard_objects, *objections)
+        executive.attendants.append(self)
+
+    def permit(self) -> bool:
+        """Leave to move: armed, no takeover since, and the guard there where one is demanded."""
+        return (
+            self.armed
+            and self._executive.cells[GENERATION] == self._generation
+            and not (self._demands_guard and self._guard_is_gone())
+        )
+
+    def request(self, now: int) -> list[str]:
+        """Arm, unless somebody objects; return the objections."""
+        self._notice()
+        against = [why for objection in self._objections if (why := objection(now)) is not None]
+        if not against and not self.armed:
+            against = self._enabled()
+        if against:
+            self.reason = "; ".join(against)
+        elif not self.armed:
+            self._generation = self._executive.cells[GENERATION]
+            self.armed = self.was_armed = True
+            self._is_wanted = False
+            self._off_again_at = NEVER
+            self._acknowledge()
+            if not self.is_free:
+                self._tell("armed")
+        return against
+
+    def disarm(self, reason: str) -> list[str]:
+        """Make the outputs safe and keep them so; return what failed, one sentence each.
+
+        What failed is tried again until it does not: a model may not write for long.
+        """
+        self.armed = self._is_wanted = False
+        self.reason = reason
+        failed = self._switch_off()
+        self._acknowledge()
+        self._tell("; ".join([f"disarmed: {reason}", *failed]))
+        return failed
+
+    def attend(self, now: int, _left: int) -> None:
+        """Notice what happened to the leave; arm as soon as nobody objects, if that is wanted."""
+        self._notice()
+        if self.armed:
+            return
+        if (epoch := self._executive.cells[GENERATION]) != self._acknowledged:
+            self._is_wanted = self._is_wanted and not is_asked_for(epoch)
+            self._switch_off()
+            self._acknowledge()
+        elif now >= self._off_again_at:
+            self._switch_off()
+        elif self._is_wanted and now >= self._try_at:
+            self._try_at = now + TRY_EVERY
+            self.request(now)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _notice(self) -> None:
+        """Disarm where leave was withdrawn by somebody else."""
+        if self.armed and not self.permit():
+            self.disarm(self._why_withdrawn())
+
+    def _enabled(self) -> list[str]:
+        """Let outputs through; return why that failed, if it did."""
+        try:
+            self._enable()
+        except HalError as error:
+            return [text_of(error)]
+        return []
+
+    def _switch_off(self) -> list[str]:
+        failed = self._make_safe()
+        again_at = self._executive.clock.now() + OFF_AGAIN_EVERY
+        self._off_again_at = again_at if failed else NEVER
+        return failed
+
+    def _acknowledge(self) -> None:
+        self._acknowledged = self._executive.cells[GENERATION]
+        self._executive.arm(armed=self.armed, generation=self._acknowledged)
+
+    def _why_withdrawn(self) -> str:
+        epoch = self._executive.cells[GENERATION]
+        if epoch != self._generation:
+            if is_asked_for(epoch):
+                return "safe-state took its right to drive"
+            return "the guard took over, because this process seemed dead"
+        return "the guard is gone"
+
+    def _guard_is_gone(self) -> bool:
+        return monotonic_ns() - self._executive.cells[GUARD] > GUARD_PATIENCE
+
+    def _guard_objects(self, _now: int) -> str | None:
+        if self._demands_guard and self._guard_is_gone():
+            return "the guard is absent; expected `firmware-runtime guard` to run for this board"
+        return None

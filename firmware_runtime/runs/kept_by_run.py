@@ -1,0 +1,36 @@
+"""Whether a run that goes on keeps its statistics at a path: the guard finds it by them."""
+
+import os
+from pathlib import Path
+
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file import SAVED, STATISTICS, driver_of
+from firmware_runtime.statistics.layout import STATE
+from firmware_runtime.statistics.mapped_file import CELL
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.process_identity import is_running
+
+
+def keep_clear_of_other_runs(path: Path) -> str | None:
+    """Refuse a path that is in use: its guard and its control socket would be taken from a run.
+
+    Only a run with outputs outside its own process has either. Returns what is wrong with a file
+    there that is damaged: a run may replace it. Raises StatisticsFileError for one in use.
+    """
+    if not os.path.lexists(path):
+        return None
+    try:
+        with STATISTICS.opened(path) as file:
+            writer, conditions = driver_of(file)
+            state: int = CELL.unpack(file.read(STATE * CELL.size, CELL.size))[0]
+            is_copy = SAVED in file.header
+    except StatisticsFileError as error:
+        return str(error)
+    if is_copy or "switched_off" not in conditions:
+        return None
+    if state == RunState.RUNNING and writer["pid"] != os.getpid() and is_running(writer):
+        raise StatisticsFileError(
+            f"{path}: process {writer['pid']} drives a robot and keeps its statistics there, where "
+            "its guard looks; expected another file, see --statistics"
+        )
+    return None

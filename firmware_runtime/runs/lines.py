@@ -1,0 +1,112 @@
+"""A board's buses and ports, opened: the real ones, or those of its doubles."""
+
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Doubles
+from firmware_runtime.errors import text_of
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.line_time import NO_TIME, LineTime
+from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.linux_gpio import open_enable_line
+from firmware_runtime.hal.linux_serial import open_serial
+from firmware_runtime.hal.retry import RetryPolicy
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.timed_port import TimedPort
+
+
+def open_lines(
+    board: Board, doubles: Doubles | None, permit: Permit = always, time: LineTime = NO_TIME
+) -> Lines:
+    """The doubles' lines or the real ones, buses with their retries and counters, all in one time.
+
+    Every other process that asks for the same is kept out. Raises HalError.
+    """
+    buses: dict[str, I2cBus] = {}
+    ports: dict[str, SerialPort] = {}
+    enable: EnableLine | None = None
+    try:
+        enable = doubles.enable if doubles else _enable_line(board)
+        for name in board.settings.buses:
+            buses[name] = _bus(board, doubles, name, time, alone=True)
+        for name in board.ports:
+            ports[name] = _port(board, doubles, name, time, alone=True)
+    except BaseException:
+        close_lines(Lines(buses, ports, enable=enable))
+        raise
+    return Lines(buses, ports, permit, enable)
+
+
+def reach_lines(board: Board, doubles: Doubles | None, held: Lines | None = None) -> Lines:
+    """Every line that can be opened, for whoever only switches off; the others say why not.
+
+    One that is gone must not keep those that are there from being used. What was `held` before is
+    closed, but for a line that can be opened no more: that is kept as it is. No process is kept
+    out, and the enable line belongs to whoever drives.
+    """
+    held = held or Lines({})
+    buses: dict[str, I2cBus] = {}
+    ports: dict[str, SerialPort] = {}
+    for name in board.settings.buses:
+        before = held.buses.get(name)
+        try:
+            buses[name] = _bus(board, doubles, name, NO_TIME, alone=False)
+        except (HalError, OSError) as error:
+            buses[name] = before or AbsentBus(name, text_of(error).removeprefix(f"{name}: "))
+        else:
+            if before is not None:
+                before.close()
+    for name in board.ports:
+        held_port = held.ports.get(name)
+        try:
+            ports[name] = _port(board, doubles, name, NO_TIME, alone=False)
+        except (HalError, OSError) as error:
+            ports[name] = held_port or AbsentPort(name, text_of(error).removeprefix(f"{name}: "))
+        else:
+            if held_port is not None:
+                held_port.close()
+    return Lines(buses, ports)
+
+
+def _bus(
+    board: Board, doubles: Doubles | None, name: str, time: LineTime, *, alone: bool
+) -> I2cBus:
+    stated = board.settings.buses[name]
+    inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=alone)
+    return AccountedBus(
+        inner,
+        round(stated.speed_hz),
+        RetryPolicy(stated.attempts),
+        overhead_ns=stated.overhead_ns,
+        time=time,
+    )
+
+
+def _port(
+    board: Board, doubles: Doubles | None, name: str, time: LineTime, *, alone: bool
+) -> SerialPort:
+    stated = board.ports[name]
+    if doubles:
+        return TimedPort(doubles.ports[name], stated.baud, time)
+    return TimedPort(open_serial(name, stated.device, stated.baud, alone=alone), stated.baud, time)
+
+
+def _enable_line(board: Board) -> EnableLine | None:
+    wired = board.settings.output_enable
+    if wired is None:
+        return None
+    return open_enable_line("output_enable", wired.chip, wired.line, active_low=wired.active_low)
+
+
+def close_lines(lines: Lines) -> None:
+    """Disable outputs where there is a line for it; release buses and ports."""
+    if lines.enable is not None:
+        lines.enable.close()
+    for bus in lines.buses.values():
+        bus.close()
+    for port in lines.ports.values():
+        port.close()

@@ -1,0 +1,143 @@
+"""A board's outputs, held by a process that runs no model: all it can do is switch them off."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.linux_node import check_node
+from firmware_runtime.hal.noting import NotingBus, NotingPort
+from firmware_runtime.runs.lines import close_lines, reach_lines
+from firmware_runtime.runs.rigs import served_doubles
+from firmware_runtime.runs.settings_in_force import kept_settings
+
+
+def switched_off(board: Board, doubles: Path | None) -> list[str]:
+    """What switching this board off writes, and where: device, address, bytes.
+
+    Runs and guards that agree in this mean the same chips.
+    """
+    served = None if doubles is None else str(doubles.resolve())
+    notes: list[str] = []
+    buses = {
+        name: NotingBus(name, served or bus.device, notes)
+        for name, bus in board.settings.buses.items()
+    }
+    ports = {
+        name: NotingPort(name, served or port.device, notes) for name, port in board.ports.items()
+    }
+    board.build(Lines(buses, ports)).make_safe()
+    return notes
+
+
+class Outputs:
+    """Opens the board's buses once and keeps them open; opens them again after every failure.
+
+    A bus that cannot be opened keeps no other from being written to; one that cannot be opened
+    again is used as it is. `doubles` is where they are served, None on the real robot; a run keeps
+    its statistics at `statistics`, and beside them its settings. Nothing is locked: whoever drives
+    the outputs at the time cannot keep us out.
+    """
+
+    def __init__(self, board: Board, doubles: Path | None, statistics: Path | None) -> None:
+        self._board = board
+        self._statistics = statistics
+        self._doubles = doubles
+        self._opened: tuple[Lines, Robot] | None = None
+        self._has_failed = False
+
+    def prepare(self) -> None:
+        """Import, build and open now what switching off takes, as far as it is there."""
+        switched_off(self._board, self._doubles)
+        with suppress(HalError, ConfigError):  # it may come later, with the run
+            self._open()
+
+    def make_safe(self) -> list[str]:
+        """Write full-off to every chip; return what failed, one sentence each."""
+        try:
+            failed = self._robot().make_safe()
+        except HalError as error:
+            failed = [text_of(error)]
+        self._has_failed = failed != []
+        return failed
+
+    def outputs_on(self) -> list[str]:
+        """What is on by what can be read back, one sentence each."""
+        try:
+            return self._robot().outputs_on()
+        except HalError as error:
+            return [text_of(error)]
+
+    @property
+    def unseen(self) -> Sequence[str]:
+        """What cannot be read back. Raises HalError where nothing can be opened."""
+        return self._robot().unseen
+
+    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+        """Why a run under these conditions would not be switched off from here; None if it would.
+
+        A run on doubles of its own says nothing of its outputs: nobody else could reach them.
+        """
+        theirs = conditions.get("switched_off")
+        if theirs is None:
+            return None
+        own = switched_off(self._board, self._doubles)
+        if theirs != own and not self._take_up_settings_for(theirs):
+            return (
+                f"its outputs go off by {', '.join(theirs)}, here by {', '.join(own)}; expected "
+                "the same settings"
+            )
+        return self._unserved()
+
+    def reach(self) -> None:
+        """Open every bus and port, and keep them open. Raises HalError where one cannot be."""
+        if self._doubles is None:
+            for name, line in (self._board.settings.buses | self._board.ports).items():
+                check_node(name, line.device)
+            self._open()
+
+    def close(self) -> None:
+        """Release the buses."""
+        if self._opened is not None:
+            close_lines(self._opened[0])
+            self._opened = None
+
+    def _unserved(self) -> str | None:
+        """Why doubles cannot be switched off, if so: they are not served, or do not answer."""
+        if self._doubles is not None:
+            try:
+                self._open()
+            except (HalError, ConfigError) as error:
+                return text_of(error)
+        return None
+
+    def _take_up_settings_for(self, outputs: list[str]) -> bool:
+        """Whether the settings that the run keeps mean these outputs; if so, they count."""
+        board = kept_settings(self._statistics)
+        if board is None or switched_off(board, self._doubles) != outputs:
+            return False
+        self.close()
+        self._board = board
+        return True
+
+    def _robot(self) -> Robot:
+        """The robot on its lines, opened again after a failure. Raises HalError if it cannot be."""
+        if self._opened is None:
+            self._open()
+        elif self._has_failed:
+            with suppress(Exception):  # no descriptor, no memory, no doubles: what is open is used
+                self._open()
+        return self._opened[1]  # type: ignore[index] # opened, or raised
+
+    def _open(self) -> None:
+        doubles = None
+        if self._doubles is not None:
+            doubles = served_doubles(self._board, self._doubles, alone=False)
+        held = None if self._opened is None else self._opened[0]
+        lines = reach_lines(self._board, doubles, held)
+        self._opened = lines, self._board.build(lines)

@@ -1,0 +1,102 @@
+"""A run that cannot keep up: it gives up real-time priority or ends, and says so.
+
+The load is the larger of two shares of the real time that passes, over `WINDOW`:
+
+- what steps take, from the beginning of each to its end, waiting for a bus included: a loop that is
+  always in a step keeps no rate, however idle the processor;
+- processor time of the process: at SCHED_FIFO it is time that no ordinary process gets, a login
+  no more than anything else. The kernel's own throttling leaves those 5 % at most.
+
+Nothing is measured for it: both are counted anyway, and read once in a window.
+"""
+
+from collections.abc import Callable
+from time import monotonic_ns, process_time_ns
+from typing import Final, Literal, NamedTuple, TypeAlias
+
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.runs.arming import Arming
+from firmware_runtime.statistics.layout import STEP_TIME
+from firmware_runtime.statistics.statistics import RunState
+
+WINDOW: Final = 3 * SECOND
+"""Ns of real time that a load is taken over."""
+
+STILL: Final = 2 * WINDOW
+"""A window that took longer: machine or process stood still, and in the middle of a step, perhaps.
+Of that its steps are not judged; the guard and the watchdog see to a step that takes so long."""
+ANY_LOAD: Final = 100.0
+"""The limit, per cent, that judges nothing."""
+
+Policy: TypeAlias = Literal["yield", "stop"]
+
+
+class Overload:
+    """An attendant: acts once, when the load of a whole window was above `max_load_percent`.
+
+    Policy `yield`: SCHED_FIFO is given up until the run ends, and a run that was armed with it is
+    disarmed; without it the run goes on as it is. Policy `stop`: the run ends, by overrun. `tell`
+    hears of it, in a sentence.
+    """
+
+    def __init__(
+        self,
+        executive: Executive,
+        max_load_percent: float,
+        policy: Policy,
+        arming: Arming | None,
+        tell: Callable[[str], None],
+    ) -> None:
+        self._executive = executive
+        self._max_load_percent = max_load_percent
+        self._policy = policy
+        self._arming = arming
+        self._tell = tell
+        self._ends_at = 0
+        self._begun = _Reading(0, 0, 0, 0)
+        executive.attendants.append(self)
+
+    def attend(self, now: int, _left: int) -> None:
+        """Judge the window that is over, if one is, and begin the next."""
+        at = monotonic_ns()
+        if at < self._ends_at:
+            return
+        is_first, self._ends_at = self._ends_at == 0, at + WINDOW
+        ended = _Reading(at, now, self._executive.cells[STEP_TIME], process_time_ns())
+        begun, self._begun = self._begun, ended
+        load_percent = 0.0 if is_first else 100 * _load(begun, ended)
+        if load_percent > self._max_load_percent:
+            self._ends_at = NEVER
+            self._act(
+                f"overload: {load_percent:.0f} % of the last {(at - begun.at) / SECOND:.0f} s went "
+                "into steps or processor time, more than max_load_percent = "
+                f"{self._max_load_percent:g}"
+            )
+
+    def _act(self, why: str) -> None:
+        if self._policy == "stop":
+            self._executive.request_stop(why, RunState.OVERRUN)
+            return
+        held = self._executive.holds_priority
+        if held and self._arming is not None and self._arming.armed:
+            self._arming.disarm(why)
+        self._executive.give_up_priority()
+        what = "gives up SCHED_FIFO until it ends" if held else "has no SCHED_FIFO to give up"
+        self._tell(f"{why}; the run {what}")
+
+
+class _Reading(NamedTuple):
+    """Real time, the run's, that of its steps, and processor time at the end of a window, ns."""
+
+    at: int
+    now: int
+    steps: int
+    processor: int
+
+
+def _load(begun: _Reading, ended: _Reading) -> float:
+    """The share of a window that went into steps or into processor time."""
+    at, now, steps, processor = (b - a for a, b in zip(begun, ended, strict=True))
+    of_steps = steps / max(now, 1) if at <= STILL else 0.0
+    return max(of_steps, processor / at)

@@ -1,0 +1,106 @@
+"""What a run tells systemd and the journal: an attendant, quiet unless something happened.
+
+- READY after the first step, when devices have answered. From then on the watchdog is fed by the
+  loop itself, between two steps, as long as logical time keeps up, and by nothing else; before it
+  there is none, since the first sign of life would begin it.
+- STATUS, once a second where there is time: the one-line summary.
+- The journal: a line for each episode of overruns when it is over, or the run is, one for each kind
+  of fault, repeated only with its number (`fault_journal`), and a summary a minute, which a loop
+  that never has time writes all the same.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.runs.fault_journal import FaultJournal
+from firmware_runtime.statistics.layout import STEPS
+from firmware_runtime.system.journal import WARNING, Journal
+from firmware_runtime.system.notices import Notices
+
+STATUS_EVERY = SECOND
+SUMMARY_EVERY = 60 * SECOND
+RESERVE = MILLISECOND
+TELL_EVERY = SECOND
+"""Ns from one line about episodes of a model to the next: a loop that is always late has hundreds
+in a second, and writing them takes the time that it lacks."""
+PATIENCE = SECOND
+"""Ns after which a summary for the journal is made all the same: a fast loop never has the time."""
+
+
+class Reporter:
+    """Attends to a run; `summary` makes the one line of its statistics."""
+
+    def __init__(
+        self,
+        executive: Executive,
+        notices: Notices,
+        journal: Journal,
+        summary: Callable[[Mapping[str, Any]], str],
+    ) -> None:
+        self._executive = executive
+        self._notices = notices
+        self._journal = journal
+        self._summary = summary
+        self._is_ready = False
+        self._told = dict.fromkeys(executive.accounts, 0)
+        self._tell_at = dict.fromkeys(executive.accounts, 0)
+        self._status_at = 0
+        self._summary_at = SUMMARY_EVERY
+        self._longest = 0
+        self._faults = FaultJournal(executive.faults, journal)
+        executive.attendants.append(self)
+
+    def attend(self, now: int, left: int) -> None:
+        """Tell what there is to tell."""
+        if not self._is_ready and self._executive.cells[STEPS] > 0:
+            self._is_ready = True
+            self._notices.ready()
+        if self._is_ready and self._executive.progress.keeps_up:
+            self._notices.alive()
+        self._faults.attend(now)
+        for account, told in self._told.items():
+            if account.episodes > told and not account.in_episode and now >= self._tell_at[account]:
+                self._tell_at[account] = now + TELL_EVERY
+                self._tell(account)
+        has_time = now >= self._status_at and left > 2 * self._longest + RESERVE
+        if has_time or now >= self._summary_at + PATIENCE:
+            self._status_at = now + STATUS_EVERY
+            self._show_status(now)
+
+    def close(self) -> None:
+        """Tell of the episodes that the end of the run has cut short, and of the last faults."""
+        self._faults.close()
+        for account, told in self._told.items():
+            if account.episodes > told:
+                self._tell(account)
+
+    def _tell(self, account: ModelAccount) -> None:
+        """One line for an episode that is over, and for those that came too fast before it."""
+        episodes, self._told[account] = account.episodes - self._told[account], account.episodes
+        late_us, missed = account.latest_in_episode // MICROSECOND, account.missed_in_episode
+        cause, period_us = account.cause or "unknown", account.period // MICROSECOND
+        is_periodic = account.period != NEVER
+        period = f", period {period_us} us" if is_periodic else ""
+        self._journal.write(
+            f"{account.path}: {late_us} us late, {missed} missed{period}: {cause}"
+            + (f"; the last of {episodes} episodes" if episodes > 1 else ""),
+            WARNING,
+            MODEL=account.path,
+            LATE_US=late_us,
+            MISSED=missed,
+            CAUSE=cause,
+            EPISODES=episodes,
+            **({"PERIOD_US": period_us} if is_periodic else {}),
+        )
+
+    def _show_status(self, now: int) -> None:
+        """The summary, for whoever asks systemd; once a minute for the journal too."""
+        line = self._summary(self._executive.statistics.as_json())
+        self._notices.status(line)
+        if now >= self._summary_at:
+            self._summary_at = now + SUMMARY_EVERY
+            self._journal.write(line)
+        self._longest = max(self._longest, self._executive.clock.now() - now)

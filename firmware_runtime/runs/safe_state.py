@@ -1,0 +1,183 @@
+"""Switching a board off for good: who drives it loses the right to, then off, then a look at it.
+
+    take the right of every run that drives it -> full-off -> again every BETWEEN until all chips
+    and all runs have acknowledged -> for WATCH, read back what can be read; off again what is on
+
+What is said to be off has stayed off, as far as it can be read back, with every run that lives
+knowing that it must not drive.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic_ns
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.runs.control import control_path, post
+from firmware_runtime.runs.outputs import Outputs, switched_off
+from firmware_runtime.runs.runs_under_way import (
+    holders_of,
+    is_driven,
+    lines_of,
+    run_at,
+    statistics_of,
+)
+from firmware_runtime.runs.settings_in_force import kept_settings
+from firmware_runtime.runs.watched_run import WatchedRun
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.system.holders import Holder
+
+BETWEEN = 20 * MILLISECOND
+WATCH = SECOND // 2
+"""Ns for which outputs must have stayed off where somebody drives, or may."""
+
+
+class SwitchingOff:
+    """Switches off what some boards mean, the first of them as its file has it.
+
+    `doubles` is where they are served, None on the real robot; `statistics` is where a run of
+    theirs is expected to keep its own, if that is known.
+    """
+
+    def __init__(
+        self, meant: Sequence[Board], doubles: Path | None, statistics: Path | None
+    ) -> None:
+        self._meant = list(meant)
+        self._doubles = doubles
+        self._outputs = [Outputs(board, doubles, statistics) for board in meant]
+        self._lines = sorted({line for board in meant for line in lines_of(board, doubles)})
+        self._places = self._lines if doubles is None else [str(doubles.resolve())]
+        self._statistics = statistics
+        self._runs: dict[int, WatchedRun] = {}
+        self._is_driven = False
+        self._holders: list[Holder] = []
+        self.statistics_found: set[Path] = set()
+        """Where else the runs that were found keep their statistics."""
+
+    def take_right(self) -> None:
+        """Take it from the run that is expected; quick."""
+        if self._statistics is not None:
+            self._take_from(self._statistics, self._statistics)
+
+    def find_runs(self) -> None:
+        """Take it from every run that has the lines; looks through all processes."""
+        self._is_driven = is_driven(self._lines)
+        self._holders = holders_of(self._lines)
+        for file, name in statistics_of(self._holders):
+            self._take_from(file, name)
+            self.statistics_found.add(name)
+
+    def make_safe(self) -> list[str]:
+        """Write full-off to every chip; return what failed, one sentence each."""
+        return [failure for each in self._outputs for failure in each.make_safe()]
+
+    def has_acknowledged(self) -> bool:
+        """Whether every run that lives knows that it must not drive, and has switched off."""
+        return not self._unaware()
+
+    def stays_off(self, give_up_at: int, wait: Callable[[], bool]) -> list[str]:
+        """Look whether all stays off, as long as it takes; return what was on last.
+
+        `wait` lets BETWEEN pass and returns whether a signal came, which ends it.
+        """
+        must_stay = WATCH if self._is_driven or self._living() else 0
+        since = monotonic_ns()
+        while True:
+            on = [each for outputs in self._outputs for each in outputs.outputs_on()]
+            if on:
+                on += self.make_safe()
+                self._take_again()
+                since = monotonic_ns()
+            elif monotonic_ns() - since >= must_stay:
+                return self._unseen_at_risk()
+            if monotonic_ns() >= give_up_at:
+                return [*on, *self._who_may(on), *self._unseen_at_risk()]
+            if wait():
+                return [*on, *self._who_may(on), f"not looked at for {must_stay / SECOND:g} s"]
+
+    def warnings(self) -> list[str]:
+        """What is to be said of runs that live."""
+        return [
+            f"process {pid} has not acknowledged that it must not drive: stopped, or it hangs; a "
+            "write that was under way may still come; end it"
+            for pid in self._unaware()
+        ]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no run lives that could be armed again."""
+        return not self._living() and not self._is_driven
+
+    def close(self) -> None:
+        """Release buses and processes."""
+        for outputs in self._outputs:
+            outputs.close()
+        for run in self._runs.values():
+            run.close()
+
+    # ----------------------------------------------------------------------------------------------
+
+    def _take_from(self, file: Path, name: Path) -> None:
+        """Take the right of a run whose statistics are open at `file` and were made at `name`."""
+        try:
+            run = run_at(file, self._places)
+        except StatisticsFileError:  # none; or of another version, which can be asked at least
+            post(control_path(name), "disarm")
+            return
+        if run is None:
+            return
+        pid = run.writer["pid"]
+        if pid in self._runs:  # what a process has open counts, not what lies where it was made
+            self._runs[pid].close()
+        self._runs[pid] = run
+        if not run.take_right(asked_for=True):
+            post(control_path(name), "disarm")
+        self._add_kept(name)
+
+    def _add_kept(self, statistics: Path) -> None:
+        """Switch off what a run keeps as its settings too, where that means something else."""
+        kept = kept_settings(statistics)
+        if kept is None:
+            return
+        off = switched_off(kept, self._doubles)
+        if all(off != switched_off(board, self._doubles) for board in self._meant):
+            self._meant.append(kept)
+            self._outputs.append(Outputs(kept, self._doubles, statistics))
+
+    def _take_again(self) -> None:
+        for run in self._runs.values():
+            if not run.was_asked_to_stop:  # a guard has taken it since
+                run.take_right(asked_for=True)
+
+    def _who_may(self, on: list[str]) -> Iterator[str]:
+        """Who has the lines open, where something is on."""
+        processes = {(each.process, each.command) for each in self._holders} if on else ()
+        for process, command in sorted(processes):
+            yield f"process {process} ({command}) has {', '.join(self._lines)} open"
+
+    def _living(self) -> list[int]:
+        return [pid for pid, run in self._runs.items() if not run.has_ended]
+
+    def _unaware(self) -> list[int]:
+        self._take_again()
+        return [
+            pid
+            for pid in self._living()
+            if not (self._runs[pid].was_asked_to_stop and self._runs[pid].has_acknowledged)
+        ]
+
+    def _unseen_at_risk(self) -> list[str]:
+        """What cannot be read back while a run lives that does not know that it must not drive."""
+        unaware = self._unaware()
+        if not unaware:
+            return []
+        found: list[str] = []
+        for outputs in self._outputs:
+            with suppress(HalError):
+                found += (
+                    f"{place} cannot be read back, and process {unaware[0]} may drive it"
+                    for place in outputs.unseen
+                )
+        return found

@@ -1,0 +1,63 @@
+"""The settings that a run drives by, kept beside its statistics until its outputs are off.
+
+A board's file may be changed, or broken, while a robot runs by what stood there before. Whoever
+switches off for that run must mean its chips and not those of the file: `BOARD.settings` has them,
+overrides of the command line included, and the path of the file they came from:
+
+    {"source": "/home/pi/mine.toml", "table": {"board": "tachobot", ...}}
+"""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from firmware_runtime.board import registry
+from firmware_runtime.board.registry import Board
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.paths import SUFFIX as STATISTICS_SUFFIX
+from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
+
+SUFFIX = ".settings"
+
+
+def settings_path(statistics: Path) -> Path:
+    """Where the run with these statistics keeps its settings."""
+    return statistics.with_suffix(SUFFIX)
+
+
+def keep_settings(board: Board, statistics: Path) -> None:
+    """Keep a board's settings; the file is whole at any instant. Raises StatisticsFileError."""
+    path = settings_path(statistics)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, registry.kept_table(board).encode(), OWN_AND_GROUP)
+    except OSError as error:
+        raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
+
+
+def kept_settings(statistics: Path | None) -> Board | None:
+    """What a run left in force; None if all its outputs are off, or it cannot be read."""
+    if statistics is None:
+        return None
+    try:
+        return registry.load_table(settings_path(statistics))
+    except ConfigError:
+        return None
+
+
+def kept_for(board: str, directories: Iterable[Path]) -> list[Path]:
+    """The statistics of the runs in these directories whose settings came from this file."""
+    return [
+        path.with_suffix(STATISTICS_SUFFIX)
+        for directory in directories
+        for path in sorted(directory.glob(f"*{SUFFIX}"))
+        if registry.is_kept_of(path, board)
+    ]
+
+
+def forget_settings(statistics: Path | None) -> None:
+    """To be called when all outputs are off; what may not be removed stays, to be switched off."""
+    if statistics is not None:
+        with suppress(OSError):
+            settings_path(statistics).unlink()

@@ -1,0 +1,133 @@
+"""A run as another process sees it, and its right to drive, which can be taken from it.
+
+A run drives only under the *epoch* it was armed under: the cell GENERATION of its statistics, read
+before every write that could move something. Taking the right means putting another number there:
+the present instant, ns, which was never there before and never will be again. So two processes that
+take it at once, a guard and `safe-state`, need no lock and lose nothing: any epoch but its own ends
+the run's right, and it acknowledges the one that it finds. An epoch below zero means that a person
+asked for it: then the run does not arm itself again as its board may want.
+"""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from select import POLLIN, poll
+from time import monotonic_ns
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file import SAVED, STATISTICS, driver_of
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, STATE
+from firmware_runtime.statistics.mapped_file import SharedCells
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.process_identity import is_running
+
+
+class WatchedRun:
+    """One run, as its statistics file and its process show it.
+
+    `writer` is its process, `conditions` those of its header. Raises StatisticsFileError for a file
+    that cannot be written or is no whole one, or whose process cannot be watched.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with STATISTICS.opened(path, os.O_RDWR) as file:
+            self.writer, self.conditions = driver_of(file)
+            self._is_copy = SAVED in file.header
+            self._cells = SharedCells(file)
+        self._has_begun = False
+        self._process: int | None = None
+        try:
+            self._process = os.pidfd_open(self.writer["pid"])
+        except ProcessLookupError:
+            pass
+        except OSError as error:
+            raise StatisticsFileError(
+                f"{path}: its process {self.writer['pid']} cannot be watched ({error.strerror})"
+            ) from error
+        if self._is_copy or not is_running(self.writer):  # of another boot, or a number used again
+            self.close()
+
+    @property
+    def ends(self) -> list[int]:
+        """A descriptor that becomes readable when the process ends, if it has not."""
+        return [] if self._process is None else [self._process]
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the process is gone."""
+        if self._process is not None and is_readable([self._process], 0):
+            self.close()
+        return self._process is None
+
+    @property
+    def drives(self) -> bool:
+        """Whether it is under way and has outputs outside its own process."""
+        if self.has_ended or "switched_off" not in self.conditions:
+            return False
+        with suppress(StatisticsFileError):
+            return self._cells[STATE] == RunState.RUNNING
+        return True
+
+    @property
+    def has_acknowledged(self) -> bool:
+        """Whether the run knows that its right to drive was taken; it has switched off then."""
+        with suppress(StatisticsFileError):  # cut short: nothing can be seen in it any more
+            return self._cells[ACKNOWLEDGED] == self._cells[GENERATION]
+        return False
+
+    def show_presence(self) -> None:
+        """Let the run know that it is watched."""
+        with suppress(StatisticsFileError):
+            self._cells[GUARD] = monotonic_ns()
+
+    def why_lost(self, stall: int) -> str:
+        """Why outputs must be taken from it, empty if they need not."""
+        if self.has_ended:
+            return f"process {self.writer['pid']} has ended"
+        try:
+            heartbeat = self._cells[HEARTBEAT]
+        except StatisticsFileError as error:
+            return str(error)
+        silent = monotonic_ns() - heartbeat
+        if heartbeat == 0 and not self._has_begun:
+            return ""
+        self._has_begun = True
+        if silent < 0:
+            return f"its heartbeat is {-silent / MILLISECOND:.0f} ms in the future"
+        if silent > stall:
+            return f"no finished step for {silent / MILLISECOND:.0f} ms"
+        return ""
+
+    def take_right(self, *, asked_for: bool = False) -> bool:
+        """Take its right to drive; return whether that could be written down."""
+        with suppress(StatisticsFileError):
+            self._cells[GENERATION] = -monotonic_ns() if asked_for else monotonic_ns()
+            return True
+        return False
+
+    @property
+    def was_asked_to_stop(self) -> bool:
+        """Whether the right was taken last because a person asked for it."""
+        with suppress(StatisticsFileError):
+            return is_asked_for(self._cells[GENERATION])
+        return False
+
+    def close(self) -> None:
+        """Stop watching the process."""
+        if self._process is not None:
+            os.close(self._process)
+            self._process = None
+
+
+def is_asked_for(epoch: int) -> bool:
+    """Whether a person asked for this epoch, and not a guard."""
+    return epoch < 0
+
+
+def is_readable(descriptors: list[int], timeout_ns: int) -> bool:
+    """Wait until one of these can be read, for so long at most; return whether one can."""
+    poller = poll()
+    for descriptor in descriptors:
+        poller.register(descriptor, POLLIN)
+    return bool(poller.poll(timeout_ns / MILLISECOND))

@@ -1,0 +1,117 @@
+"""The statistics file: counters of a run, placed as `layout` says, in a mapped file.
+
+Cells that belong together are written between `open_section` and `close_section`, which make the
+first cell, the sequence, odd and even again: a reader that sees the same even number before and
+after its copy has copied no half of a section.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from time import monotonic_ns
+from typing import Any
+
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import (
+    ELAPSED,
+    HEARTBEAT,
+    SEQUENCE,
+    WRITTEN,
+    Layout,
+)
+from firmware_runtime.statistics.mapped_file import Kind, ReadableFile
+from firmware_runtime.statistics.overdue import count_overdue
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.system.process_identity import checked_identity, this_process
+from firmware_runtime.system.whole_file import keep_file
+
+STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
+SAVED = "saved"
+"""In a header: this is a copy, with what held of the writer when it was made."""
+
+
+def save(statistics: Statistics, path: Path) -> None:
+    """Keep a reading in a file that can be read like a run's own; replaces what was there.
+
+    Raises StatisticsFileError when it cannot be written, or a run's own file is there.
+    """
+    if _is_a_run_s_own(path):
+        raise StatisticsFileError(f"{path}: the file of a run itself; expected another for a copy")
+    found = {"writer_alive": statistics.writer_alive, "complete": statistics.complete}
+    header = {**statistics.header, SAVED: found}
+    content = STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)
+    try:
+        keep_file(path, content)
+    except OSError as error:
+        fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
+        raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
+
+
+def driver_of(file: ReadableFile) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Which process writes a statistics file, and the conditions of its run.
+
+    Raises StatisticsFileError when its header states neither, or nothing that can be.
+    """
+    header = file.header
+    try:
+        writer, conditions = checked_identity(header["writer"]), header["conditions"]
+    except (KeyError, ValueError) as error:
+        raise file.damaged(f"its header has no usable {error}") from error
+    if not isinstance(conditions, dict):
+        raise file.damaged("its header has no usable conditions")
+    return writer, conditions
+
+
+def _is_a_run_s_own(path: Path) -> bool:
+    try:
+        with STATISTICS.opened(path) as file:
+            return SAVED not in file.header
+    except StatisticsFileError:
+        return False
+
+
+class StatisticsFile:
+    """The writing end: `cells`, and the sequence around them.
+
+    `header` holds `models` (by path: `kind`, `period_ns`, `tolerance_ns`, `policy`), `conditions`
+    and `clock_speed`; the writing process and the layout join it. Raises StatisticsFileError when
+    it cannot be made.
+    """
+
+    def __init__(self, layout: Layout, header: Mapping[str, Any], path: Path | None = None) -> None:
+        self.layout = layout
+        self.header = {**header, "writer": this_process(), "layout": layout.describe()}
+        self.cells: Cells = STATISTICS.create(path, self.header, layout.cells)
+        self._sequence = 0
+
+    def open_section(self) -> None:
+        """Make the sequence odd: what follows belongs together.
+
+        It stays odd where an exception has left a section open.
+        """
+        self.cells[SEQUENCE] = self._sequence + 1
+
+    def close_section(self, now: int, lag: int = 0) -> None:
+        """Note the instant and the heartbeat, then make the sequence even.
+
+        The heartbeat is the instant of CLOCK_MONOTONIC up to which logical time has caught up with
+        the clock: it is behind by `lag`, ns of real time. Where it is behind, `written_ns` is when
+        that was written; else it was written then.
+        """
+        cells = self.cells
+        cells[ELAPSED] = now
+        now_ns = monotonic_ns()
+        cells[HEARTBEAT] = now_ns - lag
+        if lag > 0:
+            cells[WRITTEN] = now_ns
+        self._sequence = cells[SEQUENCE] = self._sequence + 2
+
+    def close_section_as_it_was(self) -> None:
+        """Make the sequence even; instant and heartbeat stay, for nothing of the run has passed."""
+        self._sequence = self.cells[SEQUENCE] = self._sequence + 2
+
+    def statistics(self) -> Statistics:
+        """A copy of what has been counted so far."""
+        copy = memoryview(bytearray(self.cells)).cast("q")
+        count_overdue(copy, self.layout, self.header, is_alive=True)
+        return Statistics(self.header, self.layout, copy)

@@ -1,0 +1,89 @@
+"""Whether a run has been late again, told from copies of its statistics.
+
+What was counted when the watch began is not new. A late activation is noticed when it comes among
+the worst, when a model's largest lateness grows, or when it falls into a bucket of the histogram
+that lies wholly over the limit: one that is over it by less than 3.1 % may pass unseen.
+"""
+
+from dataclasses import dataclass
+
+from firmware_runtime.statistics.histogram import LARGEST, Histogram, bucket_of
+from firmware_runtime.statistics.layout import ELAPSED
+from firmware_runtime.statistics.statistics import Statistics
+
+
+@dataclass(frozen=True, slots=True)
+class Late:
+    """A late activation: of which model, at which deadline in ns of the run, and how late.
+
+    Where it is not `exact`, it was at least so late, and its deadline lay before `t_ns`.
+    """
+
+    model: str
+    t_ns: int
+    lateness_ns: int
+    exact: bool = True
+
+    def __str__(self) -> str:
+        when, over = ("at", "") if self.exact else ("before", "over ")
+        late = f"{over}{self.lateness_ns / 1e6:.2f} ms late"
+        return f"{self.model} {when} {self.t_ns / 1e9:.3f} s, {late}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """What one copy shows of lateness over the limit."""
+
+    worst: frozenset[Late] = frozenset()
+    samples: tuple[int, ...] = ()
+    """How many there are, by model, in buckets wholly over the limit."""
+    largest: tuple[int, ...] = ()
+    """By model, ns."""
+
+
+class LateWatch:
+    """Compares each copy of a run's statistics with the one before."""
+
+    def __init__(self, limit_ns: int, statistics: Statistics) -> None:
+        self._limit = limit_ns
+        self._writer = statistics.header["writer"]
+        self._seen = self._look(statistics)
+
+    def new_in(self, statistics: Statistics) -> Late | None:
+        """The earliest activation known that was later than the limit and had not been seen."""
+        before, self._seen = self._seen, self._look(statistics)
+        if statistics.header["writer"] != self._writer:  # another run has begun
+            self._writer, before = statistics.header["writer"], _Seen()
+        fresh = self._seen.worst - before.worst
+        if fresh:
+            return min(fresh, key=lambda late: late.t_ns)
+        return self._counted_since(before, statistics)
+
+    def _counted_since(self, before: _Seen, statistics: Statistics) -> Late | None:
+        """One that is not among the worst, so that less is known of it."""
+        now, models = self._seen, statistics.layout.models
+        elapsed = statistics.cells[ELAPSED]
+        nothing = (0,) * len(models)
+        samples, largest = before.samples or nothing, before.largest or nothing
+        for index, model in enumerate(models):
+            if now.largest[index] > max(self._limit, largest[index]):
+                return Late(model, elapsed, now.largest[index], exact=False)
+            if now.samples[index] > samples[index]:
+                return Late(model, elapsed, self._limit, exact=False)
+        return None
+
+    def _look(self, statistics: Statistics) -> _Seen:
+        models = range(len(statistics.layout.models))
+        lateness = [
+            Histogram(statistics.cells[statistics.layout.lateness(index)]) for index in models
+        ]
+        over = bucket_of(min(self._limit, LARGEST)) + 1
+        return _Seen(
+            self._worst(statistics),
+            tuple(sum(each.buckets[over:]) for each in lateness),
+            tuple(each.largest for each in lateness),
+        )
+
+    def _worst(self, statistics: Statistics) -> frozenset[Late]:
+        late = (Late(*each) for each in statistics.late_activations())
+        return frozenset(each for each in late if each.lateness_ns > self._limit)

@@ -1,0 +1,224 @@
+"""Where each number of a statistics file stands: one row of signed 64-bit cells.
+
+In order: the run's own cells, the histogram of step times, one block for each model (its
+counters, then its histograms of lateness and of own time), one block for each bus, one cell for
+each deadline, one block for each place in the list of worst activations, the text that says how
+the run ended, the timeline, and one block for each model that can report faults (`fault_table`).
+Blocks of a kind have the same length; they stand in the order in which the header names models,
+buses and deadlines.
+
+The header of the file carries `describe()`, so a program that knows nothing of this module finds
+every number by name.
+"""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.statistics import fault_table
+from firmware_runtime.statistics.histogram import BUCKETS, CELLS, SUB_BUCKETS, SUM_CELL
+
+RUN = (
+    "sequence",
+    "state",
+    "heartbeat_ns",
+    "elapsed_ns",
+    "steps",
+    "inputs_dropped",
+    "cpu_ns",
+    "armed",
+    "acknowledged",
+    "yielded_ns",
+    "generation",
+    "guard_ns",
+    "written_ns",
+)
+"""All written by the run, but `generation` and `guard_ns`: they are the guard's, see there."""
+MODEL = (
+    "scheduled",
+    "run",
+    "skipped",
+    "coalesced",
+    "overruns",
+    "episodes",
+    "last_late_ns",
+    "due_ns",
+    "is_in_period",
+    "irregular",
+    "returned_ns",
+    "reactions",
+)
+MODEL_COUNTERS = (*MODEL[: MODEL.index("last_late_ns")], "irregular", "reactions")
+"""Of these, the ones that only grow."""
+BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
+DEADLINE = ("misses", "samples", "answers")
+WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
+SLOT = (
+    "begin_ns",
+    "used",
+    "activations",
+    "late",
+    "skipped",
+    "lateness_ns",
+    "steps",
+    "bus_ns",
+    "cpu_ns",
+    "lateness_max_ns",
+    "step_max_ns",
+)
+WIDTHS = (SECOND, 15 * SECOND, 240 * SECOND, 3600 * SECOND)
+"""Of a span of the timeline, by level, ns: each a multiple of the one before."""
+SLOTS = 120
+"""Spans of each level: two minutes, half an hour, eight hours, five days."""
+TIMELINE = len(WIDTHS) * SLOTS * len(SLOT)
+DEVICES = 8
+"""How many devices of one bus have a place of their own in the list of worst activations."""
+
+(
+    SEQUENCE,
+    STATE,
+    HEARTBEAT,
+    ELAPSED,
+    STEPS,
+    INPUTS_DROPPED,
+    CPU,
+    ARMED,
+    ACKNOWLEDGED,
+    YIELDED,
+    GENERATION,
+    GUARD,
+    WRITTEN,
+) = range(len(RUN))
+STEP_TIMES = len(RUN)
+REASON = 32
+"""Cells of the text that says how the run ended: UTF-8, 8 bytes a cell, padded with zeros."""
+_MODELS = STEP_TIMES + CELLS
+_MODEL_CELLS = len(MODEL) + 2 * CELLS
+_DEVICE_CELLS = 2 * DEVICES
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The names a file has blocks for; everything else follows from them."""
+
+    models: tuple[str, ...] = ()
+    """Every model, by path."""
+    timed: tuple[str, ...] = ()
+    """Every model, by path: whose own time is kept in the list of worst activations."""
+    buses: tuple[str, ...] = ()
+    deadlines: tuple[str, ...] = ()
+    worst: int = 16
+    fault_models: tuple[str, ...] = ()
+    """Models with a port for faults, by path."""
+
+    def model(self, index: int) -> int:
+        """First cell of a model's block."""
+        return _MODELS + index * _MODEL_CELLS
+
+    def lateness(self, index: int) -> slice:
+        """A model's histogram of lateness."""
+        first = self.model(index) + len(MODEL)
+        return slice(first, first + CELLS)
+
+    def step(self, index: int) -> slice:
+        """A model's histogram of its own time."""
+        first = self.model(index) + len(MODEL) + CELLS
+        return slice(first, first + CELLS)
+
+    def bus(self, index: int) -> int:
+        """First cell of a bus's block."""
+        return self.model(len(self.models)) + index * len(BUS)
+
+    def deadline(self, index: int) -> int:
+        """First cell of a deadline's block."""
+        return self.bus(len(self.buses)) + index * len(DEADLINE)
+
+    def place(self, index: int) -> int:
+        """First cell of a place in the list of worst activations."""
+        return self.deadline(len(self.deadlines)) + index * self.place_cells
+
+    @property
+    def place_cells(self) -> int:
+        """Fields, own time of each model, then for each bus its devices' addresses and times."""
+        return len(WORST) + len(self.timed) + len(self.buses) * _DEVICE_CELLS
+
+    @property
+    def cells(self) -> int:
+        """How many cells there are in all."""
+        faults = len(self.fault_models) * fault_table.MODEL_CELLS
+        return self.place(self.worst) + REASON + TIMELINE + faults
+
+    @property
+    def reason(self) -> slice:
+        """The text that says how the run ended."""
+        first = self.place(self.worst)
+        return slice(first, first + REASON)
+
+    @property
+    def timeline(self) -> slice:
+        """The rings of the timeline, the finest first."""
+        first = self.place(self.worst) + REASON
+        return slice(first, first + TIMELINE)
+
+    @property
+    def faults(self) -> slice:
+        """The faults of each of `fault_models`, see `fault_table`."""
+        return slice(self.timeline.stop, self.cells)
+
+    def describe(self) -> dict[str, Any]:
+        """The layout as the file's header carries it, with every offset and stride in cells."""
+        return {
+            **{field.name: getattr(self, field.name) for field in fields(self)},
+            "cells": self.cells,
+            "histogram": {"buckets": BUCKETS, "sub_buckets": SUB_BUCKETS, "then": ["max", "sum"]},
+            "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
+            "model_block": {
+                "at": _MODELS,
+                "stride": _MODEL_CELLS,
+                "fields": MODEL,
+                "then": ["lateness histogram", "step histogram"],
+            },
+            "bus_block": {"at": self.bus(0), "stride": len(BUS), "fields": BUS},
+            "deadline_block": {
+                "at": self.deadline(0),
+                "stride": len(DEADLINE),
+                "fields": DEADLINE,
+            },
+            "worst_block": {
+                "at": self.place(0),
+                "stride": self.place_cells,
+                "fields": WORST,
+                "then": ["own time of each of `timed`", "for each bus 8 addresses, then 8 times"],
+            },
+            "reason_block": {"at": self.reason.start, "cells": REASON, "text": "UTF-8"},
+            "timeline_block": {
+                "at": self.timeline.start,
+                "stride": len(SLOT),
+                "fields": SLOT,
+                "slots": SLOTS,
+                "widths_ns": WIDTHS,
+            },
+            "fault_block": {
+                "at": self.faults.start,
+                "stride": fault_table.ROW_CELLS,
+                "rows": fault_table.ROWS,
+                "fields": fault_table.FAULT,
+                "then": [
+                    f"kind in {fault_table.KIND_CELLS} cells of UTF-8",
+                    f"sentence in {fault_table.SENTENCE_CELLS} cells of UTF-8",
+                ],
+            },
+        }
+
+    @classmethod
+    def from_description(cls, description: dict[str, Any]) -> "Layout":
+        """Read a header's layout back. Raises KeyError or TypeError when it is not one."""
+        names = {name: tuple(description[name]) for name in _NAMED}
+        fault_models = tuple(map(str, description.get("fault_models", ())))  # none in older files
+        return cls(**names, fault_models=fault_models, worst=int(description["worst"]))
+
+
+_NAMED = ("models", "timed", "buses", "deadlines")
+STEP_HISTOGRAM = slice(STEP_TIMES, STEP_TIMES + CELLS)
+STEP_TIME = STEP_TIMES + SUM_CELL
+"""The cell with the time of all steps together, ns."""

@@ -1,0 +1,163 @@
+"""The whole page: sections in the order in which they are asked for.
+
+Equal statistics make equal bytes: nothing of the page comes from the clock, and the page asks
+nothing of the network. Its content security policy holds it to that.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.statistics.layout import ELAPSED
+from firmware_runtime.statistics.page.conditions import conditions_section
+from firmware_runtime.statistics.page.distribution import Mark, distribution
+from firmware_runtime.statistics.page.faults import faults_section
+from firmware_runtime.statistics.page.glossary import glossary
+from firmware_runtime.statistics.page.lateness_over_time import lateness_over_time
+from firmware_runtime.statistics.page.load_over_time import load_over_time
+from firmware_runtime.statistics.page.markup import Child, document, element
+from firmware_runtime.statistics.page.models import models_section, tolerance_ns
+from firmware_runtime.statistics.page.stretch import stretches
+from firmware_runtime.statistics.page.style import STYLE
+from firmware_runtime.statistics.page.tables import table
+from firmware_runtime.statistics.page.verdict import verdict
+from firmware_runtime.statistics.page.words import NOTHING, duration_us, share
+from firmware_runtime.statistics.page.worst import worst_activations
+from firmware_runtime.statistics.statistics import Statistics
+
+_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+_ICON: Final = (
+    "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 8 8'%3E"
+    "%3Cpath d='M0 8V3h2v5zm3 0V0h2v8zm3 0V5h2v3z' fill='%230969da'/%3E%3C/svg%3E"
+)
+
+
+def page(statistics: Statistics, headline: str) -> str:
+    """The page's text; `headline` is the line in which `stats` sums the run up."""
+    numbers = statistics.as_json()
+    board = str(numbers["conditions"].get("board", "a run"))
+    body = element("body", element("main", *_sections(statistics, numbers, board, headline)))
+    return document(element("html", _head(board), body, lang="en"))
+
+
+def _head(board: str) -> Element:
+    policy = {"http-equiv": "Content-Security-Policy"}
+    return element(
+        "head",
+        element("meta", charset="utf-8"),
+        element("meta", content=_POLICY, **policy),
+        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        element("meta", name="color-scheme", content="light dark"),
+        element("title", f"{board}: timing report"),
+        element("link", rel="icon", href=_ICON),
+        element("style", STYLE),
+    )
+
+
+def _sections(
+    statistics: Statistics, numbers: Mapping[str, Any], board: str, headline: str
+) -> Iterator[Element]:
+    yield _opening(statistics, numbers, board, headline)
+    yield _section("Lateness", *_lateness(statistics, numbers))
+    yield _section("Over time", *_over_time(statistics, numbers))
+    yield _section("Models", *models_section(statistics, numbers["models"]))
+    yield _section("Steps", *_steps(statistics))
+    yield _section("Faults", *faults_section(numbers["faults"]))
+    yield _section("Worst activations", *worst_activations(numbers["worst"]))
+    yield _section("Deadlines and buses", *_deadlines(numbers), *_buses(numbers))
+    yield _section("Conditions", *conditions_section(numbers["conditions"]))
+    yield _section("What the words mean, and how this page was made", *glossary(numbers))
+
+
+def _section(title: str, *content: Child) -> Element:
+    return element("section", element("h2", title), *content)
+
+
+def _opening(
+    statistics: Statistics, numbers: Mapping[str, Any], board: str, headline: str
+) -> Element:
+    judged = verdict(numbers)
+    return element(
+        "header",
+        element("h1", f"{board}: timing report"),
+        element(
+            "p",
+            element("strong", judged.word, class_=f"verdict {judged.css}"),
+            " ",
+            " ".join(judged.sentences),
+        ),
+        element("p", element("code", headline), class_="headline"),
+        element("dl", *_figures(statistics, numbers), class_="figures"),
+    )
+
+
+def _figures(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
+    """The numbers that are looked for first."""
+    run, late = numbers["conditions"]["run"], numbers["lateness_us"]
+    figures = {
+        "activations run": f"{numbers['run']:,} of {numbers['scheduled']:,}",
+        "late": NOTHING if statistics.is_virtual else f"{numbers['overruns']:,}",
+        "skipped": f"{numbers['skipped']:,}",
+        "lateness p50": duration_us(late["p50"]),
+        "lateness p99": duration_us(late["p99"]),
+        "lateness max": duration_us(late["max"]),
+        "whole step p99": duration_us(numbers["step_us"]["p99"]),
+    }
+    if run["cpu_s"] is not None and run["elapsed_s"] > 0:
+        figures["processor"] = share(run["cpu_s"] / run["elapsed_s"])
+    figures |= {f"bus {name}": share(bus["utilisation"]) for name, bus in numbers["bus"].items()}
+    for name, figure in figures.items():
+        yield element("div", element("dt", name), element("dd", figure))
+
+
+def _lateness(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
+    limits = sorted({tolerance_ns(model) for model in numbers["models"].values()})
+    names = ["tolerance"] if len(limits) == 1 else ["least tolerance", "greatest tolerance"]
+    ends = dict.fromkeys((limits[0], limits[-1])) if limits else {}
+    marks = [Mark(name, ns, "limit") for name, ns in zip(names, ends, strict=False)]
+    caption = "Lateness of all activations: how many began how long after their deadline"
+    yield distribution("lateness", caption, statistics.lateness(), marks)
+
+
+def _over_time(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
+    run = stretches(statistics.timeline, statistics.cells[ELAPSED])
+    limit = min(map(tolerance_ns, numbers["models"].values()), default=None)
+    charts = lateness_over_time(run, limit), load_over_time(run)
+    drawn = [chart for chart in charts if chart is not None]
+    yield from drawn
+    if not drawn:
+        yield element("p", "There is nothing to draw: no lateness, no load has been measured.")
+
+
+def _steps(statistics: Statistics) -> Iterator[Element]:
+    caption = "Whole steps: how many took how long, all models and their buses together"
+    yield distribution("steps", caption, statistics.step_times())
+
+
+def _deadlines(numbers: Mapping[str, Any]) -> Iterator[Element]:
+    deadlines = numbers["deadlines"]
+    if not deadlines:
+        yield element("p", "The board puts no deadline on a path.")
+        return
+    rows = [
+        [path, *(f"{counted[key]:,}" for key in ("samples", "answers")), _missed(counted)]
+        for path, counted in deadlines.items()
+    ]
+    yield table("Deadlines on a path", ["path", "samples", "answers", "missed"], rows)
+
+
+def _missed(counted: Mapping[str, int]) -> str:
+    """Of a path that was not enabled, nothing."""
+    return f"{counted['misses']:,}" if counted["answers"] > 0 else "not enabled"
+
+
+def _buses(numbers: Mapping[str, Any]) -> Iterator[Element]:
+    if not numbers["bus"]:
+        yield element("p", "No bus was counted.")
+        return
+    head = ["bus", "busy", "transactions", "bytes", "errors", "retries"]
+    rows = (
+        [name, share(bus["utilisation"]), *(f"{bus[key]:,}" for key in head[2:])]
+        for name, bus in numbers["bus"].items()
+    )
+    yield table("Buses", head, rows)

@@ -1,0 +1,109 @@
+"""Where statistics files are kept: one a board, in the first directory of these that there is.
+
+1. `$FIRMWARE_RUNTIME_STATE_DIRECTORY`; if it is set, no other is looked at
+2. `$RUNTIME_DIRECTORY`, which systemd sets for a unit with `RuntimeDirectory=`
+3. `/run/firmware-runtime`; to write, this user must be allowed to
+4. `firmware-runtime` in `$XDG_RUNTIME_DIR`
+5. `firmware-runtime-<user id>` in the directory for temporary files, closed to other users
+"""
+
+import os
+import stat
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from firmware_runtime.statistics.errors import StatisticsFileError
+
+SYSTEM = Path("/run/firmware-runtime")
+SUFFIX = ".stats"
+
+
+def default_path(board: str) -> Path:
+    """Where a run of this board writes its statistics.
+
+    Raises StatisticsFileError when only the directory for temporary files is left and another user
+    has taken our place in it.
+    """
+    usable = (each for each in directories() if each != SYSTEM or os.access(each, os.W_OK))
+    directory = next(usable)
+    if directory == _temporary():
+        _claim(directory)
+    return directory / f"{board}{SUFFIX}"
+
+
+def find_statistics(board: str | None = None) -> Path:
+    """The file of this board's last run; of the run that started last, when none is named.
+
+    Raises StatisticsFileError when there is none, or this user may not look.
+    """
+    searched = list(directories())
+    closed = [directory for directory in searched if _is_closed(directory)]
+    for directory in (each for each in searched if each not in closed):
+        named = directory.glob(f"*{SUFFIX}") if board is None else [directory / f"{board}{SUFFIX}"]
+        found = [path for path in named if path.is_file()]
+        if found:
+            return max(found, key=lambda path: path.stat().st_mtime_ns)
+    looked_in = ", ".join(str(each) for each in searched if each not in closed)
+    fault = f"no statistics of {board or 'any board'} in {looked_in or 'any directory'}"
+    if closed:
+        raise StatisticsFileError(
+            f"{fault}, and {closed[0]} is closed to this user; expected root or a member of its "
+            f"group, {_group(closed[0])}"
+        )
+    raise StatisticsFileError(f"{fault}; expected a run to have left some")
+
+
+def all_statistics(board: str | None = None) -> dict[str, Path]:
+    """The files there are, by board, or that of one board, which may not be there yet."""
+    for directory in directories():
+        found = {path.stem: path for path in sorted(directory.glob(f"*{SUFFIX}"))}
+        if board is None and found:
+            return found
+        if board in found:
+            return {board: found[board]}
+    return {} if board is None else {board: default_path(board)}
+
+
+def places(board: str) -> Iterator[Path]:
+    """Where a board's statistics may be, whether they are there or not; nothing is made."""
+    return (directory / f"{board}{SUFFIX}" for directory in directories())
+
+
+def directories() -> Iterator[Path]:
+    """The directories that are looked in, in that order."""
+    if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
+        yield Path(stated)
+        return
+    if of_unit := os.environ.get("RUNTIME_DIRECTORY"):
+        yield Path(of_unit.split(":")[0])
+    yield SYSTEM
+    if of_session := os.environ.get("XDG_RUNTIME_DIR"):
+        yield Path(of_session, "firmware-runtime")
+    yield _temporary()
+
+
+def _is_closed(directory: Path) -> bool:
+    """Whether it is there and this user may not look into it."""
+    return directory.is_dir() and not os.access(directory, os.R_OK | os.X_OK)
+
+
+def _group(path: Path) -> str:
+    try:
+        return path.group()
+    except KeyError:
+        return str(path.stat().st_gid)
+
+
+def _temporary() -> Path:
+    return Path(tempfile.gettempdir(), f"firmware-runtime-{os.geteuid()}")
+
+
+def _claim(directory: Path) -> None:
+    """Make the directory ours, or refuse: anybody may have put something of that name there."""
+    directory.mkdir(mode=0o700, exist_ok=True)
+    status = directory.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
+        raise StatisticsFileError(f"{directory}: belongs to another user; expected to own it")
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        directory.chmod(0o700)

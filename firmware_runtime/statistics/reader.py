@@ -1,0 +1,127 @@
+"""The reading end of a statistics file, for any process that may read it, at any time.
+
+A copy is good when the sequence was even, and the same, before and after it; else it is made again.
+Python has no memory barrier. On a processor that reorders stores, as Arm's do, the sequence could
+become visible before the cells it guards, or after: there the reader waits on both sides of the
+copy, thousands of times longer than a store stays in a processor's store buffer. On x86 stores
+become visible in order.
+"""
+
+import platform
+from pathlib import Path
+from time import monotonic, sleep
+
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file import SAVED, STATISTICS
+from firmware_runtime.statistics.layout import STATE, WORST, Layout
+from firmware_runtime.statistics.mapped_file import ReadableFile
+from firmware_runtime.statistics.overdue import count_overdue
+from firmware_runtime.statistics.refusals import refused
+from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.system.process_identity import is_running
+
+STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
+SETTLE_S = 50e-6
+PATIENCE_S = 1.0
+"""A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
+_SEQUENCE_BYTES = 8
+_MODEL_OF_PLACE = WORST.index("model")
+
+
+def read_statistics(path: Path) -> Statistics:
+    """Copy a run's statistics, during the run or after its end, however it ended.
+
+    Raises StatisticsFileError when there is no such file, when it is not a statistics file of this
+    version, when it is cut short, or when a living writer keeps it half written for 0.2 s.
+    """
+    with STATISTICS.opened(path) as file:
+        return _read(file)
+
+
+def _read(file: ReadableFile) -> Statistics:
+    header = file.header
+    try:
+        layout = Layout.from_description(header["layout"])
+        is_running(header["writer"])
+        for path in layout.models:
+            stated = header["models"][path]
+            _ = (stated["period_ns"] or 0) + stated["tolerance_ns"], stated["policy"]
+        _ = round(SECOND * (header.get("clock_speed") or 1)), int(header.get("until_ns", NEVER))
+        refused(header["conditions"])
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
+        raise file.damaged(f"its header has no usable {error}") from error
+    if 8 * layout.cells != file.cell_bytes:
+        raise file.damaged(f"{file.cell_bytes} bytes of cells, expected {8 * layout.cells}")
+    statistics = _copy_whole(file, layout)
+    if not _names_what_there_is(statistics):
+        raise file.damaged("its cells name a state or a model that there is not")
+    return statistics
+
+
+def _names_what_there_is(statistics: Statistics) -> bool:
+    """Whether the cells that stand for a name stand for one."""
+    cells, layout = statistics.cells, statistics.layout
+    models = [cells[layout.place(index) + _MODEL_OF_PLACE] for index in range(layout.worst)]
+    return 0 <= cells[STATE] < len(RunState) and all(
+        0 <= model < max(len(layout.models), 1) for model in models
+    )
+
+
+def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:
+    """Copy until a copy is good; what a dead writer left is taken as it is."""
+    header, first_sequence = file.header, _sequence(file)
+    if SAVED in header:
+        return _saved(file, layout)
+    alive = is_running(header["writer"])
+    give_up_at = monotonic() + PATIENCE_S
+    while True:
+        cells, complete = _copy(file)
+        if not complete and alive and monotonic() > give_up_at:
+            alive = is_running(header["writer"])
+            if alive:
+                raise _busy(file, stopped=_sequence(file) == first_sequence)
+        elif complete or not alive:
+            copy = memoryview(bytearray(cells)).cast("q")
+            count_overdue(copy, layout, header, is_alive=alive)
+            return Statistics(header, layout, copy, alive, complete)
+
+
+def _saved(file: ReadableFile, layout: Layout) -> Statistics:
+    """A saved copy: what held of the writer when it was made."""
+    found = file.header[SAVED]
+    if not isinstance(found, dict) or not {"writer_alive", "complete"} <= found.keys():
+        raise file.damaged(f"its header has no usable {SAVED!r}")
+    cells = memoryview(file.read()).cast("q")
+    return Statistics(file.header, layout, cells, found["writer_alive"], found["complete"])
+
+
+def _busy(file: ReadableFile, *, stopped: bool) -> StatisticsFileError:
+    writer = f"{file.path}: process {file.header['writer']['pid']}"
+    if stopped:
+        return StatisticsFileError(
+            f"{writer} keeps the file half written; "
+            "expected a section of a few microseconds, the process may be stopped"
+        )
+    return StatisticsFileError(
+        f"{writer} writes without a pause; expected one between two steps, its loop is overloaded"
+    )
+
+
+def _copy(file: ReadableFile) -> tuple[bytes, bool]:
+    """The cells, and whether no section was open while they were copied."""
+    before = _sequence(file)
+    settle()
+    cells = file.read()
+    settle()
+    return cells, before % 2 == 0 and before == _sequence(file)
+
+
+def settle() -> None:
+    """Wait until every store that came before is visible, where that takes waiting."""
+    if not STORES_IN_ORDER:
+        sleep(SETTLE_S)
+
+
+def _sequence(file: ReadableFile) -> int:
+    return memoryview(file.read(0, _SEQUENCE_BYTES)).cast("q")[0]

@@ -1,0 +1,190 @@
+"""Keeps what a board's runs leave behind: their statistics, and what ran around each incident.
+
+It reads the files that the run and the guard write anyway, in a process of its own. In its folder,
+for the board's seventh run:
+
+    tachobot-0007.stats             statistics, as they stood a minute ago at most, or at the end
+    tachobot-0007-late-1.json.gz    the seconds around an activation that was late, for Perfetto
+    tachobot-0007-guard-2.json.gz   the seconds before the guard took over
+
+Old runs make room for new ones. Everything can be read by the verbs that read a run under way.
+"""
+
+import gzip
+import json
+import re
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file import save
+from firmware_runtime.statistics.late_watch import Late, LateWatch
+from firmware_runtime.statistics.paths import SUFFIX
+from firmware_runtime.statistics.perfetto import chrome_trace, the_last
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.spans import read_spans, spans_path
+from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.takeovers import takeovers_of
+
+SAVE_EVERY = 60 * SECOND
+AFTERMATH = SECOND // 2
+"""How long after an incident its trace is taken, so that it shows what came of it."""
+QUIET = 10 * SECOND
+"""An incident so soon after another belongs to the same trace."""
+SHOWN = 5 * SECOND
+"""What a trace covers at most."""
+MOST_TRACES = 20
+"""Traces of one run; one that is late all the time would fill the disk."""
+
+
+class Recorder:
+    """Follows the runs whose statistics are at `kept`; writes into `folder`, the last `runs` runs.
+
+    `late` is the lateness, ns, over which an activation is an incident; None takes the least
+    tolerance of the run's own models. `tell` hears of every file. Raises StatisticsFileError if
+    the folder cannot be written.
+    """
+
+    def __init__(
+        self, kept: Path, folder: Path, runs: int, late: int | None, tell: Callable[[str], None]
+    ) -> None:
+        self._kept = kept
+        self._folder = folder
+        self._runs = runs
+        self._late = late
+        self._tell = tell
+        self._run: _Run | None = None
+
+    def look(self, now: int) -> None:
+        """Look once; to be called some ten times a second, with CLOCK_MONOTONIC in ns."""
+        try:
+            statistics = read_statistics(self._kept)
+        except StatisticsFileError:
+            return  # none yet, or one that is being made
+        if self._run is None or self._run.is_another(statistics):
+            self.close()
+            self._run = self._begin(statistics, now)
+        self._run.look(statistics, now)
+
+    def close(self) -> None:
+        """Keep what is known of the run under way."""
+        if self._run is not None and not self._run.is_over:
+            self._run.keep()
+
+    def _begin(self, statistics: Statistics, now: int) -> "_Run":
+        """Give a new run the next number and make room for it; one that is known keeps its own."""
+        numbers = self._numbers()
+        number = max(numbers, default=0)
+        if not self._is_kept(number, statistics):
+            number += 1
+            for old in sorted(numbers)[: max(0, len(numbers) - self._runs + 1)]:
+                for path in self._folder.glob(f"{self._name(old)}[.-]*"):
+                    path.unlink()
+        self._tell(f"keeping run {number} of {self._kept.stem} in {self._folder}")
+        stem = self._folder / self._name(number)
+        return _Run(self._kept, stem, statistics, self._late, self._tell, now)
+
+    def _is_kept(self, number: int, statistics: Statistics) -> bool:
+        """Whether that number is this run's, from before this recorder was started."""
+        with suppress(StatisticsFileError):
+            kept = read_statistics(self._folder / f"{self._name(number)}{SUFFIX}")
+            same: bool = kept.header["writer"] == statistics.header["writer"]
+            return same
+        return False
+
+    def _numbers(self) -> set[int]:
+        pattern = re.compile(rf"{re.escape(self._kept.stem)}-(\d{{4,}})[.-]")
+        found = (pattern.match(path.name) for path in self._folder.iterdir())
+        return {int(match[1]) for match in found if match}
+
+    def _name(self, number: int) -> str:
+        return f"{self._kept.stem}-{number:04}"
+
+
+class _Run:
+    """One run: files whose names begin with `stem`."""
+
+    def __init__(  # noqa: PLR0913, PLR0917 -- handed over once, by the recorder
+        self,
+        kept: Path,
+        stem: Path,
+        statistics: Statistics,
+        late: int | None,
+        tell: Callable[[str], None],
+        now: int,
+    ) -> None:
+        self._kept = kept
+        self._stem = stem
+        self._tell = tell
+        self._latest = statistics
+        self._watch = _watch(statistics, late)
+        self._takeovers = len(takeovers_of(kept, statistics.header["writer"]))
+        self._save_at = now
+        self._traces = len([*stem.parent.glob(f"{stem.name}-*.json.gz")])
+        self._incident: tuple[str, Late | None, int] | None = None
+        self._quiet_until = 0
+        self.is_over = False
+
+    def is_another(self, statistics: Statistics) -> bool:
+        """Whether these are the statistics of a later run."""
+        different: bool = statistics.header["writer"] != self._latest.header["writer"]
+        return different
+
+    def look(self, statistics: Statistics, now: int) -> None:
+        """Note incidents, take the traces that are due, keep the statistics now and then."""
+        self._latest = statistics
+        was_over, self.is_over = self.is_over, not _is_under_way(statistics)
+        self._notice(statistics, now)
+        if self._incident is not None and (now >= self._incident[2] or self.is_over):
+            self._take_trace(*self._incident[:2])
+            self._incident = None
+        if (self.is_over and not was_over) or (now >= self._save_at and not self.is_over):
+            self._save_at = now + SAVE_EVERY
+            self.keep()
+
+    def keep(self) -> None:
+        """Write the latest statistics; told once the run is over."""
+        path = self._stem.with_name(self._stem.name + SUFFIX)
+        save(self._latest, path)
+        if self.is_over:
+            self._tell(f"{path}: the run is over, its statistics are kept")
+
+    def _notice(self, statistics: Statistics, now: int) -> None:
+        takeovers = len(takeovers_of(self._kept, statistics.header["writer"]))
+        late = None if self._watch is None else self._watch.new_in(statistics)
+        if takeovers > self._takeovers and statistics.state is RunState.RUNNING:
+            self._incident = ("guard", None, now + AFTERMATH)
+        elif late is not None and self._incident is None and now >= self._quiet_until:
+            self._incident = ("late", late, now + AFTERMATH)
+            self._quiet_until = now + QUIET
+        self._takeovers = takeovers
+
+    def _take_trace(self, kind: str, trigger: Late | None) -> None:
+        spans = spans_path(self._kept)
+        if self._traces >= MOST_TRACES or not spans.is_file():
+            return
+        self._traces += 1
+        trace = chrome_trace(the_last(read_spans(spans), SHOWN), self._latest, trigger)
+        path = self._stem.with_name(f"{self._stem.name}-{kind}-{self._traces}.json.gz")
+        try:
+            path.write_bytes(gzip.compress(json.dumps(trace, allow_nan=False).encode()))
+        except OSError as error:
+            raise StatisticsFileError(
+                f"{path}: the trace cannot be kept there ({error.strerror}); expected a folder "
+                "that this user may write"
+            ) from error
+        self._tell(f"{path}: {trigger or 'the guard took over'}")
+
+
+def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
+    """What notices late activations; None for a run without models."""
+    tolerances = [stated["tolerance_ns"] for stated in statistics.header["models"].values()]
+    if not tolerances:
+        return None
+    return LateWatch(min(tolerances) if late is None else late, statistics)
+
+
+def _is_under_way(statistics: Statistics) -> bool:
+    return statistics.state is RunState.RUNNING and statistics.writer_alive

@@ -1,0 +1,74 @@
+"""What a guard did, in a file beside the run's statistics: JSON lines, the last hundred.
+
+    {"at_ns": 81234567890, "writer": {...}, "generation": 1,
+     "why": "process 4711 has ended", "off_after_ns": 1200000, "failed": []}
+
+`at_ns` is CLOCK_MONOTONIC when the guard took over. `writer` is the process it took the outputs
+from, as in the header of the statistics; `generation` counts this guard's takeovers of that run.
+`off_after_ns` counts from `at_ns` until every chip had acknowledged full-off; it is null as long as
+`failed` says what did not.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from firmware_runtime.system.whole_file import OWN_AND_GROUP, read_file, replace_file
+
+KEPT = 100
+SUFFIX = ".guard"
+
+
+class Takeover(msgspec.Struct):
+    """One takeover of a run's outputs."""
+
+    at_ns: int
+    writer: dict[str, Any]
+    generation: int
+    why: str
+    off_after_ns: int | None = None
+    failed: list[str] = []
+
+    def text(self) -> str:
+        """The takeover in a sentence."""
+        if self.off_after_ns is None:
+            return f"{self.why}; outputs not off: {'; '.join(self.failed)}"
+        return f"{self.why}; all outputs off after {self.off_after_ns / 1e6:.1f} ms"
+
+
+class TakeoverFile:
+    """Keeps them across guards. A file that is no such file is begun anew."""
+
+    def __init__(self, statistics: Path) -> None:
+        self._path = takeovers_path(statistics)
+        self._kept = deque(read_takeovers(statistics), KEPT)
+
+    def write(self, takeover: Takeover) -> None:
+        """Add one, or replace the last if it is the same one; the file is whole at any instant."""
+        if self._kept and self._kept[-1].at_ns == takeover.at_ns:
+            self._kept.pop()
+        self._kept.append(takeover)
+        lines = (msgspec.json.encode(each) + b"\n" for each in self._kept)
+        replace_file(self._path, b"".join(lines), OWN_AND_GROUP)
+
+
+def takeovers_path(statistics: Path) -> Path:
+    """Where the guard of the run with these statistics notes what it did."""
+    return statistics.with_suffix(SUFFIX)
+
+
+def read_takeovers(statistics: Path) -> list[Takeover]:
+    """Those that are kept, oldest first; none where there is no such file."""
+    try:
+        lines = read_file(takeovers_path(statistics)).splitlines()
+        return [msgspec.json.decode(line, type=Takeover) for line in lines]
+    except (OSError, ValueError, RecursionError):  # msgspec's errors are ValueErrors
+        return []
+
+
+def takeovers_of(statistics: Path, writer: Mapping[str, Any]) -> list[Takeover]:
+    """Those that took the outputs from this process."""
+    return [each for each in read_takeovers(statistics) if each.writer == writer]

@@ -1,0 +1,1 @@
+"""Statistics as text for a terminal."""

@@ -1,0 +1,1 @@
+"""Statistics as a live screen; needs the extra `top`."""

@@ -1,0 +1,1 @@
+"""Verbs that doubles add to the command line."""

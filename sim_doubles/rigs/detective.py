@@ -1,0 +1,211 @@
+"""The detective robot's bench: the chips that board.toml chooses, and the arena that ties them."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+import msgspec
+
+from boards.detective.settings import CompassTable, DetectiveSettings, SonarTable
+from boards.detective.wiring import DetectiveRobot
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.models.state_diagram import StateDiagram
+from sim_doubles.chips.cmps12 import Cmps12Double
+from sim_doubles.chips.hmc5883l import Hmc5883lDouble
+from sim_doubles.chips.maxbotix import MaxbotixDouble
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.motor_pair import MotorPair
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.chips.sabertooth import SabertoothDouble
+from sim_doubles.chips.srf08 import Srf08Double
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
+from sim_doubles.rigs.buses import buses_of
+from sim_doubles.rigs.enable import enable_line
+from sim_doubles.serial_line import SerialLineDouble
+from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
+from sim_doubles.worlds.arena_log import ArenaLog
+from sim_doubles.worlds.arena_picture import draw_run
+from sim_doubles.worlds.arena_probe import ArenaProbe
+
+FIELD_LEVEL_T = 20e-6
+FIELD_UP_T = -40e-6
+NEAR_M = (0.05, 0.5)
+"""A robot that stopped nearer or farther than this before the target has not found it."""
+
+
+class _Sampler(Protocol):
+    """A double that samples by itself and must be up to date before the world moves on."""
+
+    def catch_up(self) -> None:
+        """Take every sample due up to now."""
+
+
+class DetectiveRig:
+    """The doubles, each on the line and at the address that board.toml gives it."""
+
+    def __init__(self, settings: DetectiveSettings, clock: WireClock) -> None:
+        self._settings = settings
+        self._now = now = clock
+        self._wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
+        self._samplers: list[_Sampler] = []
+        self.ports: dict[str, SerialPort] = {}
+        radar = settings.radar_motor
+        self.radar = Pca9685Double(now, radar.address, true_osc_hz=radar.osc_hz)
+        self._wired[radar.bus].append(self.radar)
+        self.motors = self._treads()
+        self.arena = Arena(
+            _parameters(settings),
+            wheel_angles=self._wheel_angles,
+            wheels_change_at=self.motors.next_change_at,
+            head_drive=self._head_drive,
+        )
+        self.radar.before_change = self.motors.before_change = self.catch_up
+        self.enable = enable_line(settings.output_enable, [self.radar])
+        self.log = ArenaLog(self.arena)
+        self._sonar(settings.radar_sonar, self.log.radar_echoes)
+        self._sonar(settings.body_sonar, self.log.body_echoes)
+        self._compass(settings.radar_compass, self.arena.radar_bearing_deg)
+        self._compass(settings.body_compass, self.arena.body_bearing_deg)
+        self.buses: Mapping[str, I2cBusDouble] = buses_of(settings.buses, self._wired, clock)
+        self._probe = ArenaProbe(self.arena, now, self.catch_up)
+
+    @property
+    def shown(self) -> OutPort[float]:
+        """How far it is to the target."""
+        return self._probe.distance_m
+
+    def attach(self, robot: Coupled) -> None:
+        """Add the arena's probe; it looks whenever the body's compass is read."""
+        assert isinstance(robot, DetectiveRobot)  # noqa: S101 -- a bench belongs to its board
+        robot.add(self._probe)
+        robot.couple(robot.body_compass.heading_out, self._probe.tick)
+        self._watch(robot.model.components["MovingSystem"], "movementController")
+        self._watch(robot.model.components["RadarSystem"], "radarController")
+
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
+        """How the mission ended: by the robot's word, and by the true state of the arena."""
+        at = self._now()
+        stopped_m = self.arena.distance_to_target(at)
+        says_so = own.get("found") is True
+        heading_deg = math.degrees(self.arena.pose(at).heading_rad)
+        return {
+            "found": says_so and NEAR_M[0] < stopped_m < NEAR_M[1] and not self.arena.collided,
+            "stopped_m": stopped_m,
+            "turned_deg": heading_deg - (90.0 - self._settings.world.start_bearing_deg),
+            "time_s": elapsed / SECOND,
+        }
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of the radar's chip are on, and how many treads are not stopping."""
+        in_a_while = self.motors.speeds_rad_s(self._now() + SECOND)
+        return {
+            "radar_motor": sum(duty > 0 for duty in self.radar.duties),
+            "treads": sum(speed != 0 for speed in in_a_while),
+        }
+
+    def levels(self, at: int) -> dict[str, float]:
+        """The duty of each output of the radar's chip, and how fast the motors turn, in rad/s."""
+        left, right = self.motors.speeds_rad_s(at)
+        duties = {f"radar_motor.{n}": duty for n, duty in enumerate(self.radar.duties)}
+        return {**duties, "treads.left": left, "treads.right": right}
+
+    def next_change_at(self, at: int) -> int:
+        """The next step of a tread's ramp, or the instant at which silence stops the treads."""
+        return self.motors.next_change_at(at)
+
+    def draw(self, until: int, own: Mapping[str, object], reason: str) -> str:
+        """A picture of the run up to an instant and of its outcome, as SVG."""
+        title = "Detective robot in its arena"
+        outcome = self._outcome(self.result(until, own), reason)
+        return draw_run(self.log, until, title, outcome, "movementController")
+
+    def _outcome(self, result: Mapping[str, object], reason: str) -> str:
+        found = "found the target" if result["found"] else "did not find the target"
+        hit = ", hit something on its way" if self.arena.collided else ""
+        stands = f"stands {result['stopped_m']:.2f} m from it after {result['time_s']:.1f} s"
+        return f"It {found}{hit}, and {stands}: {reason}."
+
+    def _watch(self, system: Component, name: str) -> None:
+        """Let a controller's states go into the log."""
+        controller = system.components[name] if isinstance(system, Coupled) else None
+        if isinstance(controller, StateDiagram):
+            controller.watch = lambda state: self.log.enter(self._now(), name, state)
+
+    # The chips ----------------------------------------------------------------------------------
+
+    def _treads(self) -> MotorPair:
+        table = self._settings.treads
+        if table.driver == "sabertooth":
+            driver = SabertoothDouble(self._now, *_stated(table.address))
+            self._plug_in(table.port, driver)
+            return driver.motors
+        chip = Md25Double(self._now, *_stated(table.address))
+        self._wired[str(table.bus)].append(chip)
+        return chip.motors
+
+    def _sonar(self, table: SonarTable, echoes: Callable[[int], Sequence[float]]) -> None:
+        if table.chip == "srf08":
+            double = Srf08Double(self._now, *_stated(table.address), echoes=echoes)
+            self._wired[str(table.bus)].append(double)
+            return
+        sonar = MaxbotixDouble(
+            self._now, lambda at: next(iter(echoes(at)), math.inf), family=table.family
+        )
+        self._samplers.append(sonar)
+        self._plug_in(table.port, sonar)
+
+    def _compass(self, table: CompassTable, bearing_deg: Callable[[int], float]) -> None:
+        if table.chip == "cmps12":
+            chip = Cmps12Double(self._now, *_stated(table.address), bearing_deg=bearing_deg)
+            self._wired[table.bus].append(chip)
+            return
+        magnetometer = Hmc5883lDouble(self._now, lambda at: _field(bearing_deg(at)))
+        self._samplers.append(magnetometer)
+        self._wired[table.bus].append(magnetometer)
+
+    def _plug_in(self, port: str | None, target: SabertoothDouble | MaxbotixDouble) -> None:
+        self.ports[str(port)] = SerialLineDouble(str(port), self._now, target)
+
+    # The world ----------------------------------------------------------------------------------
+
+    def _wheel_angles(self, at: int) -> tuple[float, float]:
+        """How far the right and the left wheel have turned; motor 1 drives the left."""
+        left, right = self.motors.turned_rad(at)
+        return right, left
+
+    def _head_drive(self) -> float:
+        table, duty = self._settings.radar_motor, self.radar.duty
+        return bridge_drive(duty(table.pwm_channel), duty(table.in1), duty(table.in2))
+
+    def catch_up(self) -> None:
+        """Let the sensors take what they still have to take, then the arena go on, up to now."""
+        for sampler in self._samplers:
+            sampler.catch_up()
+        self.arena.advance(self._now())
+
+
+def _stated(address: int | None) -> tuple[int, ...]:
+    """The address, where the board states one; else a double has that of a new chip."""
+    return () if address is None else (address,)
+
+
+def _field(bearing_deg: float) -> tuple[float, float, float]:
+    """The earth's field in the axes of a level sensor whose x points to that bearing, z up."""
+    bearing = math.radians(bearing_deg)
+    return (FIELD_LEVEL_T * math.cos(bearing), FIELD_LEVEL_T * math.sin(bearing), FIELD_UP_T)
+
+
+def _parameters(settings: DetectiveSettings) -> ArenaParameters:
+    """The arena as board.toml describes it; a compass without an instant never gets stuck."""
+    table = msgspec.structs.asdict(settings.world)
+    for name in ("radar_compass_stuck_s", "body_compass_stuck_s"):
+        if table[name] is None:
+            table[name] = math.inf
+    return ArenaParameters(**table)

@@ -1,0 +1,117 @@
+"""TachoBot's bench: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
+
+from collections.abc import Mapping
+
+import msgspec
+
+from boards.tachobot.result import yaw_result
+from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.wiring import Tachobot
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.models.motion import Motion
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.i2c_target import Target
+from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.rigs.buses import buses_of
+from sim_doubles.rigs.enable import enable_line
+from sim_doubles.worlds.mounting import ChipAxes
+from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
+from sim_doubles.worlds.tachobot_probe import TachobotProbe
+
+
+class TachobotRig:
+    """The doubles, each at the address and with the oscillator that board.toml gives it."""
+
+    def __init__(self, settings: TachobotSettings, clock: WireClock) -> None:
+        thrust, imu = settings.thrust_pairs, settings.imu
+        self._settings = settings
+        self._now = now = clock
+        self._axes = ChipAxes(imu.mounting)
+        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
+        self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
+        self.pwm_chips = {"thrust_pairs": self.thrust}
+        wired[thrust.bus].append(self.thrust)
+        if (esc := settings.esc_in_use) is not None:
+            self.pwm_chips["esc"] = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
+            wired[esc.bus].append(self.pwm_chips["esc"])
+        self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
+        self.thrust.before_change = self.catch_up
+        self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
+        self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
+        self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
+        self._probe = TachobotProbe(self.world, now, self.catch_up)
+        wired[imu.bus] += self.imu.targets
+        self.buses = buses_of(settings.buses, wired, clock)
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """None: all of its chips are on I2C."""
+        return {}
+
+    @property
+    def shown(self) -> OutPort[float]:
+        """The yaw."""
+        return self._probe.yaw_rad
+
+    def attach(self, robot: Coupled) -> None:
+        """Add the world's probe; in mode `free` it also stands for the room's tracking system."""
+        assert isinstance(robot, Tachobot)  # noqa: S101 -- a bench belongs to its board
+        probe = robot.add(self._probe)
+        robot.couple(robot.imu.sample, probe.tick)
+        if self._settings.controller.mode == "free":
+            robot.couple(probe.x, robot.controller.x_position)
+            robot.couple(probe.y, robot.controller.y_position)
+
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
+        """The true yaw now, however long the run took and whatever the robot takes it for.
+
+        Whether control has begun is the robot's word: without a yaw it has not.
+        """
+        self.catch_up()
+        state = self.world.state(self._now())
+        yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
+        return yaw_result(self._settings, yaw, has_begun=own.get("yaw_rad", ...) is not None)
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of each PCA9685 are on."""
+        return {
+            name: sum(duty > 0 for duty in chip.duties) for name, chip in self.pwm_chips.items()
+        }
+
+    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
+        """The duty of each output of every PCA9685."""
+        return {
+            f"{name}.{channel}": duty
+            for name, chip in self.pwm_chips.items()
+            for channel, duty in enumerate(chip.duties)
+        }
+
+    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
+        """Never: a PCA9685 keeps its duties until it is told otherwise."""
+        return NEVER
+
+    def _propeller_duties(self) -> tuple[float, ...]:
+        first = self._settings.thrust_pairs.first_channel
+        return self.thrust.duties[first : first + 8]
+
+    def catch_up(self) -> None:
+        """Let the sensor take what it still has to take, then the plant go on, up to now."""
+        self.imu.catch_up()
+        self.world.advance(self._now())
+
+    def _truth(self, at: int) -> InertialTruth:
+        return self._axes.turn(self.world.inertial(at))
+
+
+def _parameters(settings: TachobotSettings) -> TachobotParameters:
+    """The plant as board.toml describes it."""
+    return TachobotParameters(
+        **msgspec.structs.asdict(settings.world), mounting=settings.controller.mode
+    )

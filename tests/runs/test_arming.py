@@ -1,0 +1,266 @@
+"""When outputs may be driven, and when no longer."""
+
+import os
+import socket
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
+from firmware_runtime.hal.errors import BusFault, HalError
+from firmware_runtime.runs import arming
+from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming
+from firmware_runtime.runs.control import Answer, ControlError, ControlSocket, ask
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
+from tests.support.periodic_models import Robot
+
+
+class Rig:
+    """An arming around a run; `safe` counts how often outputs were made safe."""
+
+    def __init__(
+        self, *, at_start: bool = False, demand_guard: bool = False, free: bool = False
+    ) -> None:
+        self.safe = 0
+        self.not_safe: list[str] = []
+        self.told: list[str] = []
+        self.against: str | None = None
+        self.arming = Arming(
+            at_start=at_start, demand_guard=demand_guard, tell=self.told.append, free=free
+        )
+        configuration = Configuration(armed_at_start=False)
+        self.executive = Executive(Robot(), VirtualClock(), list, configuration)
+        self.enabled = 0
+        self.failing: HalError | None = None
+        objections = [lambda _now: self.against]
+        self.arming.attach(self.executive, self._make_safe, objections, self._enable)
+
+    def _enable(self) -> None:
+        if self.failing is not None:
+            raise self.failing
+        self.enabled += 1
+
+    def _make_safe(self) -> list[str]:
+        self.safe += 1
+        return self.not_safe
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        return self.executive.cells[ARMED], self.executive.cells[ACKNOWLEDGED]
+
+
+def test_nothing_is_permitted_until_somebody_asks() -> None:
+    rig = Rig()
+    rig.arming.attend(0, 0)
+    assert not rig.arming.permit()
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+    assert rig.cells == (1, 0)
+
+
+def test_an_objection_keeps_it_disarmed_and_is_given_as_the_reason() -> None:
+    rig = Rig()
+    rig.against = "imu is not up yet"
+    assert rig.arming.request(0) == ["imu is not up yet"]
+    assert not rig.arming.permit()
+    assert rig.arming.reason == "imu is not up yet"
+
+
+def test_outputs_are_let_through_before_it_is_armed_and_not_armed_if_they_cannot_be() -> None:
+    rig = Rig()
+    rig.failing = BusFault("output_enable: line 17 cannot be set")
+    assert rig.arming.request(0) == ["output_enable: line 17 cannot be set"]
+    assert (rig.arming.permit(), rig.arming.reason) == (False, str(rig.failing))
+    rig.failing = None
+    assert rig.arming.request(0) == []
+    assert rig.arming.request(0) == []
+    assert rig.enabled == 1
+
+
+def test_a_board_that_asks_for_it_is_armed_as_soon_as_nobody_objects() -> None:
+    rig = Rig(at_start=True)
+    rig.against = "not yet"
+    rig.arming.attend(0, 0)
+    assert not rig.arming.armed
+    rig.against = None
+    rig.arming.attend(50 * MILLISECOND, 0)
+    assert not rig.arming.armed
+    rig.arming.attend(100 * MILLISECOND, 0)
+    assert rig.arming.armed
+
+
+def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are_safe() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[GENERATION] += 1
+    assert not rig.arming.permit()
+    assert rig.cells == (1, 0)
+    rig.arming.attend(0, 0)
+    assert (rig.safe, rig.cells) == (1, (0, 1))
+    assert "the guard took over" in rig.told[-1]
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+
+
+def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[GENERATION] += 1
+    rig.against = "an overrun in the last 5 s"
+    assert rig.arming.request(1) == ["an overrun in the last 5 s"]
+    assert not rig.arming.armed
+    assert rig.safe == 1
+    rig.against = None
+    assert rig.arming.request(2) == []
+    assert rig.arming.permit()
+
+
+def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
+    rig = Rig()
+    rig.executive.cells[GENERATION] = 3
+    rig.arming.attend(0, 0)
+    assert (rig.safe, rig.cells) == (1, (0, 3))
+
+
+def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() -> None:
+    rig = Rig(at_start=True)
+    rig.against = "not yet"
+    rig.arming.attend(0, 0)
+    rig.executive.cells[GENERATION] = -3
+    rig.arming.attend(0, 0)
+    rig.against = None
+    rig.arming.attend(SECOND, 0)
+    assert not rig.arming.armed
+    assert (rig.safe, rig.cells) == (1, (0, -3))
+    assert rig.arming.request(SECOND) == []
+    assert rig.arming.permit()
+
+
+def test_a_run_that_was_armed_says_that_safe_state_took_its_right() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[GENERATION] = -3
+    rig.arming.attend(0, 0)
+    assert rig.told[-1] == "disarmed: safe-state took its right to drive"
+
+
+def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -> None:
+    rig = Rig(at_start=True, free=True)
+    rig.against = "an overrun"
+    rig.arming.attend(0, 0)
+    assert rig.arming.permit()
+    assert rig.told == []
+    rig.executive.cells[GENERATION] = -3
+    assert not rig.arming.permit()
+
+
+def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig, now = Rig(demand_guard=True), 100 * SECOND
+    monkeypatch.setattr("firmware_runtime.runs.arming.monotonic_ns", lambda: now)
+    rig.executive.cells[GUARD] = now - SECOND // 2
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+    rig.executive.cells[GUARD] -= 1
+    assert not rig.arming.permit()
+    rig.arming.attend(0, 0)
+    assert "the guard is gone" in rig.told[-1]
+    assert any("the guard is absent" in why for why in rig.arming.request(0))
+
+
+def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.attend(0, 0)
+    rig.arming.disarm("asked for")
+    rig.arming.attend(SECOND, 0)
+    assert not rig.arming.armed
+
+
+def test_outputs_that_could_not_be_switched_off_are_switched_off_again_until_they_are() -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.not_safe = ["i2c1 0x40: timed out"]
+    assert rig.arming.disarm("asked for") == rig.not_safe
+    rig.arming.attend(OFF_AGAIN_EVERY - 1, 0)
+    assert rig.safe == 1
+    rig.arming.attend(OFF_AGAIN_EVERY, 0)
+    rig.not_safe = []
+    rig.arming.attend(OFF_AGAIN_EVERY, 0)
+    rig.arming.attend(SECOND, 0)
+    assert rig.safe == 3
+
+
+def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, now = Rig(demand_guard=True), 100 * SECOND
+    monkeypatch.setattr(arming, "monotonic_ns", lambda: now)
+    assert "the guard is absent" in rig.arming.request(0)[0]
+    rig.executive.cells[GUARD] = now - GUARD_PATIENCE
+    assert rig.arming.request(0) == []
+    assert rig.arming.permit()
+    rig.executive.cells[GUARD] -= 1
+    assert not rig.arming.permit()
+    rig.arming.attend(0, 0)
+    assert rig.told[-1] == "disarmed: the guard is gone"
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "tachobot.control"
+
+
+def test_a_request_without_a_run_is_one_sentence(path: Path) -> None:
+    with pytest.raises(ControlError, match="expected a run that listens there"):
+        ask(path, "arm")
+
+
+def test_a_run_that_does_not_answer_is_one_sentence(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firmware_runtime.runs.control.PATIENCE_S", 0.01)
+    control = ControlSocket(path, {})
+    with pytest.raises(ControlError, match="no answer within"):
+        ask(path, "arm")
+    control.receive()
+    control.close()
+    assert not path.exists()
+
+
+def test_a_flood_of_requests_costs_the_loop_one_answer_a_pass(path: Path) -> None:
+    answered = 0
+
+    def arm() -> Answer:
+        nonlocal answered
+        answered += 1
+        return {"refused": ["not yet"], "armed": False}
+
+    control = ControlSocket(path, {"arm": arm})
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as flood:
+        for _ in range(5):
+            flood.sendto(b"arm", str(path))
+    for passes in range(1, 6):
+        assert control.receive() == ()
+        assert answered == passes
+    control.receive()
+    assert answered == 5
+    control.close()
+
+
+def test_the_end_of_one_run_leaves_the_socket_of_the_next(path: Path) -> None:
+    first, second = ControlSocket(path, {}), ControlSocket(path, {})
+    first.close()
+    assert path.is_socket()
+    second.close()
+    assert not path.exists()
+
+
+def test_only_its_own_user_may_ask_whatever_the_umask(path: Path) -> None:
+    before = os.umask(0)
+    socket = ControlSocket(path, {})
+    os.umask(before)
+    assert path.stat().st_mode & 0o777 == 0o600
+    socket.close()

@@ -1,0 +1,234 @@
+"""Installing into a directory: which files, with what in them, once and again."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.board import registry
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.host.installation.errors import StepFailed
+from firmware_runtime.host.installation.places import settings_path
+from firmware_runtime.host.installation.target import Target
+from firmware_runtime.host.installation.tree import Tree
+from firmware_runtime.host.installation.uninstall import Removal, installed_boards
+from tests.support.installation_rig import files_below, install
+
+UNITS = "etc/systemd/system"
+SHARED = {
+    f"{UNITS}/firmware-runtime@.service",
+    f"{UNITS}/firmware-runtime-guard@.service",
+    f"{UNITS}/firmware-runtime-metrics@.service",
+    f"{UNITS}/firmware-runtime-record@.service",
+    f"{UNITS}/firmware-runtime-bridge@.service",
+    "etc/sysusers.d/firmware-runtime.conf",
+    "etc/tmpfiles.d/firmware-runtime.conf",
+    "etc/udev/rules.d/60-firmware-runtime.rules",
+}
+
+
+def of_board(board: str) -> set[str]:
+    return {
+        f"etc/firmware-runtime/{board}.toml",
+        f"{UNITS}/firmware-runtime@{board}.service.d/board.conf",
+        f"{UNITS}/firmware-runtime-guard@{board}.service.d/board.conf",
+        f"{UNITS}/multi-user.target.wants/firmware-runtime@{board}.service",
+        f"{UNITS}/multi-user.target.wants/firmware-runtime-guard@{board}.service",
+    }
+
+
+def uninstall(board: str, root: Path, *, purge: bool = False) -> list[str]:
+    told: list[str] = []
+    Removal(board, Target(Tree(root)), purge=purge).carry_out(told.append)
+    return told
+
+
+@pytest.mark.parametrize("board", registry.names())
+def test_every_file_of_a_board_is_written(tmp_path: Path, board: str) -> None:
+    told = install(board, tmp_path)
+    assert files_below(tmp_path).keys() == SHARED | of_board(board)
+    assert len(told) == len(SHARED) + 5
+    assert all(line.startswith(("written: ", "linked: ")) for line in told)
+
+
+def test_files_can_be_read_by_all_and_written_by_their_owner(tmp_path: Path) -> None:
+    before = os.umask(0o077)
+    try:
+        install("tachobot", tmp_path / "root")
+    finally:
+        os.umask(before)
+    for path in (tmp_path / "root").rglob("*"):
+        mode = stat.S_IMODE(path.stat(follow_symlinks=False).st_mode)
+        if not path.is_symlink():
+            assert mode == (0o755 if path.is_dir() else 0o644), path
+
+
+def test_the_links_are_those_that_systemctl_makes(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    wanted = tmp_path / UNITS / "multi-user.target.wants"
+    link = wanted / "firmware-runtime@tachobot.service"
+    assert str(link.readlink()) == "/etc/systemd/system/firmware-runtime@.service"
+
+
+def test_units_start_the_program_that_is_named(tmp_path: Path) -> None:
+    install("tachobot", tmp_path, "/opt/a%b/firmware-runtime")
+    unit = (tmp_path / UNITS / "firmware-runtime@.service").read_text()
+    assert "\nExecStart=/opt/a%%b/firmware-runtime run /etc/firmware-runtime/%i.toml\n" in unit
+    assert "/opt/firmware-runtime" not in unit
+
+
+def test_a_second_time_nothing_changes(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    before = files_below(tmp_path)
+    told = install("tachobot", tmp_path)
+    assert {line.partition(":")[0] for line in told} == {"unchanged"}
+    assert files_below(tmp_path) == before
+
+
+def test_what_is_not_as_it_was_is_mended(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    unit = tmp_path / UNITS / "firmware-runtime@.service"
+    rules = tmp_path / "etc/udev/rules.d/60-firmware-runtime.rules"
+    whole = unit.read_bytes()
+    unit.write_text("[Service]\n")
+    rules.chmod(0o600)
+    told = install("tachobot", tmp_path)
+    written = [line for line in told if not line.startswith("unchanged: ")]
+    assert written == [f"written: {unit}", f"written: {rules}"]
+    assert unit.read_bytes() == whole
+    assert stat.S_IMODE(rules.stat().st_mode) == 0o644
+
+
+def test_the_users_settings_are_kept_and_the_difference_shown(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    copy = tmp_path / "etc/firmware-runtime/tachobot.toml"
+    users = copy.read_text().replace("kp = 0.75", "kp = 0.5")
+    copy.write_text(users)
+    told = install("tachobot", tmp_path)
+    assert copy.read_text() == users
+    assert told[0] == f"kept: yours differs: {copy}"
+    assert "    -kp = 0.75\n    +kp = 0.5\n" in told[1]
+
+
+def test_drop_ins_follow_the_users_settings(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    copy = tmp_path / "etc/firmware-runtime/tachobot.toml"
+    text = copy.read_text().replace("/dev/i2c-1", "/dev/i2c-7")
+    copy.write_text(text.replace("fifo_priority = 60", "fifo_priority = 41"))
+    install("tachobot", tmp_path)
+    drop_in = tmp_path / UNITS / "firmware-runtime@tachobot.service.d/board.conf"
+    assert "DeviceAllow=/dev/i2c-7 rw" in drop_in.read_text()
+    assert "LimitRTPRIO=41" in drop_in.read_text()
+
+
+def test_broken_settings_of_the_user_are_refused_before_anything_is_written(
+    tmp_path: Path,
+) -> None:
+    copy = tmp_path / "etc/firmware-runtime/tachobot.toml"
+    copy.parent.mkdir(parents=True)
+    copy.write_text('board = "tachobot"\nwings = 2\n')
+    with pytest.raises(ConfigError, match="wings: unknown key") as raised:
+        install("tachobot", tmp_path)
+    assert len(raised.value.faults) > 1
+    assert list(files_below(tmp_path)) == ["etc/firmware-runtime/tachobot.toml"]
+
+
+def test_settings_of_another_board_are_refused(tmp_path: Path) -> None:
+    copy = tmp_path / "etc/firmware-runtime/tachobot.toml"
+    copy.parent.mkdir(parents=True)
+    copy.write_bytes(registry.load("detective").source.read_bytes())
+    with pytest.raises(ConfigError, match="'detective': expected 'tachobot'"):
+        install("tachobot", tmp_path)
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "etc").write_text("")
+    with pytest.raises(StepFailed, match=r"tachobot\.toml: cannot be read \(Not a directory\)"):
+        install("tachobot", tmp_path)
+
+
+def test_a_directory_that_cannot_be_listed_is_named(tmp_path: Path) -> None:
+    (tmp_path / "etc").write_text("")
+    with pytest.raises(StepFailed, match=r"etc/systemd: cannot be read \(Not a directory\)"):
+        Tree(tmp_path).names("/etc/systemd")
+
+
+def test_nothing_half_written_is_left_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(StepFailed, match="cannot be written"):
+        install("tachobot", tmp_path)
+    assert files_below(tmp_path) == {}
+
+
+def test_the_last_board_takes_everything_with_it(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    told = uninstall("tachobot", tmp_path, purge=True)
+    assert files_below(tmp_path) == {}
+    assert len(told) == len(SHARED) + 5
+    ours = [path for path in tmp_path.rglob("*") if "firmware-runtime" in path.name]
+    assert ours == []
+
+
+def test_another_board_keeps_what_both_share(tmp_path: Path) -> None:
+    for board in ("tachobot", "detective"):
+        install(board, tmp_path)
+    assert installed_boards(Target(Tree(tmp_path))) == ["detective", "tachobot"]
+    uninstall("tachobot", tmp_path, purge=True)
+    assert files_below(tmp_path).keys() == SHARED | of_board("detective")
+
+
+def test_without_purge_the_users_settings_stay(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    statistics = tmp_path / "run/firmware-runtime/tachobot.stats"
+    statistics.parent.mkdir(parents=True)
+    statistics.write_text("")
+    removal = Removal("tachobot", Target(Tree(tmp_path)), purge=False)
+    removal.carry_out(lambda _: None)
+    assert removal.what_stays() == [settings_path("tachobot"), "/run/firmware-runtime"]
+    assert list(files_below(tmp_path)) == [
+        "etc/firmware-runtime/tachobot.toml",
+        "run/firmware-runtime/tachobot.stats",
+    ]
+
+
+def test_purge_takes_what_runs_left_of_this_board_only(tmp_path: Path) -> None:
+    for board in ("tachobot", "detective"):
+        install(board, tmp_path)
+    left = tmp_path / "run/firmware-runtime"
+    left.mkdir(parents=True)
+    for board in ("tachobot", "detective"):
+        (tmp_path / "var/lib/firmware-runtime" / board / "run").mkdir(parents=True)
+    for name in (
+        "tachobot.stats",
+        "tachobot.guard",
+        ".tachobot.guard.unfinished",
+        "detective.stats",
+    ):
+        (left / name).write_text("")
+    uninstall("tachobot", tmp_path, purge=True)
+    assert [path.name for path in left.iterdir()] == ["detective.stats"]
+    records = tmp_path / "var/lib/firmware-runtime"
+    assert [path.name for path in records.iterdir()] == ["detective"]
+    uninstall("detective", tmp_path, purge=True)
+    assert not left.exists()
+    assert not records.exists()
+
+
+def test_files_of_somebody_else_stay(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    own = tmp_path / UNITS / "firmware-runtime@tachobot.service.d/override.conf"
+    own.write_text("[Service]\n")
+    uninstall("tachobot", tmp_path, purge=True)
+    assert list(files_below(tmp_path)) == [str(own.relative_to(tmp_path))]
+
+
+def test_removing_twice_is_no_fault(tmp_path: Path) -> None:
+    install("tachobot", tmp_path)
+    uninstall("tachobot", tmp_path, purge=True)
+    assert uninstall("tachobot", tmp_path, purge=True) == []

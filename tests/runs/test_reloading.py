@@ -1,0 +1,125 @@
+"""A board's file read again: when there is time for it, and what becomes of it."""
+
+from pathlib import Path
+
+import pytest
+
+from drivers.thrust_pairs import ThrustPairs
+from firmware_runtime.board import registry
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs.reloading import NEEDED, PATIENCE, Reloading
+from firmware_runtime.runs.session import Session
+from firmware_runtime.system.notices import Notices
+
+SHIPPED = registry.shipped_file("tachobot")
+
+
+class Rig:
+    """TachoBot's session, never run, from a file that a test may change."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "board.toml"
+        self.path.write_text(SHIPPED.read_text())
+        board = registry.load(str(self.path))
+        self.session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
+        self.told: list[str] = []
+        executive = self.session.executive
+        self.reloading = Reloading(
+            board, self.session.robot, executive, Notices(), self.told.append
+        )
+        assert self.reloading in executive.attendants
+
+    def change(self, before: str, after: str) -> None:
+        text = self.path.read_text()
+        assert before in text
+        self.path.write_text(text.replace(before, after))
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    return Rig(tmp_path)
+
+
+def test_nothing_is_read_until_it_is_asked_for(rig: Rig) -> None:
+    rig.change("kp = 0.75", "kp = 0.5")
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told == []
+
+
+def test_it_waits_for_time_enough_before_the_next_activation(rig: Rig) -> None:
+    rig.change("kp = 0.75", "kp = 0.5")
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED - 1)
+    assert rig.told == []
+    rig.reloading.attend(MILLISECOND, NEEDED)
+    assert rig.told == [f"reloaded {rig.path}: controller.yaw.kp"]
+    rig.reloading.attend(2 * MILLISECOND, NEEDED)
+    assert len(rig.told) == 1
+
+
+def test_a_loop_that_never_has_the_time_reads_it_late(rig: Rig) -> None:
+    rig.reloading.request()
+    rig.reloading.attend(PATIENCE - 1, 0)
+    assert rig.told == []
+    rig.reloading.attend(PATIENCE, 0)
+    assert rig.told == [f"reloaded {rig.path}: nothing new"]
+
+
+def test_a_file_with_a_fault_changes_nothing(rig: Rig) -> None:
+    rig.path.write_text("nothing = sound")
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
+
+
+def test_a_file_without_end_changes_nothing(rig: Rig) -> None:
+    rig.path.write_text("board = " + "[" * 3000)
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
+
+
+def test_a_file_that_no_reader_foresaw_changes_nothing(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def load(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(registry, "load", load)
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told == ["not reloaded, everything stays as it was: MemoryError: "]
+
+
+def test_what_only_a_new_run_takes_up_is_named(rig: Rig) -> None:
+    rig.change("period_s = 0.01", "period_s = 0.02")
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told == [
+        f"reloaded {rig.path}: nothing new; only a new run takes up controller.period_s"
+    ]
+
+
+def test_what_only_a_new_run_takes_up_is_not_taken_up_with_the_rest(rig: Rig) -> None:
+    """Other channels would be driven, and those driven before left at their last duties."""
+    thrust_pairs = rig.session.robot.model.components["thrust_pairs"]
+    assert isinstance(thrust_pairs, ThrustPairs)
+    rig.change("first_channel = 0", "first_channel = 8")
+    rig.change("slew_per_s = 100.0", "slew_per_s = 50.0")
+    for _ in range(2):
+        rig.reloading.request()
+        rig.reloading.attend(0, NEEDED)
+    assert (thrust_pairs.settings.first_channel, thrust_pairs.settings.slew_per_s) == (0, 50.0)
+    left = "only a new run takes up thrust_pairs.first_channel"
+    assert rig.told == [
+        f"reloaded {rig.path}: thrust_pairs.slew_per_s; {left}",
+        f"reloaded {rig.path}: nothing new; {left}",
+    ]
+
+
+def test_a_file_that_has_become_another_robots_changes_nothing(rig: Rig) -> None:
+    rig.path.write_text((SHIPPED.parents[1] / "detective" / "board.toml").read_text())
+    rig.reloading.request()
+    rig.reloading.attend(0, NEEDED)
+    assert rig.told == [f"not reloaded, everything stays as it was: {rig.path} is a detective now"]

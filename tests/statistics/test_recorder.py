@@ -1,0 +1,190 @@
+"""What the recorder leaves of runs: their statistics, traces of incidents, and nothing for ever."""
+
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.statistics import file as statistics_file
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.layout import STATE
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.recorder import MOST_TRACES, QUIET, SAVE_EVERY, Recorder
+from firmware_runtime.statistics.spans import SpanRing, spans_path
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
+from firmware_runtime.system.process_identity import this_process
+from tests.support.written_run import WrittenRun
+
+LOOK = 100 * MILLISECOND
+
+
+class Rig:
+    """A recorder that is asked to look, and a run that is written by hand."""
+
+    def __init__(self, folder: Path, *, runs: int = 50, late: int | None = None) -> None:
+        self.kept = folder / "robot.stats"
+        self.folder = folder / "kept"
+        self.folder.mkdir(exist_ok=True)
+        self.told: list[str] = []
+        self.recorder = Recorder(self.kept, self.folder, runs, late, self.told.append)
+        self.now = 0
+        self.runs_begun = 0
+
+    def begin(self) -> WrittenRun:
+        """A new run of this very process; its header shows which one."""
+        self.runs_begun += 1
+        self.writer = {**this_process(), "run": self.runs_begun}
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(statistics_file, "this_process", lambda: self.writer)
+            run = WrittenRun(path=self.kept, board="robot")
+        SpanRing(["imu"], 64, spans_path(self.kept)).record(1, 0, MILLISECOND)
+        end_of_section(run)
+        return run
+
+    def look(self, times: int = 1) -> None:
+        for _ in range(times):
+            self.now += LOOK
+            self.recorder.look(self.now)
+
+    @property
+    def files(self) -> list[str]:
+        return sorted(path.name for path in self.folder.iterdir())
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    return Rig(tmp_path)
+
+
+def end_of_section(run: WrittenRun, state: RunState = RunState.RUNNING) -> None:
+    run.file.open_section()
+    run.cells[STATE] = state
+    run.file.close_section(run.elapsed)
+
+
+def activations(path: Path) -> int:
+    count: int = read_statistics(path).as_json()["run"]
+    return count
+
+
+def trace(path: Path) -> dict[str, Any]:
+    read: dict[str, Any] = json.loads(gzip.decompress(path.read_bytes()))
+    return read
+
+
+def test_without_a_run_there_is_nothing(rig: Rig) -> None:
+    rig.look(3)
+    assert (rig.files, rig.told) == ([], [])
+
+
+@pytest.mark.slow
+def test_a_run_is_kept_at_once_each_minute_and_at_its_end(rig: Rig) -> None:
+    run = rig.begin()
+    kept = rig.folder / "robot-0001.stats"
+    rig.look()
+    assert activations(kept) == 0
+    run.activation(0, 20_000, 300_000)
+    rig.look()
+    assert activations(kept) == 0
+    rig.look(SAVE_EVERY // LOOK)
+    assert activations(kept) == 1
+    run.activation(SECOND, 20_000, 300_000)
+    end_of_section(run, RunState.ENDED)
+    rig.look()
+    assert activations(kept) == 2
+    assert rig.told[-1] == f"{kept}: the run is over, its statistics are kept"
+    told = len(rig.told)
+    rig.look(2 * SAVE_EVERY // LOOK)
+    assert (rig.files, len(rig.told)) == (["robot-0001.stats"], told)
+
+
+def test_the_seconds_around_a_late_activation_are_kept_once_for_a_while(rig: Rig) -> None:
+    run = rig.begin()
+    rig.look()
+    run.activation(SECOND, 3 * MILLISECOND, 300_000)
+    rig.look()
+    assert not list(rig.folder.glob("*.gz"))
+    rig.look(5)
+    run.activation(2 * SECOND, 4 * MILLISECOND, 300_000)
+    rig.look(10)
+    assert rig.files == ["robot-0001-late-1.json.gz", "robot-0001.stats"]
+    marks = [e for e in trace(rig.folder / rig.files[0])["traceEvents"] if e["ph"] == "i"]
+    assert len(marks) == 1
+    rig.look(QUIET // LOOK)
+    run.activation(20 * SECOND, 5 * MILLISECOND, 300_000)
+    rig.look(10)
+    assert "robot-0001-late-2.json.gz" in rig.files
+
+
+def test_lateness_below_what_was_asked_for_is_no_incident(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, late=50 * MILLISECOND)
+    run = rig.begin()
+    rig.look()
+    run.activation(SECOND, 3 * MILLISECOND, 300_000)
+    rig.look(10)
+    assert rig.files == ["robot-0001.stats"]
+
+
+def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
+    rig.begin()
+    rig.look()
+    TakeoverFile(rig.kept).write(Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
+    rig.look(10)
+    assert "robot-0001-guard-1.json.gz" in rig.files
+    assert rig.told[-1].endswith("the guard took over")
+
+
+@pytest.mark.slow
+def test_traces_of_one_run_are_bounded(rig: Rig) -> None:
+    run = rig.begin()
+    rig.look()
+    for number in range(1, MOST_TRACES + 5):
+        run.activation(number * SECOND, (number + 2) * MILLISECOND, 300_000)
+        rig.look(QUIET // LOOK + 10)
+    assert len(list(rig.folder.glob("*.gz"))) == MOST_TRACES
+
+
+def test_the_next_run_has_the_next_number_and_the_oldest_makes_room(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, runs=2)
+    for lateness in (3 * MILLISECOND, 0, 0):
+        run = rig.begin()
+        rig.look()
+        run.activation(SECOND, lateness, 300_000)
+        rig.look(10)
+    assert rig.files == ["robot-0002.stats", "robot-0003.stats"]
+
+
+def test_what_was_last_seen_of_a_run_is_kept_though_the_next_one_has_begun(rig: Rig) -> None:
+    run = rig.begin()
+    rig.look()
+    run.activation(SECOND, 0, 300_000)
+    rig.look()
+    rig.begin()
+    rig.look()
+    assert activations(rig.folder / "robot-0001.stats") == 1
+    assert rig.files == ["robot-0001.stats", "robot-0002.stats"]
+
+
+def test_a_recorder_that_is_started_again_goes_on_with_the_run_it_knew(tmp_path: Path) -> None:
+    first = Rig(tmp_path)
+    run = first.begin()
+    first.look()
+    second = Rig(tmp_path)
+    run.activation(SECOND, 0, 300_000)
+    second.look()
+    assert second.files == ["robot-0001.stats"]
+    assert activations(second.folder / "robot-0001.stats") == 1
+
+
+def test_a_folder_that_goes_away_is_an_error_with_its_name(rig: Rig) -> None:
+    rig.begin()
+    rig.look()
+    for path in rig.folder.iterdir():
+        path.unlink()
+    rig.folder.rmdir()
+    with pytest.raises(StatisticsFileError, match="kept/robot-0001"):
+        rig.look(SAVE_EVERY // LOOK + 1)
