@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
 from drivers.hardware import HardwareModel
 from firmware_runtime.hal.errors import HalError, NotReady
-from firmware_runtime.hal.interlock import ASK_AGAIN_AFTER, Permit, always
+from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 
 STOP_AGAIN_AFTER = 10_000_000
 """Ns until a stop that nobody acknowledged is written again."""
@@ -40,14 +40,14 @@ class Esc(HardwareModel):
     arming, armed, chip silent or throttle not a number --> reporting --armed! false, fault!--> off
     reporting, not stopped yet --> stopping (STOP_AGAIN_AFTER) --> reporting
     armed, the chip was reset --> reporting --armed! false, fault!--> bring_up
-    off, to be armed without leave --> forbidden (ASK_AGAIN_AFTER), given leave --> arming
+    off, to be armed without leave --> forbidden (POLL_PERIOD), given leave --> arming
     armed, without leave --> reporting --armed! false--> forbidden
 
-    An `arm` that comes during the bring-up, or while leave to move (`permit`) is withheld, is kept.
+    An `arm` that comes during the bring-up, or while the interlock disables outputs, is kept.
     """
 
     def __init__(
-        self, name: str, chip: Pca9685, settings: EscSettings, permit: Permit = always
+        self, name: str, chip: Pca9685, settings: EscSettings, interlock: Interlock = always_enabled
     ) -> None:
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line)
         self.arm = self.in_port("arm", bool)
@@ -55,7 +55,7 @@ class Esc(HardwareModel):
         self.armed_out = self.out_port("armed", bool)
         self.chip = chip
         self.settings = settings
-        self.permit = permit
+        self.interlock = interlock
         self.wants_armed = False
         self.is_stopped = True
         self._since_look = 0
@@ -112,7 +112,7 @@ class Esc(HardwareModel):
             self._stop()
         elif not self.wants_armed and self.phase == "forbidden":
             self.passivate("off")
-        elif self.throttle and self.phase == "armed" and self.permit():
+        elif self.throttle and self.phase == "armed" and self.interlock():
             self._obey(self.throttle[-1])
         else:
             self.continue_(elapsed)
@@ -124,8 +124,8 @@ class Esc(HardwareModel):
     # ---------------------------------------------------------------------------------------------
 
     def _begin_arming(self) -> None:
-        if not self.permit():
-            self.hold_in("forbidden", ASK_AGAIN_AFTER)
+        if not self.interlock():
+            self.hold_in("forbidden", POLL_PERIOD)
             return
         try:
             self.chip.look()
@@ -160,9 +160,9 @@ class Esc(HardwareModel):
 
     def _stay_armed(self) -> None:
         """Stay so while there is leave; an ESC told once goes on, so leave is asked for here."""
-        if self.permit():
+        if self.interlock():
             until_look = LOOK_EVERY_NS - self._since_look
-            self.hold_in("armed", until_look if self.permit is always else ASK_AGAIN_AFTER)
+            self.hold_in("armed", until_look if self.interlock is always_enabled else POLL_PERIOD)
         else:
             self._stop()
             self.wants_armed = True

@@ -13,7 +13,7 @@ from drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NotReady
-from firmware_runtime.hal.interlock import ASK_AGAIN_AFTER, Permit, always
+from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
 
 CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0
@@ -34,13 +34,13 @@ class Motors(HardwareModel):
     the chip silent, or reset --> stopped --> reporting (0) --fault!--> bring_up --> obeying (0)
     the stop not acknowledged --> reporting (0) --fault!--> stopping (STOP_AGAIN_AFTER) --> stopped
 
-    obeying, driving without leave --> stopped --> reporting (0) --> forbidden (ASK_AGAIN_AFTER)
+    obeying, driving without leave --> stopped --> reporting (0) --> forbidden (POLL_PERIOD)
     forbidden, given leave --> obeying (0)
 
     A refusal forgets what was ordered, and so do FAULTS_BEFORE_FORGETTING faults in a row. Once an
     order has failed, faults are in a row until the chip has taken two orders one after the other.
-    An order that comes while the chip is not up, not stopped yet, or while leave to move (`permit`)
-    is withheld, is kept.
+    An order that comes while the chip is not up, not stopped yet, or while the interlock
+    disables outputs, is kept.
     """
 
     def __init__(  # noqa: PLR0913 -- chip and line, then how it is driven
@@ -51,12 +51,12 @@ class Motors(HardwareModel):
         *,
         refresh: int = NEVER,
         order_timeout: int = NEVER,
-        permit: Permit = always,
+        interlock: Interlock = always_enabled,
     ) -> None:
         super().__init__(name, bring_up, line)
         self.refresh = refresh
         self.order_timeout = order_timeout
-        self.permit = permit
+        self.interlock = interlock
         self._has_order = False
         self._refusal: NotReady | None = None
         self._since_order = 0
@@ -108,7 +108,7 @@ class Motors(HardwareModel):
             self._settle()
         elif self.phase == "stopping":
             self._stop()
-        elif not self.permit():
+        elif not self.interlock():
             self._wait_for_leave()
         elif self.phase == "driving":
             self._drive_on()
@@ -145,7 +145,7 @@ class Motors(HardwareModel):
         """Keep the order; switch off unless that was done."""
         self._has_order = self._is_forbidden = True
         if self.phase == "forbidden":
-            self.hold_in("forbidden", ASK_AGAIN_AFTER)
+            self.hold_in("forbidden", POLL_PERIOD)
         else:
             self._stop()
 
@@ -210,7 +210,7 @@ class Motors(HardwareModel):
         elif self._is_bring_up_due:
             self.bring_up_again()
         elif self._is_forbidden:
-            self.hold_in("forbidden", ASK_AGAIN_AFTER)
+            self.hold_in("forbidden", POLL_PERIOD)
         elif self._has_order:
             self.activate("obeying")
         elif self.is_moving():

@@ -7,7 +7,7 @@ from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
-from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.interlock import Interlock, always_enabled
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +30,18 @@ class RadarMotor(Motors):
     """
 
     def __init__(
-        self, name: str, bridge: HBridge, settings: RadarMotorSettings, permit: Permit = always
+        self,
+        name: str,
+        bridge: HBridge,
+        settings: RadarMotorSettings,
+        interlock: Interlock = always_enabled,
     ) -> None:
         super().__init__(
             name,
             lambda: bridge.bring_up(settings.frequency_hz),
             bridge.chip.line,
             order_timeout=settings.longest_turn,
-            permit=permit,
+            interlock=interlock,
         )
         if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
             raise SettingError(

@@ -13,7 +13,7 @@ from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
 from drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
-from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.interlock import Interlock, always_enabled
 
 PAIRS = 4
 MOTORS = 2 * PAIRS
@@ -53,18 +53,22 @@ class ThrustPairs(HardwareModel):
     driving --(timeout)--> reporting --duties!, fault!--> off, or stopping while the chip is silent
     driving, the chip was reset --> reporting --duties!, fault!--> bring_up
 
-    Without leave (`permit`) forces have no effect: all is off, or is switched off.
+    Without leave (`interlock`) forces have no effect: all is off, or is switched off.
     """
 
     def __init__(
-        self, name: str, chip: Pca9685, settings: ThrustSettings, permit: Permit = always
+        self,
+        name: str,
+        chip: Pca9685,
+        settings: ThrustSettings,
+        interlock: Interlock = always_enabled,
     ) -> None:
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line)
         self.forces = self.in_port("forces", Forces)
         self.duties_out = self.out_port("duties", tuple)
         self.chip = chip
         self.settings = settings
-        self.permit = permit
+        self.interlock = interlock
         self.duties: tuple[float, ...] = OFF
         self.is_stopped = True
         self._since_write = self._since_look = 0
@@ -126,7 +130,7 @@ class ThrustPairs(HardwareModel):
             self.note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
             self._stop()
             return
-        if not self.permit():
+        if not self.interlock():
             if not self.is_stopped:
                 self._stop()
             return

@@ -11,7 +11,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
-from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
 
 
@@ -87,7 +87,11 @@ class Treads(Motors):
     """
 
     def __init__(
-        self, name: str, driver: TreadDriver, settings: TreadSettings, permit: Permit = always
+        self,
+        name: str,
+        driver: TreadDriver,
+        settings: TreadSettings,
+        interlock: Interlock = always_enabled,
     ) -> None:
         super().__init__(
             name,
@@ -95,7 +99,7 @@ class Treads(Motors):
             driver.line,
             refresh=settings.refresh,
             order_timeout=settings.order_timeout,
-            permit=permit,
+            interlock=interlock,
         )
         faults = settings.faults(driver.timeout_ns)
         if faults:

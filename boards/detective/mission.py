@@ -7,7 +7,7 @@ from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.interlock import Interlock, always_enabled
 
 LOOK_EVERY = SECOND
 """Ns from one look at the time a mission has taken to the next."""
@@ -24,12 +24,17 @@ class Mission(Atomic):
     watching, `longest` spent with leave to move --> ending (0) --ended!, failed!--> ended
     watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
 
-    `failed` shuts the gate of every motor: see `Gate`. Time without leave to move (`permit`) does
-    not count: a robot that is not armed yet gets nowhere.
+    `failed` shuts the gate of every motor: see `Gate`. Time with outputs disabled does not
+    count: a robot that is not armed yet gets nowhere.
     """
 
     def __init__(
-        self, name: str, start_after: int, faults: int, longest: int, permit: Permit = always
+        self,
+        name: str,
+        start_after: int,
+        faults: int,
+        longest: int,
+        interlock: Interlock = always_enabled,
     ) -> None:
         super().__init__(name)
         self.fault = self.in_port("fault", Fault)
@@ -43,7 +48,7 @@ class Mission(Atomic):
         self.start_after = start_after
         self.faults = faults
         self.longest = longest
-        self.permit = permit
+        self.interlock = interlock
         self.ending: Ending | None = None
         self._orders = [STILL, STILL]
         self._stops = 0
@@ -86,7 +91,7 @@ class Mission(Atomic):
 
     def _watch_on(self) -> None:
         """Look at the time once a second; longer than `longest` no mission takes."""
-        if self.phase == "watching" and self.permit():
+        if self.phase == "watching" and self.interlock():
             self._spent += LOOK_EVERY
         if self._spent >= self.longest:
             reason = f"the target was not reached within {self.longest / SECOND:g} s"

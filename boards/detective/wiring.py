@@ -27,14 +27,14 @@ class DetectiveRobot(Coupled):
         mission = settings.mission
         self.bridge_chip = bridge_chip
         self.radar_motor = self.add(
-            RadarMotor("radar_motor", bridge, chips.radar_motor_settings(settings), lines.permit)
+            RadarMotor("radar_motor", bridge, chips.radar_motor_settings(settings), lines.interlock)
         )
         self.treads = self.add(
             Treads(
                 "treads",
                 chips.treads(settings.treads, lines),
                 chips.tread_settings(settings.treads),
-                lines.permit,
+                lines.interlock,
             )
         )
         self.radar_sonar = self.add(_sonar("radar_sonar", settings, lines))
@@ -48,7 +48,7 @@ class DetectiveRobot(Coupled):
                 seconds(mission.start_s),
                 mission.faults,
                 seconds(mission.longest_s),
-                lines.permit,
+                lines.interlock,
             )
         )
         self._wire()

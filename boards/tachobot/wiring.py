@@ -27,7 +27,7 @@ class Tachobot(Coupled):
 
     def __init__(self, settings: TachobotSettings, lines: Lines) -> None:
         super().__init__("tachobot")
-        buses, permit = lines.buses, lines.permit
+        buses, interlock = lines.buses, lines.interlock
         thrust, imu = settings.thrust_pairs, settings.imu
         self.thrust_chip = Pca9685(buses[thrust.bus], thrust.address, osc_hz=thrust.osc_hz)
         self.pwm_chips = [self.thrust_chip]
@@ -36,7 +36,7 @@ class Tachobot(Coupled):
 
         self.yaw_reference = self.in_port("yaw_reference", float)
         self.thrust_pairs = self.add(
-            ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings), permit)
+            ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings), interlock)
         )
         self.imu = self.add(
             Imu("imu", self.imu_chip, control_period(settings), gyro_bias(settings))
@@ -62,7 +62,7 @@ class Tachobot(Coupled):
         self.pwm_chips.append(chip)
         self.x_position = self.in_port("x_position", Motion)
         self.y_position = self.in_port("y_position", Motion)
-        esc = self.add(Esc("esc", chip, esc_settings(settings), lines.permit))
+        esc = self.add(Esc("esc", chip, esc_settings(settings), lines.interlock))
         lift = self.add(Lift("lift", settings.throttle))
 
         self.couple(lift.arm, esc.arm)

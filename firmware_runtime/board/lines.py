@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.serial import SerialPort
 
 
@@ -15,7 +15,7 @@ class Lines:
 
     buses: Mapping[str, I2cBus]
     ports: Mapping[str, SerialPort] = field(default_factory=dict)
-    permit: Permit = always
-    """Leave to move, asked before every write that could."""
+    interlock: Interlock = always_enabled
+    """Output interlock, asked before every write that could."""
     enable: EnableLine | None = None
     """What lets the PWM outputs through, where it is wired."""

@@ -1,6 +1,6 @@
 """How a long run goes, on one line of a terminal: time, the shown value, overruns, faults.
 
-It is an attendant of the loop: it writes in slack only, a few times a second, and never waits.
+It is an hook of the loop: it writes in slack only, a few times a second, and never waits.
 """
 
 import sys
@@ -41,7 +41,7 @@ class ProgressLine:
         self._longest = 0
         if shown is not None:
             executive.simulator.listen(shown, self._remember)
-        executive.attendants.append(self)
+        executive.hooks.append(self)
 
     def attend(self, now: int, left: int) -> None:
         """Write the line, if it is time to and there is time for it."""

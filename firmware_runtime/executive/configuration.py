@@ -27,7 +27,7 @@ class Configuration:
     switch_off_for: int = SECOND
     """Ns for which outputs are switched off again at the end, where that fails; 0: once."""
     armed_at_start: bool = True
-    """Whether outputs may be driven from the start; otherwise an attendant arms the run."""
+    """Whether outputs may be driven from the start; otherwise an hook arms the run."""
     max_lag: int = 200 * MILLISECOND
     """How long logical time may be behind the clock without catching up, ns of real time."""
     worst: int = 16

@@ -2,8 +2,8 @@
 
 How it works. One pass of the loop
 
-1. lets the attendants look after the run, then waits until the next event is due, taking what
-   arrives meanwhile (`attendant`, `clocks`, `arrivals`);
+1. lets the hooks look after the run, then waits until the next event is due, taking what
+   arrives meanwhile (`hook`, `clocks`, `arrivals`);
 2. ends if somebody asked for it, a policy demands it, or the end of the run is reached;
 3. works off one instant: the internal events due then, or inputs, or both (`devs.simulator`);
 4. counts it (`accounting`, `ledger`), and sees whether logical time keeps up (`progress`).
@@ -29,12 +29,12 @@ from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.arrivals import Arrivals
-from firmware_runtime.executive.attendant import Attendant
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import SlackCollector
+from firmware_runtime.executive.hook import Hook
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
@@ -94,7 +94,7 @@ class Executive:
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
         self._ledger = self._open_ledger({}, NEVER)
-        self.attendants: list[Attendant] = []
+        self.hooks: list[Hook] = []
         self._started = False
         self._stop: Outcome | None = None
 
@@ -224,9 +224,9 @@ class Executive:
 
     def _use_slack(self, until: int) -> None:
         """Do what is better done now than in a step."""
-        for attendant in self.attendants:
+        for hook in self.hooks:
             now = self.clock.now()
-            attendant.attend(now, until - now)
+            hook.attend(now, until - now)
         if self._readiness.waiting:
             self._readiness.look()
         if self._collector is not None:

@@ -1,7 +1,7 @@
-"""Leave to move: asked by every model that drives something, before each write that could move it.
+"""Output interlock: checked before every write that could move an actuator.
 
-A stop never asks. Without leave a model keeps its outputs full-off; what it does with orders that
-come meanwhile is its own: a controller's are stale at once, a mission's are kept.
+A stop never checks it. While outputs are disabled a model keeps them full-off; what it does with
+commands that come meanwhile is its own: a controller's are stale at once, a mission's are kept.
 """
 
 from collections.abc import Callable
@@ -9,12 +9,13 @@ from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND
 
-Permit: TypeAlias = Callable[[], bool]
+Interlock: TypeAlias = Callable[[], bool]
+"""Returns whether outputs are enabled."""
 
-ASK_AGAIN_AFTER = 20 * MILLISECOND
-"""Ns until a model whose orders are kept asks again."""
+POLL_PERIOD = 20 * MILLISECOND
+"""Ns between two checks by a model that keeps its commands."""
 
 
-def always() -> bool:
-    """Leave that is never withheld: nobody watches over these outputs."""
+def always_enabled() -> bool:
+    """Return True: no supervision decides about these outputs."""
     return True

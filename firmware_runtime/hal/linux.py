@@ -144,6 +144,6 @@ def _what_to_do(error: OSError) -> str:
     if error.errno == errno.EOPNOTSUPP:
         return (
             "does not say that it can do plain I2C transfers: it is another kind of bus, or its "
-            "adapter does not answer; give the board another bus, or mend the adapter"
+            "adapter does not answer; give the board another bus, or repair the adapter"
         )
     return f"cannot be opened ({error.strerror}); give the board another bus"

@@ -59,7 +59,7 @@ class Counts:
 
 
 class PortsSocket:
-    """A source of the loop and an attendant of the run; nothing is read before `attach`.
+    """A source of the loop and an hook of the run; nothing is read before `attach`.
 
     Its mode is 0660 less the umask: never open to everybody. `now` is any clock in ns that does not
     stand still. Raises ConfigError if the socket cannot be made.
@@ -80,7 +80,7 @@ class PortsSocket:
         """Serve the ports of this run."""
         self._taps = Taps(executive.simulator)
         self._run_now = executive.clock.now
-        executive.attendants.append(self)
+        executive.hooks.append(self)
 
     def close(self) -> None:
         """Stop listening, and remove the socket."""

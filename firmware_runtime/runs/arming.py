@@ -31,7 +31,7 @@ Objection: TypeAlias = Callable[[int], str | None]
 
 
 class Arming:
-    """An attendant of the run, and the leave that motors ask for (`permit`).
+    """An hook of the run, and the leave that motors ask for (`interlock`).
 
     `tell` prints every change, in a sentence. Until `attach` nothing is permitted. With `free`
     nothing is asked or said before it is armed: its outputs can hurt nobody.
@@ -77,10 +77,10 @@ class Arming:
         self._make_safe = make_safe
         self._enable = enable
         self._objections = () if self.is_free else (self._guard_objects, *objections)
-        executive.attendants.append(self)
+        executive.hooks.append(self)
 
-    def permit(self) -> bool:
-        """Leave to move: armed, no takeover since, and the guard there where one is demanded."""
+    def interlock(self) -> bool:
+        """Output interlock: armed, no takeover since, and the guard there where one is demanded."""
         return (
             self.armed
             and self._executive.cells[GENERATION] == self._generation
@@ -136,7 +136,7 @@ class Arming:
 
     def _notice(self) -> None:
         """Disarm where leave was withdrawn by somebody else."""
-        if self.armed and not self.permit():
+        if self.armed and not self.interlock():
             self.disarm(self._why_withdrawn())
 
     def _enabled(self) -> list[str]:

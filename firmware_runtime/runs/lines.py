@@ -9,7 +9,7 @@ from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.interlock import Permit, always
+from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_gpio import open_enable_line
@@ -20,7 +20,10 @@ from firmware_runtime.hal.timed_port import TimedPort
 
 
 def open_lines(
-    board: Board, doubles: Doubles | None, permit: Permit = always, time: LineTime = NO_TIME
+    board: Board,
+    doubles: Doubles | None,
+    interlock: Interlock = always_enabled,
+    time: LineTime = NO_TIME,
 ) -> Lines:
     """The doubles' lines or the real ones, buses with their retries and counters, all in one time.
 
@@ -38,7 +41,7 @@ def open_lines(
     except BaseException:
         close_lines(Lines(buses, ports, enable=enable))
         raise
-    return Lines(buses, ports, permit, enable)
+    return Lines(buses, ports, interlock, enable)
 
 
 def reach_lines(board: Board, doubles: Doubles | None, held: Lines | None = None) -> Lines:

@@ -1,4 +1,4 @@
-"""Gains and limits, read again while the robot runs: an attendant that waits for SIGHUP."""
+"""Gains and limits, read again while the robot runs: an hook that waits for SIGHUP."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -40,7 +40,7 @@ class Reloading:
         self._tell = tell
         self._is_asked = False
         self._at_latest = 0
-        executive.attendants.append(self)
+        executive.hooks.append(self)
 
     def request(self) -> None:
         """Read it again after the step under way; safe in a signal handler."""

@@ -1,4 +1,4 @@
-"""What a run tells systemd and the journal: an attendant, quiet unless something happened.
+"""What a run tells systemd and the journal: an hook, quiet unless something happened.
 
 - READY after the first step, when devices have answered. From then on the watchdog is fed by the
   loop itself, between two steps, as long as logical time keeps up, and by nothing else; before it
@@ -51,7 +51,7 @@ class Reporter:
         self._summary_at = SUMMARY_EVERY
         self._longest = 0
         self._faults = FaultJournal(executive.faults, journal)
-        executive.attendants.append(self)
+        executive.hooks.append(self)
 
     def attend(self, now: int, left: int) -> None:
         """Tell what there is to tell."""

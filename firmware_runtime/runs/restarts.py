@@ -66,7 +66,7 @@ def read_starts(statistics: Path) -> Starts | None:
 
 
 class Restarts:
-    """Counts the starts of the run with these statistics, and is an attendant of the run."""
+    """Counts the starts of the run with these statistics, and is an hook of the run."""
 
     def __init__(self, statistics: Path) -> None:
         self._statistics = statistics

@@ -24,7 +24,7 @@ from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.hal.interlock import always
+from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.links.ports_socket import PortsSocket, ports_path
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.control import Answer, ControlSocket, control_path
@@ -68,8 +68,8 @@ class Session:
             self.doubles = served_doubles(board, doubles)
         elif doubles:
             self.doubles = self.rig = rig_for(board, self.world_now)
-        permit = always if arming is None else arming.permit
-        self._lines = open_lines(board, self.doubles, permit, self.world_now)
+        interlock = always_enabled if arming is None else arming.interlock
+        self._lines = open_lines(board, self.doubles, interlock, self.world_now)
         self.replaced: str | None = None
         """What is wrong with the file that this run's statistics replace, if it is damaged."""
         if statistics_path is not None:

@@ -264,7 +264,8 @@ def test_results_that_cannot_be_kept_are_refused_before_anything_is_measured(
 @pytest.mark.slow
 def test_ctrl_c_while_a_run_begins_is_no_traceback(tmp_path: Path) -> None:
     program = (
-        "import sys; from firmware_runtime.cli import main, run\n"
+        "import sys; from firmware_runtime.cli import main\n"
+        "from firmware_runtime.cli.commands import run\n"
         "def interrupted(*_, **__): raise KeyboardInterrupt\n"
         "run.Session = interrupted; sys.exit(main.main(sys.argv[1:]))"
     )

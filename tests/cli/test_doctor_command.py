@@ -35,9 +35,9 @@ def test_every_check_reports_itself_completely(
     ended = command("doctor", *words, "--json")
     report = json.loads(ended.out)
     assert ended.error == ""
-    assert (report["schema"], [each["id"] for each in report["checks"]]) == (1, IDS)
+    assert (report["schema"], [each["id"] for each in report["checks"]]) == (2, IDS)
     for each in report["checks"]:
-        assert list(each) == ["id", "status", "seen", "why", "mend"]
+        assert list(each) == ["id", "status", "seen", "why", "fix"]
         assert all(each.values())
     assert ended.status == worst_exit_status(report)
 
@@ -52,7 +52,7 @@ def test_the_report_for_people_is_grouped_and_counted(command: Callable[..., Any
 
 def test_verbose_says_of_every_check_why(command: Callable[..., Any]) -> None:
     brief, full = command("doctor").out, command("doctor", "--verbose").out
-    assert brief.count("why: ") < full.count("why: ") == full.count("mend: ") == len(IDS)
+    assert brief.count("why: ") < full.count("why: ") == full.count("fix: ") == len(IDS)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_the_exit_status_is_that_of_the_worst_finding(
     monkeypatch.setattr(doctor, "examine", lambda _machine: results)
     ended = command("doctor")
     assert ended.status == exit_status
-    assert ("mend: change it" in ended.out) == (status in {"note", "warning", "failure"})
+    assert ("fix: change it" in ended.out) == (status in {"note", "warning", "failure"})
     assert json.loads(command("doctor", "--json").out)["worst"] in {status, "ok"}
 
 

@@ -27,7 +27,7 @@ class Rig:
         self.now = 0
         self.lines: list[str] = []
         self.run = SimpleNamespace(
-            attendants=[],
+            hooks=[],
             accounts=[SimpleNamespace(overruns=1), SimpleNamespace(overruns=2)],
             faults=SimpleNamespace(counted=[SimpleNamespace(count=1)]),
             simulator=SimpleNamespace(now=0, listen=self.listen),
@@ -50,7 +50,7 @@ def test_it_shows_time_value_overruns_and_faults() -> None:
     rig.hear(0, 0.98765)
     rig.attend(3 * SECOND)
     assert rig.lines == ["3.0 of 20 s  yaw_rad 0.9877  3 overruns  1 fault"]
-    assert rig.run.attendants == [rig.line]
+    assert rig.run.hooks == [rig.line]
 
 
 def test_it_writes_a_few_times_a_second() -> None:

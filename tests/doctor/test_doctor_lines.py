@@ -40,7 +40,7 @@ def test_a_bus_slower_than_the_board_counts_on_is_a_warning(tmp_path: Path, look
     machine = raspberry_pi(tmp_path, TACHOBOT)
     finding = look("i2c-speed", machine)
     assert "100000 Hz; the board counts on 400000 Hz" in finding.seen
-    assert "i2c_arm_baudrate=400000" in (finding.mend or "")
+    assert "i2c_arm_baudrate=400000" in (finding.fix or "")
     lay_out(tmp_path, {f"{ADAPTER}/of_node/clock-frequency": (400_000).to_bytes(4, "big")})
     assert look("i2c-speed", machine).status is Severity.OK
 
@@ -65,7 +65,7 @@ def test_an_address_of_the_board_held_by_a_kernel_driver_is_a_failure(
     link(tmp_path, "/sys/bus/i2c/devices/1-0068/driver", "../../drivers/inv-mpu9250-i2c")
     finding = look("i2c-address-bound", machine)
     assert (finding.status, finding.seen) == ("failure", "/dev/i2c-1 0x68: inv-mpu9250-i2c")
-    assert (finding.mend or "").startswith("echo 0x68 | sudo tee /sys/bus/i2c/devices/i2c-1/")
+    assert (finding.fix or "").startswith("echo 0x68 | sudo tee /sys/bus/i2c/devices/i2c-1/")
     assert look("i2c-address-bound", replace(machine, demands=None)).status is Severity.NOTE
 
 
@@ -76,7 +76,7 @@ def test_another_program_on_the_bus_is_named(tmp_path: Path, look: Look) -> None
     link(tmp_path, "/proc/412/fd/3", tmp_path / "dev/i2c-1")
     finding = look("i2c-holders", machine)
     assert (finding.status, finding.seen) == ("warning", "/dev/i2c-1: i2cdetect (412)")
-    assert finding.mend == "kill 412"
+    assert finding.fix == "kill 412"
 
 
 def test_a_node_closed_to_the_user_stops_a_board_only(
@@ -119,7 +119,7 @@ def test_a_slow_clock_source_is_a_warning_that_names_a_better_one(
 ) -> None:
     finding = look("clock-source", pc(tmp_path))
     assert finding.status is Severity.WARNING
-    assert (finding.mend or "").startswith("echo tsc | sudo tee ")
+    assert (finding.fix or "").startswith("echo tsc | sudo tee ")
     lay_out(tmp_path, {f"{CLOCK}/current_clocksource": "tsc"})
     assert (
         look("clock-source", pc(tmp_path, None, {f"{CLOCK}/current_clocksource": "tsc"})).status

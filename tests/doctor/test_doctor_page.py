@@ -24,9 +24,9 @@ def test_the_page_has_every_check_in_order() -> None:
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: str(check.id))
 def test_the_page_says_why_and_what_mends(check: Check) -> None:
     section = PAGE.partition(f"### {check.id}\n")[2].partition("\n#")[0]
-    why, _, mend = section.strip().partition("\n\n")
+    why, _, fix = section.strip().partition("\n\n")
     assert " ".join(why.split()) == check.why
-    assert mend == f"    {check.mend}"
+    assert fix == f"    {check.fix}"
 
 
 def test_the_page_states_every_status() -> None:

@@ -57,7 +57,7 @@ def test_what_a_raspberry_pi_shows(
 
 def test_the_remedy_names_the_priority_of_the_board(tmp_path: Path, look: Look) -> None:
     machine = raspberry_pi(tmp_path, replace(TACHOBOT, fifo_priority=42))
-    assert "LimitRTPRIO=42" in (look("realtime-limit", machine).mend or "")
+    assert "LimitRTPRIO=42" in (look("realtime-limit", machine).fix or "")
 
 
 def test_a_board_that_asks_for_nothing_is_refused_nothing(tmp_path: Path, look: Look) -> None:
@@ -97,7 +97,7 @@ def test_a_group_without_a_realtime_share_is_a_failure(
     machine = pc(tmp_path, None, {"/proc/self/cgroup": "4:cpu,cpuacct:/robot", path: share})
     finding = look("realtime-groups", machine)
     assert finding.status == status
-    assert finding.mend in {None, f"echo 950000 | sudo tee {path}"}
+    assert finding.fix in {None, f"echo 950000 | sudo tee {path}"}
 
 
 def test_the_kernels_own_configuration_tells_of_realtime_groups(tmp_path: Path, look: Look) -> None:
@@ -135,11 +135,11 @@ def test_isolated_processors_are_compared_with_those_of_the_board(
     tmp_path: Path, look: Look
 ) -> None:
     machine = pc(tmp_path, TACHOBOT)
-    assert look("isolated-processors", machine).mend == "cpus = [2, 3] under [executive]"
+    assert look("isolated-processors", machine).fix == "cpus = [2, 3] under [executive]"
     machine = replace(machine, demands=replace(TACHOBOT, cpus=[3]))
     assert look("isolated-processors", machine).status is Severity.OK
     machine = replace(machine, demands=replace(TACHOBOT, cpus=[1]))
-    assert "isolcpus=1 nohz_full=1" in (look("isolated-processors", machine).mend or "")
+    assert "isolcpus=1 nohz_full=1" in (look("isolated-processors", machine).fix or "")
 
 
 def test_the_voltage_monitor_tells_where_the_firmware_does_not(tmp_path: Path, look: Look) -> None:

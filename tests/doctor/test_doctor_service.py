@@ -52,7 +52,7 @@ def test_a_run_without_a_guard_is_a_warning(tmp_path: Path, look: Look, state: P
     run = run_under_way(state)
     run.cells[HEARTBEAT] = 10**12
     finding = look("guard", machine)
-    assert (finding.status, finding.mend) == ("warning", "firmware-runtime guard tachobot")
+    assert (finding.status, finding.fix) == ("warning", "firmware-runtime guard tachobot")
     run.cells[GUARD] = 10**12
     assert look("guard", machine).status is Severity.OK
 

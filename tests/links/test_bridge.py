@@ -218,7 +218,7 @@ def test_anything_else_is_no_address(text: str) -> None:
 
 @pytest.mark.parametrize("name", ["a..b", "a" * 64 + ".b"])
 def test_what_can_be_no_name_is_no_address(name: str) -> None:
-    with pytest.raises(ConfigError, match="no name of a computer; expected an address"):
+    with pytest.raises(ConfigError, match="no host name; expected an address"):
         endpoint("--listen", f"{name}:7300")
 
 

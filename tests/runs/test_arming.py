@@ -53,12 +53,12 @@ class Rig:
         return self.executive.cells[ARMED], self.executive.cells[ACKNOWLEDGED]
 
 
-def test_nothing_is_permitted_until_somebody_asks() -> None:
+def test_nothing_is_interlockted_until_somebody_asks() -> None:
     rig = Rig()
     rig.arming.attend(0, 0)
-    assert not rig.arming.permit()
+    assert not rig.arming.interlock()
     assert rig.arming.request(0) == []
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
     assert rig.cells == (1, 0)
 
 
@@ -66,7 +66,7 @@ def test_an_objection_keeps_it_disarmed_and_is_given_as_the_reason() -> None:
     rig = Rig()
     rig.against = "imu is not up yet"
     assert rig.arming.request(0) == ["imu is not up yet"]
-    assert not rig.arming.permit()
+    assert not rig.arming.interlock()
     assert rig.arming.reason == "imu is not up yet"
 
 
@@ -74,7 +74,7 @@ def test_outputs_are_let_through_before_it_is_armed_and_not_armed_if_they_cannot
     rig = Rig()
     rig.failing = BusFault("output_enable: line 17 cannot be set")
     assert rig.arming.request(0) == ["output_enable: line 17 cannot be set"]
-    assert (rig.arming.permit(), rig.arming.reason) == (False, str(rig.failing))
+    assert (rig.arming.interlock(), rig.arming.reason) == (False, str(rig.failing))
     rig.failing = None
     assert rig.arming.request(0) == []
     assert rig.arming.request(0) == []
@@ -97,13 +97,13 @@ def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are
     rig = Rig()
     rig.arming.request(0)
     rig.executive.cells[GENERATION] += 1
-    assert not rig.arming.permit()
+    assert not rig.arming.interlock()
     assert rig.cells == (1, 0)
     rig.arming.attend(0, 0)
     assert (rig.safe, rig.cells) == (1, (0, 1))
     assert "the guard took over" in rig.told[-1]
     assert rig.arming.request(0) == []
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
 
 
 def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed() -> None:
@@ -116,7 +116,7 @@ def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed()
     assert rig.safe == 1
     rig.against = None
     assert rig.arming.request(2) == []
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
 
 
 def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
@@ -137,7 +137,7 @@ def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() 
     assert not rig.arming.armed
     assert (rig.safe, rig.cells) == (1, (0, -3))
     assert rig.arming.request(SECOND) == []
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
 
 
 def test_a_run_that_was_armed_says_that_safe_state_took_its_right() -> None:
@@ -152,10 +152,10 @@ def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -
     rig = Rig(at_start=True, free=True)
     rig.against = "an overrun"
     rig.arming.attend(0, 0)
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
     assert rig.told == []
     rig.executive.cells[GENERATION] = -3
-    assert not rig.arming.permit()
+    assert not rig.arming.interlock()
 
 
 def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
@@ -165,9 +165,9 @@ def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
     monkeypatch.setattr("firmware_runtime.runs.arming.monotonic_ns", lambda: now)
     rig.executive.cells[GUARD] = now - SECOND // 2
     assert rig.arming.request(0) == []
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
     rig.executive.cells[GUARD] -= 1
-    assert not rig.arming.permit()
+    assert not rig.arming.interlock()
     rig.arming.attend(0, 0)
     assert "the guard is gone" in rig.told[-1]
     assert any("the guard is absent" in why for why in rig.arming.request(0))
@@ -201,9 +201,9 @@ def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPat
     assert "the guard is absent" in rig.arming.request(0)[0]
     rig.executive.cells[GUARD] = now - GUARD_PATIENCE
     assert rig.arming.request(0) == []
-    assert rig.arming.permit()
+    assert rig.arming.interlock()
     rig.executive.cells[GUARD] -= 1
-    assert not rig.arming.permit()
+    assert not rig.arming.interlock()
     rig.arming.attend(0, 0)
     assert rig.told[-1] == "disarmed: the guard is gone"
 

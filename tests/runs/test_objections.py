@@ -35,7 +35,7 @@ class Run:
         self.against: list[str] = []
         self._asked_at = asked_at
         self._executive = Executive(model or Robot(), clock, list, configuration)
-        self._executive.attendants.append(self)
+        self._executive.hooks.append(self)
         self._objections = objections_to(self._executive, max_late_percent)
         self._executive.run(asked_at + TENTH)
 

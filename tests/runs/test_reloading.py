@@ -28,7 +28,7 @@ class Rig:
         self.reloading = Reloading(
             board, self.session.robot, executive, Notices(), self.told.append
         )
-        assert self.reloading in executive.attendants
+        assert self.reloading in executive.hooks
 
     def change(self, before: str, after: str) -> None:
         text = self.path.read_text()

@@ -1,4 +1,4 @@
-"""`firmware-runtime doctor [BOARD]`: what on this machine spoils a run, and what mends it."""
+"""`firmware-runtime doctor [BOARD]`: what on this machine spoils a run, and what fixes it."""
 
 import argparse
 import json
@@ -15,7 +15,7 @@ from firmware_runtime.host.doctor.machine import Machine
 from firmware_runtime.host.doctor.registry import examine
 from firmware_runtime.status import Status
 
-SCHEMA = 1
+SCHEMA = 2
 _MARKS = {
     Severity.OK: "ok",
     Severity.NOT_APPLICABLE: "-",
@@ -42,7 +42,7 @@ def add_to(verbs: SubParsers) -> None:
     )
     verb.add_argument("--json", action="store_true", help="print the findings as JSON")
     verb.add_argument(
-        "--verbose", action="store_true", help="say of every check why it matters and what mends it"
+        "--verbose", action="store_true", help="say of every check why it matters and what fixes it"
     )
 
 
@@ -67,7 +67,7 @@ def _as_json(results: Sequence[Result], grade: Severity) -> dict[str, object]:
                 "status": result.finding.status,
                 "seen": result.finding.seen,
                 "why": result.check.why,
-                "mend": result.mend,
+                "fix": result.fix,
             }
             for result in results
         ],
@@ -83,7 +83,7 @@ def _lines(results: Sequence[Result], *, verbose: bool) -> Iterator[str]:
             yield f"  {_MARKS[finding.status]:4}  {result.check.id:24} {finding.seen}"
             if verbose or finding.status.needs_attention:
                 yield f"        why:  {result.check.why}"
-                yield f"        mend: {result.mend}"
+                yield f"        fix: {result.fix}"
         yield ""
     counts = Counter(result.finding.status for result in results)
     listed = ", ".join(f"{counts[status]} {status}" for status in Severity if counts[status])

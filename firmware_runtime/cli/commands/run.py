@@ -127,7 +127,7 @@ def execute(arguments: argparse.Namespace) -> int:
         )
         notices.progress("starts: takes its first step", within)
         if restarts is not None:
-            session.executive.attendants.append(restarts)
+            session.executive.hooks.append(restarts)
         return _run(arguments, session, notices, messages)
 
     return counted(run, path, notices, within)

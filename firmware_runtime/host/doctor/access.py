@@ -33,5 +33,5 @@ def nodes_usable(machine: Machine, nodes: Sequence[str]) -> Finding:
         return ok(f"{', '.join(there)}: may be read and written")
     bad = warning if machine.demands is None else failure
     group = owning_group(machine.files.path(closed[0]))
-    mend = None if group is None else f"sudo usermod -aG {group} $USER, then log in again"
-    return bad(f"{', '.join(closed)}: may not be read and written by this user", mend)
+    fix = None if group is None else f"sudo usermod -aG {group} $USER, then log in again"
+    return bad(f"{', '.join(closed)}: may not be read and written by this user", fix)

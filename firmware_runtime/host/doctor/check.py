@@ -1,4 +1,4 @@
-"""One check: what it is called, why it matters, what mends it, and how to look."""
+"""One check: what it is called, why it matters, what fixes it, and how to look."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from firmware_runtime.host.doctor.machine import Machine
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """`mend` is a command or a line of configuration; a finding may carry a more exact one."""
+    """`fix` is a command or a line of configuration; a finding may carry a more exact one."""
 
     id: str
     why: str
-    mend: str
+    fix: str
     look: Callable[[Machine], Finding]
 
 
@@ -26,6 +26,6 @@ class Result(NamedTuple):
     finding: Finding
 
     @property
-    def mend(self) -> str:
-        """What mends it, as exactly as is known."""
-        return self.finding.mend or self.check.mend
+    def fix(self) -> str:
+        """What fixes it, as exactly as is known."""
+        return self.finding.fix or self.check.fix

@@ -15,37 +15,37 @@ class Severity(StrEnum):
 
     @property
     def needs_attention(self) -> bool:
-        """Whether there is something to mend or to know."""
+        """Whether there is something to fix or to know."""
         return self in {Severity.NOTE, Severity.WARNING, Severity.FAILURE}
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One check's answer, in words; `mend` where it is more exact than the check's own."""
+    """One check's answer, in words; `fix` where it is more exact than the check's own."""
 
     status: Severity
     seen: str
-    mend: str | None = None
+    fix: str | None = None
 
 
 def ok(seen: str) -> Finding:
-    """Nothing to mend."""
+    """Nothing to fix."""
     return Finding(Severity.OK, seen)
 
 
-def note(seen: str, mend: str | None = None) -> Finding:
+def note(seen: str, fix: str | None = None) -> Finding:
     """Worth knowing."""
-    return Finding(Severity.NOTE, seen, mend)
+    return Finding(Severity.NOTE, seen, fix)
 
 
-def warning(seen: str, mend: str | None = None) -> Finding:
+def warning(seen: str, fix: str | None = None) -> Finding:
     """It works, but not as well as it could or not for ever."""
-    return Finding(Severity.WARNING, seen, mend)
+    return Finding(Severity.WARNING, seen, fix)
 
 
-def failure(seen: str, mend: str | None = None) -> Finding:
+def failure(seen: str, fix: str | None = None) -> Finding:
     """A run will fail, or not get what its board asks for."""
-    return Finding(Severity.FAILURE, seen, mend)
+    return Finding(Severity.FAILURE, seen, fix)
 
 
 def not_applicable(reason: str) -> Finding:

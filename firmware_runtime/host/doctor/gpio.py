@@ -26,7 +26,7 @@ def _usable(machine: Machine) -> Finding:
         return not_applicable("no /dev/gpiochip*")
     found = nodes_usable(machine, chips)
     # No board drives a line itself, so this keeps none of them from running.
-    return note(found.seen, found.mend) if found.status.needs_attention else found
+    return note(found.seen, found.fix) if found.status.needs_attention else found
 
 
 CHECKS = (

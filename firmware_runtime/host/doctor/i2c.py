@@ -43,8 +43,8 @@ def _speed(machine: Machine) -> Finding:
     asked = machine.demands.bus_hz if machine.demands else {}
     for node, hz in shown.items():
         if asked.get(node, hz) != hz:
-            mend = f"dtparam=i2c_arm_baudrate={asked[node]} in /boot/firmware/config.txt, restart"
-            return warning(f"{seen}; the board counts on {asked[node]} Hz for {node}", mend)
+            fix = f"dtparam=i2c_arm_baudrate={asked[node]} in /boot/firmware/config.txt, restart"
+            return warning(f"{seen}; the board counts on {asked[node]} Hz for {node}", fix)
     return ok(seen)
 
 

@@ -30,10 +30,10 @@ _LET_TAKE = (
 _NOT_ASKED = "the board asks for no SCHED_FIFO"
 
 
-def _refused(machine: Machine, seen: str, mend: str) -> Finding:
+def _refused(machine: Machine, seen: str, fix: str) -> Finding:
     """A failure for a board that asks for it, else a warning."""
     bad = warning if machine.demands is None else failure
-    return bad(seen, mend.replace("60", str(machine.priority)))
+    return bad(seen, fix.replace("60", str(machine.priority)))
 
 
 def _realtime_limit(machine: Machine) -> Finding:

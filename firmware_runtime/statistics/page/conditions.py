@@ -10,7 +10,7 @@ from firmware_runtime.statistics.page.words import plain
 from firmware_runtime.statistics.refusals import refused
 
 _NEEDS = "; needs "
-"""How a reason tells what would mend it."""
+"""How a reason tells what would fix it."""
 _APART = ("run", "settings")
 
 

@@ -3,7 +3,7 @@
 from typing import Protocol
 
 
-class Attendant(Protocol):
+class Hook(Protocol):
     """Called by the loop when a step is over, and at least every 50 ms."""
 
     def attend(self, now: int, left: int) -> None:

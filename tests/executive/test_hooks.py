@@ -1,4 +1,4 @@
-"""Attendants: called before each wait, with the time that is left to the next event."""
+"""Hooks: called before each wait, with the time that is left to the next event."""
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
@@ -10,11 +10,11 @@ from tests.support.stalling_clock import StallingClock
 
 
 class Diary:
-    """An attendant that keeps when it was called, and what time it was given."""
+    """An hook that keeps when it was called, and what time it was given."""
 
     def __init__(self, run: Run) -> None:
         self.calls: list[tuple[int, int]] = []
-        run.executive.attendants.append(self)
+        run.executive.hooks.append(self)
 
     def attend(self, now: int, left: int) -> None:
         self.calls.append((now, left))

@@ -81,7 +81,7 @@ def test_propellers_are_switched_off_when_leave_is_withdrawn(leave: Leave) -> No
 def test_treads_keep_an_order_until_there_is_leave(leave: Leave) -> None:
     driver = ScriptedDriver()
     bench = bench_of(driver, settings())
-    bench.model.permit = leave  # type: ignore[attr-defined]
+    bench.model.interlock = leave  # type: ignore[attr-defined]
     bench.put(50, right=1, left=1)
     bench.run(500)
     assert [call for call, _ in driver.driven] == [STOP]
@@ -93,7 +93,7 @@ def test_treads_keep_an_order_until_there_is_leave(leave: Leave) -> None:
 def test_moving_treads_are_stopped_and_go_on_with_leave(leave: Leave) -> None:
     driver = ScriptedDriver()
     bench = bench_of(driver, settings())
-    bench.model.permit = leave  # type: ignore[attr-defined]
+    bench.model.interlock = leave  # type: ignore[attr-defined]
     leave.given = True
     bench.put(50, right=1, left=1)
     bench.run(60)
