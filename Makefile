@@ -3,6 +3,8 @@
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make bench  benchmarks against peers; each prints its ratio last
+# make docs   this documentation as a site in build/docs; a link that leads nowhere fails it
+# make pictures  those of README and docs, from runs on this machine (needs chromium)
 # make deb    a Debian package of this checkout in dist/; ARCH=arm64 PYTHON_VERSION=3.13 for others
 # make clean  remove what the others made
 #
@@ -15,7 +17,7 @@ PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
 
-.PHONY: run test suite test-fast lint types vm-test bench deb clean interpreter
+.PHONY: run test suite test-fast lint types vm-test bench docs pictures deb clean interpreter
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed-run
@@ -42,6 +44,13 @@ vm-test: $(VENV)/installed-run
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone
+
+docs: $(VENV)/installed-docs
+	@$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees -b html docs build/docs
+	@echo "docs: build/docs/index.html"
+
+pictures: $(VENV)/installed-run
+	@docs/pictures.sh $(BIN)
 
 deb: $(VENV)/installed-run
 	@$(BIN)/python -m firmware_runtime.host.deployment.debian \
@@ -83,3 +92,8 @@ $(VENV)/installed-bench: pyproject.toml | $(VENV)/bin/python
 	@echo "make: installing firmware-runtime and its benchmark peers into $(VENV)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	@touch $@ $(VENV)/installed-run
+
+$(VENV)/installed-docs: docs/requirements.txt $(VENV)/installed-run
+	@echo "make: installing what makes the documentation into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
+	@touch $@
