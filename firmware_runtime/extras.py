@@ -7,6 +7,9 @@ its folder would replace an editable installation. What the extra lists is on th
 import shlex
 import sys
 from importlib import import_module
+from types import ModuleType
+
+from firmware_runtime.errors import ConfigError
 
 
 def install_command(extra: str) -> str:
@@ -21,3 +24,16 @@ def install_command(extra: str) -> str:
         if f"extra == '{extra}'" in condition.replace('"', "'")
     ]
     return shlex.join([sys.executable, "-m", "pip", "install", *wanted])
+
+
+def module_of_extra(name: str, extra: str) -> ModuleType:
+    """Import a module of this project. Raises ConfigError, with the command, without the extra."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and error.name.startswith("firmware_runtime"):
+            raise
+        raise ConfigError(
+            error.name or name,
+            [f"not installed; expected the extra {extra}: {install_command(extra)}"],
+        ) from error

@@ -5,8 +5,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from drivers.commands.fitting import Fit, fit
-from drivers.commands.probing import ProbedBus, probe_bus, probe_device, probe_machine
+from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
 from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.ecdpp.text import parse_time
+from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 Execute: TypeAlias = Callable[[argparse.Namespace], int]
@@ -76,3 +77,20 @@ def instant(text: str) -> int:
     if at is None:
         raise argparse.ArgumentTypeError(f"{text!r}: expected HH:MM:SS:mmm")
     return at
+
+
+def add_kept(verb: argparse.ArgumentParser) -> None:
+    """Add BOARD or FILE."""
+    verb.add_argument(
+        "kept",
+        metavar="BOARD|FILE",
+        nargs="?",
+        help=f"a board's name, or a statistics file (FILE{SUFFIX}); default: whatever ran last",
+    )
+
+
+def path_of(kept: str | None) -> Path:
+    """The file that is meant. Raises StatisticsFileError when a board has left none."""
+    if kept is not None and (os.sep in kept or kept.endswith(SUFFIX)):
+        return Path(kept)
+    return find_statistics(kept)

@@ -9,7 +9,6 @@ from pathlib import Path
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import instant
 from firmware_runtime.cli.clock import clock_of
-from firmware_runtime.cli.tracing import tracing
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.event_file import Event, read_events
 from firmware_runtime.ecdpp.experiment import Experiment, end_of
@@ -19,6 +18,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
 

@@ -6,12 +6,13 @@ Only the verb that is asked for is imported, so that a robot's start does not wa
 import argparse
 import errno
 import os
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import ModuleType
+from typing import NoReturn
 
-from firmware_runtime.cli.parser import Parser
 from firmware_runtime.cli.readers_gone import (
     OutputError,
     not_printed,
@@ -24,6 +25,7 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.runs.control import ControlError
+from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.trace_file import TraceFileError
 from firmware_runtime.status import Status
@@ -172,3 +174,18 @@ def _hint(error: Exception, parsed: argparse.Namespace) -> str:
 def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
     tell(f"firmware-runtime: {error}{hint}", sys.stderr)
     return status
+
+
+_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)$")
+
+
+class Parser(argparse.ArgumentParser):
+    """Like argparse's, and so are those of its verbs."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and message, with the choice that is like the wrong one; exit with 2."""
+        found = _CHOICE.search(message)
+        if found is not None:
+            word, choices = found.groups()
+            message += did_you_mean(word, re.findall(r"[^\s',]+", choices))
+        super().error(message)

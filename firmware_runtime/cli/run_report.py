@@ -6,9 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from firmware_runtime.cli.chart import chart
+from firmware_runtime.cli.chart import Series, chart
 from firmware_runtime.cli.readers_gone import tell
-from firmware_runtime.cli.series import Series
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session

@@ -2,15 +2,15 @@
 
 import argparse
 import json
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import Execute, SubParsers, add_verb
 from firmware_runtime.cli.board_name import add_board_name
-from firmware_runtime.cli.service_errors import explained
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.host.installation.errors import StepFailed
+from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import GUARD, RUNTIME, instance
 from firmware_runtime.host.installation.states import UnitState, state_of
 from firmware_runtime.host.installation.target import require_systemd, target
@@ -112,3 +112,22 @@ def _summary_or_reason(board: str) -> str:
         return _summary(board)
     except StatisticsFileError as error:
         return str(error)
+
+
+def explained(execute: Execute) -> Execute:
+    """The action, with its errors explained: 2 if nothing was touched, 6 if it was begun."""
+
+    def action(arguments: argparse.Namespace) -> int:
+        try:
+            return execute(arguments)
+        except InstallationRefused as error:
+            return _refuse(error, Status.BAD_INPUT)
+        except StepFailed as error:
+            return _refuse(error, Status.NOTHING_HAPPENED)
+
+    return action
+
+
+def _refuse(error: Exception, status: Status) -> int:
+    print(f"firmware-runtime: {error}", file=sys.stderr)
+    return status

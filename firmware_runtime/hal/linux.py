@@ -13,6 +13,7 @@ Sources: Linux 6.1 drivers/i2c/i2c-dev.c, busses/i2c-bcm2835.c; smbus2 0.6.1.
 """
 
 import errno
+import os
 import threading
 from collections.abc import Sequence
 from fcntl import LOCK_EX, LOCK_NB, flock, ioctl
@@ -147,3 +148,14 @@ def _what_to_do(error: OSError) -> str:
             "adapter does not answer; give the board another bus, or repair the adapter"
         )
     return f"cannot be opened ({error.strerror}); give the board another bus"
+
+
+def check_node(name: str, path: str) -> None:
+    """Open a bus or port and close it again, which moves nothing on its wires. Raises BusAbsent."""
+    try:
+        os.close(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC))
+    except OSError as error:
+        raise BusAbsent(
+            f"{name}: {path} cannot be opened ({error.strerror}); expected a device node that this "
+            "process may read and write"
+        ) from error

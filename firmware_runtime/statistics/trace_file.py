@@ -7,7 +7,8 @@ Anything else is the text that `str` makes of it.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -16,6 +17,8 @@ from typing import Any, Self
 
 import msgspec
 
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.trace import trace
 from firmware_runtime.errors import FirmwareRuntimeError
 
 _encode = msgspec.json.Encoder().encode
@@ -99,3 +102,14 @@ def _named(value: object) -> Iterable[tuple[str, object]] | None:
     if isinstance(value, dict):
         return ((str(key), each) for key, each in value.items())
     return None
+
+
+@contextmanager
+def tracing(simulator: Engine, path: Path | None) -> Iterator[None]:
+    """Write what leaves every port to `path`, if there is one; raises TraceFileError."""
+    if path is None:
+        yield
+        return
+    with TraceFile(path) as file:
+        trace(simulator, file.write)
+        yield

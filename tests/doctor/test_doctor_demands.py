@@ -1,7 +1,7 @@
 """What the doctor compares the machine with comes from the board's own file."""
 
 from firmware_runtime.board import registry
-from firmware_runtime.host.doctor.demands import demands_of
+from firmware_runtime.host.doctor.registry import demands_of
 
 
 def test_demands_of_tachobot() -> None:

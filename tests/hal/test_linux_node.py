@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.hal.errors import BusAbsent
-from firmware_runtime.hal.linux_node import check_node
+from firmware_runtime.hal.linux import check_node
 
 
 def test_a_port_that_may_be_opened_is_left_as_it_was() -> None:

@@ -2,7 +2,7 @@
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
-from firmware_runtime.runs.fault_journal import AGAIN_AFTER, FaultJournal
+from firmware_runtime.runs.reporter import AGAIN_AFTER, FaultJournal
 from firmware_runtime.system.journal import Journal
 
 

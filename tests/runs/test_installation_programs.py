@@ -5,11 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.host.installation import program as programs_of_units
+from firmware_runtime.host.installation import programs as programs_of_units
 from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import PROGRAM
-from firmware_runtime.host.installation.program import checked, own_program, refuse_hidden, runnable
-from firmware_runtime.host.installation.programs import answer, run
+from firmware_runtime.host.installation.programs import (
+    answer,
+    checked,
+    own_program,
+    refuse_hidden,
+    run,
+    runnable,
+)
 from tests.support.recorded_programs import RecordedPrograms
 
 SHELL = "/bin/sh"

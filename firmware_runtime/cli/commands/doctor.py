@@ -9,10 +9,9 @@ from itertools import groupby
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.host.doctor.check import Result
-from firmware_runtime.host.doctor.demands import demands_of
 from firmware_runtime.host.doctor.finding import Severity, worst
 from firmware_runtime.host.doctor.machine import Machine
-from firmware_runtime.host.doctor.registry import examine
+from firmware_runtime.host.doctor.registry import demands_of, examine
 from firmware_runtime.status import Status
 
 SCHEMA = 2

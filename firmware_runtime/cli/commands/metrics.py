@@ -6,8 +6,8 @@ from socketserver import BaseServer
 from threading import Thread
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.extras import module_of_extra
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.paths import all_statistics
 from firmware_runtime.statistics.prometheus.textfile import write_textfile
 from firmware_runtime.status import Status

@@ -12,8 +12,7 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.kept import add_kept, path_of
+from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.errors import StatisticsFileError

@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.kept import add_kept, path_of
+from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.page.page import page
 from firmware_runtime.statistics.reader import read_statistics

@@ -15,7 +15,6 @@ from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.progress_line import Messages, progress_shown
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
 from firmware_runtime.cli.run_report import Report
-from firmware_runtime.cli.tracing import tracing
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
@@ -35,6 +34,7 @@ from firmware_runtime.statistics.spans import spans_path
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import takeovers_path
 from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices

@@ -8,13 +8,12 @@ from pathlib import Path
 from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.board_name import add_board_name
-from firmware_runtime.cli.service_errors import explained
 from firmware_runtime.cli.service_logs import add_logs_to
-from firmware_runtime.cli.service_status import add_status_to, show_status
+from firmware_runtime.cli.service_status import add_status_to, explained, show_status
 from firmware_runtime.host.installation.errors import InstallationRefused
 from firmware_runtime.host.installation.install import Installation
 from firmware_runtime.host.installation.places import GUARD, PROGRAM, RUNTIME, instance
-from firmware_runtime.host.installation.program import checked, own_program, runnable
+from firmware_runtime.host.installation.programs import checked, own_program, runnable
 from firmware_runtime.host.installation.target import Target, target
 from firmware_runtime.host.installation.uninstall import Removal
 from firmware_runtime.status import Status

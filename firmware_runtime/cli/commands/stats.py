@@ -9,8 +9,8 @@ import msgspec
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.commands.perfetto import write_trace
-from firmware_runtime.cli.extras import module_of_extra
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.comparison import difference, merged, same_run
 from firmware_runtime.statistics.file import save
 from firmware_runtime.statistics.paths import find_statistics

@@ -11,7 +11,7 @@ from pathlib import Path
 from select import select
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.extras import module_of_extra
+from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.comparison import difference, same_run
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import find_statistics

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from firmware_runtime.host.doctor.access import nodes_usable
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.held import held_by_others
 from firmware_runtime.host.doctor.machine import Machine
 from firmware_runtime.system import i2c_adapters
+from firmware_runtime.system.holders import Holder, holders
 from firmware_runtime.system.i2c_adapters import Bound
 
 _NO_BUS = "no I2C bus"
@@ -155,3 +155,20 @@ CHECKS = (
         _held,
     ),
 )
+
+
+def held_by_others(machine: Machine, nodes: Sequence[str]) -> Finding:
+    """Who else has one of these nodes open, as far as this user can see."""
+    there = [node for node in nodes if machine.files.exists(node)]
+    if not there:
+        return not_applicable(f"{', '.join(nodes) or 'no node'}: not there")
+    found, hidden = holders(machine.files, there)
+    unseen = f" ({hidden} processes hide their files from this user)" if hidden else ""
+    if not found:
+        return ok(f"{', '.join(there)}: nobody{unseen}")
+    seen = ", ".join(map(_holder_spelled, found))
+    return warning(f"{seen}{unseen}", f"kill {' '.join(str(each.process) for each in found)}")
+
+
+def _holder_spelled(holder: Holder) -> str:
+    return f"{holder.node}: {holder.command} ({holder.process})"

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from firmware_runtime.board.registry import Board, BoardSettings
 from firmware_runtime.host.doctor import (
     clock,
     gpio,
@@ -15,7 +16,7 @@ from firmware_runtime.host.doctor import (
 )
 from firmware_runtime.host.doctor.check import Check, Result
 from firmware_runtime.host.doctor.finding import Finding, not_applicable
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.machine import Demands, Machine
 
 GROUPS: Mapping[str, tuple[Check, ...]] = {
     "scheduling": scheduling.CHECKS,
@@ -45,3 +46,35 @@ def _look(check: Check, machine: Machine) -> Finding:
         return check.look(machine)
     except (OSError, ValueError, LookupError) as error:
         return not_applicable(f"cannot be judged: {type(error).__name__}: {error}")
+
+
+_STRETCHING = ("SRF08", "CMPS12", "MD25")
+"""Chips run by a microcontroller, which may hold the clock low until it has an answer."""
+
+
+def demands_of(board: Board) -> Demands:
+    """Everything the checks compare the machine with."""
+    settings: BoardSettings = board.settings
+    executive = settings.executive
+    nodes = {name: bus.device for name, bus in settings.buses.items()}
+    return Demands(
+        board=board.name,
+        bus_hz={bus.device: round(bus.speed_hz) for bus in settings.buses.values()},
+        addresses={
+            node: [each.address for each in board.devices if each.bus == name]
+            for name, node in nodes.items()
+        },
+        stretching={
+            node: [
+                each.chip.lower()
+                for each in board.devices
+                if each.bus == name and each.chip in _STRETCHING
+            ]
+            for name, node in nodes.items()
+        },
+        ports=[port.device for port in board.ports.values()],
+        fifo_priority=executive.fifo_priority,
+        lock_memory=executive.lock_memory,
+        cpus=executive.cpus,
+        keep_cpu_awake=executive.keep_cpu_awake,
+    )

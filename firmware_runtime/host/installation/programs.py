@@ -1,10 +1,17 @@
 """Programs of the system that an installation runs: each is shown, and each failure explained."""
 
+import os
+import re
 import shlex
 import subprocess
-from collections.abc import Callable, Sequence
+import sys
+import sysconfig
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 
-from firmware_runtime.host.installation.errors import StepFailed
+import firmware_runtime
+from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
+from firmware_runtime.host.installation.places import PROGRAM
 
 Words = Sequence[str]
 
@@ -29,3 +36,43 @@ def answer(words: Words) -> str:
         said = " ".join(done.stderr.split()) or "it said nothing"
         raise StepFailed(f"{shlex.join(words)}: ended with status {done.returncode}: {said}")
     return done.stdout
+
+
+HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")  # noqa: S108 -- nothing is put there
+"""What ProtectHome= and PrivateTmp= hide."""
+_PLAIN = re.compile(r"/[A-Za-z0-9_.+@%/-]+")
+_REMEDY = f"install it into {Path(PROGRAM).parents[1]}, or name another program with --program PATH"
+
+
+def own_program() -> str:
+    """The installed program of this interpreter. Raises InstallationRefused."""
+    program = Path(sysconfig.get_path("scripts"), "firmware-runtime")
+    refuse_hidden([program, Path(sys.executable).resolve(), Path(firmware_runtime.__file__)])
+    return runnable(str(program))
+
+
+def runnable(program: str) -> str:
+    """This program, which is there and can be run. Raises InstallationRefused."""
+    if not os.access(program, os.X_OK):
+        raise InstallationRefused(f"{program}: is no program that can be run; {_REMEDY}")
+    return checked(program)
+
+
+def checked(program: str) -> str:
+    """This program, whose path can stand in a unit. Raises InstallationRefused."""
+    if _PLAIN.fullmatch(program) is None:
+        raise InstallationRefused(
+            f"{program!r}: cannot stand in a unit; expected an absolute path without spaces"
+        )
+    refuse_hidden([Path(program)])
+    return program
+
+
+def refuse_hidden(parts: Iterable[Path]) -> None:
+    """Raise InstallationRefused if a service would not see one of these."""
+    for part in parts:
+        for hidden in HIDDEN:
+            if part.is_relative_to(hidden):
+                raise InstallationRefused(
+                    f"{part}: lies below {hidden}, which is hidden from a service; {_REMEDY}"
+                )
