@@ -10,8 +10,9 @@ from statistics import median
 from typing import Any
 
 from benchmarks.loop_process import LoopError, Running, seconds_of_python, tachobot
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STEPS
-from firmware_runtime.statistics.spans import read_spans, spans_path
+from firmware_runtime.statistics.spans import read_spans
 from firmware_runtime.statistics.statistics import Statistics
 
 GOAL_S = 0.4
@@ -72,5 +73,5 @@ def _start(directory: Path, assignments: tuple[str, ...] = ()) -> float:
 
 def _first_step(running: Running) -> float:
     statistics = running.read_when(lambda statistics: statistics.cells[STEPS] > 0)
-    ended = first_step_ended(statistics, spans_path(running.statistics))
+    ended = first_step_ended(statistics, Companion.SPANS.beside(running.statistics))
     return (ended - running.spawned_at) / 1e9

@@ -26,8 +26,8 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.spans import spans_path
 
 WARM_UP = 200
 """Steps before the clock is looked at."""
@@ -83,7 +83,7 @@ class AccountedStep:
         instruments.attach(simulator)
         path = settings.statistics_path
         if instruments.recorder is not None and path is not None:
-            instruments.recorder.open(spans_path(path))
+            instruments.recorder.open(Companion.SPANS.beside(path))
         header = {"models": instruments.models(), "conditions": {}}
         file = StatisticsFile(instruments.layout(), header, path)
         self.statistics = file.statistics

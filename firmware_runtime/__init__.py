@@ -1,1 +1,269 @@
-"""Runs DEVS models as the firmware of a robot: formalism, executive, hardware words, telemetry."""
+"""Runs DEVS models as the firmware of a robot: formalism, executive, hardware words, statistics.
+
+This is the front door. What a user needs to write and run a model can be imported from here:
+
+    from firmware_runtime import SECOND, Atomic, Coupled, VirtualClock, run
+
+Each name is loaded from the room where it is defined when it is first asked for, so importing this
+package costs next to nothing and no name pays for another. Below these names there are the rooms
+(`devs`, `models`, `hal`, `executive`, ...); each says what it is for. Only the names in `__all__`
+are kept stable.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from firmware_runtime.board.ending import Ending
+    from firmware_runtime.board.faults import Device
+    from firmware_runtime.board.lines import Lines
+    from firmware_runtime.board.robot import Robot
+    from firmware_runtime.devs.atomic import Atomic
+    from firmware_runtime.devs.classic import ClassicSimulator
+    from firmware_runtime.devs.component import Component
+    from firmware_runtime.devs.coupled import Coupled
+    from firmware_runtime.devs.errors import (
+        CouplingError,
+        IllegitimateModel,
+        ModelError,
+        ModelFailure,
+        ModelTimeError,
+        OutputChangedState,
+        PortTypeError,
+        SelectError,
+        SentOutsideOutput,
+        TimeAdvanceError,
+    )
+    from firmware_runtime.devs.listening import Listening
+    from firmware_runtime.devs.ports import InPort, OutPort
+    from firmware_runtime.devs.simulator import Simulator
+    from firmware_runtime.devs.time import (
+        MICROSECOND,
+        MILLISECOND,
+        NANOSECOND,
+        NEVER,
+        SECOND,
+        format_time,
+        seconds,
+    )
+    from firmware_runtime.devs.trace import trace
+    from firmware_runtime.devs.tree import tree
+    from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, SettingError
+    from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
+    from firmware_runtime.executive.configuration import Configuration
+    from firmware_runtime.executive.deadlines import PathDeadline
+    from firmware_runtime.executive.inbox import Inbox, Source
+    from firmware_runtime.executive.loop import Executive
+    from firmware_runtime.executive.outcome import Outcome
+    from firmware_runtime.executive.policy import ActivationPolicy
+    from firmware_runtime.executive.process import ProcessSettings
+    from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+    from firmware_runtime.hal.enable_line import EnableLine
+    from firmware_runtime.hal.errors import (
+        AddressInUse,
+        ArbitrationLost,
+        BusAbsent,
+        BusFault,
+        BusInUse,
+        BusTimeout,
+        HalError,
+        NoAcknowledge,
+        NotReady,
+        PortClosed,
+        WrongDevice,
+    )
+    from firmware_runtime.hal.fault import Fault
+    from firmware_runtime.hal.i2c import I2cBus, Message
+    from firmware_runtime.hal.interlock import Interlock, always_enabled
+    from firmware_runtime.hal.serial import SerialPort
+    from firmware_runtime.models.delay import Delay
+    from firmware_runtime.models.motion import Motion
+    from firmware_runtime.models.pid import Pid, PidGains
+    from firmware_runtime.models.state_diagram import StateDiagram
+    from firmware_runtime.models.state_table import Arrow, State, StateTableError
+    from firmware_runtime.statistics.errors import StatisticsFileError
+    from firmware_runtime.statistics.reader import read_statistics
+    from firmware_runtime.statistics.statistics import RunState, Statistics
+
+_WHERE: Final = {
+    # To write models
+    "Atomic": "devs.atomic",
+    "Component": "devs.component",
+    "Coupled": "devs.coupled",
+    "InPort": "devs.ports",
+    "OutPort": "devs.ports",
+    "Delay": "models.delay",
+    "Motion": "models.motion",
+    "Pid": "models.pid",
+    "PidGains": "models.pid",
+    "StateDiagram": "models.state_diagram",
+    "Arrow": "models.state_table",
+    "State": "models.state_table",
+    # Time, integer nanoseconds
+    "MICROSECOND": "devs.time",
+    "MILLISECOND": "devs.time",
+    "NANOSECOND": "devs.time",
+    "NEVER": "devs.time",
+    "SECOND": "devs.time",
+    "format_time": "devs.time",
+    "seconds": "devs.time",
+    # To run them
+    "ClassicSimulator": "devs.classic",
+    "Listening": "devs.listening",
+    "Simulator": "devs.simulator",
+    "trace": "devs.trace",
+    "tree": "devs.tree",
+    "Clock": "executive.clocks",
+    "MonotonicClock": "executive.clocks",
+    "ScaledClock": "executive.clocks",
+    "VirtualClock": "executive.clocks",
+    "Configuration": "executive.configuration",
+    "PathDeadline": "executive.deadlines",
+    "Inbox": "executive.inbox",
+    "Source": "executive.inbox",
+    "Executive": "executive.loop",
+    "Outcome": "executive.outcome",
+    "ActivationPolicy": "executive.policy",
+    "ProcessSettings": "executive.process",
+    "read_statistics": "statistics.reader",
+    "RunState": "statistics.statistics",
+    "Statistics": "statistics.statistics",
+    # To speak to chips, and to make a robot of them
+    "Ending": "board.ending",
+    "Device": "board.faults",
+    "Lines": "board.lines",
+    "Robot": "board.robot",
+    "BusLoad": "hal.budget",
+    "PeriodicTransaction": "hal.budget",
+    "EnableLine": "hal.enable_line",
+    "Fault": "hal.fault",
+    "I2cBus": "hal.i2c",
+    "Message": "hal.i2c",
+    "Interlock": "hal.interlock",
+    "always_enabled": "hal.interlock",
+    "SerialPort": "hal.serial",
+    # Errors, by who must act
+    "CouplingError": "devs.errors",
+    "IllegitimateModel": "devs.errors",
+    "ModelError": "devs.errors",
+    "ModelFailure": "devs.errors",
+    "ModelTimeError": "devs.errors",
+    "OutputChangedState": "devs.errors",
+    "PortTypeError": "devs.errors",
+    "SelectError": "devs.errors",
+    "SentOutsideOutput": "devs.errors",
+    "TimeAdvanceError": "devs.errors",
+    "ConfigError": "errors",
+    "FirmwareRuntimeError": "errors",
+    "SettingError": "errors",
+    "AddressInUse": "hal.errors",
+    "ArbitrationLost": "hal.errors",
+    "BusAbsent": "hal.errors",
+    "BusFault": "hal.errors",
+    "BusInUse": "hal.errors",
+    "BusTimeout": "hal.errors",
+    "HalError": "hal.errors",
+    "NoAcknowledge": "hal.errors",
+    "NotReady": "hal.errors",
+    "PortClosed": "hal.errors",
+    "WrongDevice": "hal.errors",
+    "StateTableError": "models.state_table",
+    "StatisticsFileError": "statistics.errors",
+}
+"""The room and module of each public name, below this package."""
+
+__all__ = [
+    "MICROSECOND",
+    "MILLISECOND",
+    "NANOSECOND",
+    "NEVER",
+    "SECOND",
+    "ActivationPolicy",
+    "AddressInUse",
+    "ArbitrationLost",
+    "Arrow",
+    "Atomic",
+    "BusAbsent",
+    "BusFault",
+    "BusInUse",
+    "BusLoad",
+    "BusTimeout",
+    "ClassicSimulator",
+    "Clock",
+    "Component",
+    "ConfigError",
+    "Configuration",
+    "Coupled",
+    "CouplingError",
+    "Delay",
+    "Device",
+    "EnableLine",
+    "Ending",
+    "Executive",
+    "Fault",
+    "FirmwareRuntimeError",
+    "HalError",
+    "I2cBus",
+    "IllegitimateModel",
+    "InPort",
+    "Inbox",
+    "Interlock",
+    "Lines",
+    "Listening",
+    "Message",
+    "ModelError",
+    "ModelFailure",
+    "ModelTimeError",
+    "MonotonicClock",
+    "Motion",
+    "NoAcknowledge",
+    "NotReady",
+    "OutPort",
+    "Outcome",
+    "OutputChangedState",
+    "PathDeadline",
+    "PeriodicTransaction",
+    "Pid",
+    "PidGains",
+    "PortClosed",
+    "PortTypeError",
+    "ProcessSettings",
+    "Robot",
+    "RunState",
+    "ScaledClock",
+    "SelectError",
+    "SentOutsideOutput",
+    "SerialPort",
+    "SettingError",
+    "Simulator",
+    "Source",
+    "State",
+    "StateDiagram",
+    "StateTableError",
+    "Statistics",
+    "StatisticsFileError",
+    "TimeAdvanceError",
+    "VirtualClock",
+    "WrongDevice",
+    "always_enabled",
+    "format_time",
+    "read_statistics",
+    "seconds",
+    "trace",
+    "tree",
+]
+
+
+if not TYPE_CHECKING:  # with it, type checkers would take any name for a public one
+
+    def __getattr__(name: str) -> object:
+        """Load a public name from the module that defines it."""
+        if name not in _WHERE:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found: object = getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
+        globals()[name] = found
+        return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,1 +1,6 @@
-"""A board: entry points, settings, checks, bus budget, and the robot it builds."""
+"""What a board is: its settings, its checks, its bus budget and the robot they make.
+
+A board comes from any package by an entry point. `registry` finds and reads it, `strict` and
+`variants` refuse what its file may not say, `faults` and `lines` are what its definition works
+with, and `robot` is what its wiring returns. Nothing here runs anything; that is `runs`.
+"""

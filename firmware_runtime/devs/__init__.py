@@ -1,1 +1,7 @@
-"""The formalism: Parallel and classic DEVS. No clock, no I/O, no threads."""
+"""The formalism: Parallel DEVS, and classic DEVS with Select. No clock, no I/O, no threads.
+
+Here are the models (`atomic`, `coupled`, `ports`), the two simulators (`simulator`, `classic`) on
+what they share (`engine`, `agenda`, `delivery`, `wiring`), and what watches them: `checked`,
+`listening`, `trace`. A simulator works off one instant after the other; who waits in between is
+the executive.
+"""

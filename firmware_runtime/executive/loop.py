@@ -50,11 +50,11 @@ from firmware_runtime.executive.readiness import Readiness
 from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import ELAPSED, YIELDED
 from firmware_runtime.statistics.refusals import as_they_hold
-from firmware_runtime.statistics.spans import spans_path
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.timeline import Lately
 
@@ -261,10 +261,10 @@ class Executive:
             **self._configuration.conditions,
         }
         if instruments.recorder is not None:
-            instruments.recorder.open(None if path is None else spans_path(path))
+            instruments.recorder.open(None if path is None else Companion.SPANS.beside(path))
         elif path is not None:
             with suppress(OSError):  # of a run before this one; a missing folder is the next fault
-                spans_path(path).unlink()
+                Companion.SPANS.beside(path).unlink()
         header = {
             "models": instruments.models(),
             "clock_speed": self.clock.speed,

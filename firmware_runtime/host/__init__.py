@@ -1,1 +1,5 @@
-"""Everything done to the machine a robot runs on: doctor, installation, deployment."""
+"""What is done to the machine that a robot runs on, before and after it runs.
+
+`doctor` examines it, `installation` makes a service of a board on it, `deployment` brings the
+program to another one.
+"""

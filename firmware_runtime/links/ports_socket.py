@@ -33,18 +33,12 @@ from firmware_runtime.links.socket_file import SocketFile
 from firmware_runtime.links.taps import Taps
 from firmware_runtime.links.watchers import PATIENCE, Address, Watchers
 
-SUFFIX: Final = ".ports"
 AT_ONCE: Final = 8
 """How many datagrams are read in one pass of the loop."""
 ROOM: Final = 64
 """How many answers may wait to be sent."""
 RESERVE: Final = 200 * MICROSECOND
 """Nothing more is told when the next event is as near as this, ns."""
-
-
-def ports_path(statistics: Path) -> Path:
-    """Where the ports of a run are that keeps its statistics at this path."""
-    return statistics.with_suffix(SUFFIX)
 
 
 @dataclass(slots=True)

@@ -1,1 +1,6 @@
-"""What makes a run a service: arming, the guard, notices to systemd, the journal, installation."""
+"""One run put together: a robot's session, who may drive its outputs, what others may ask of it.
+
+`session` makes lines, robot and executive of a board, and every way to run one goes through it.
+`arming` decides whether outputs may be driven, `guard` and `safe_state` switch them off from
+another process, `control` takes requests, `reporter` and `restarts` speak to systemd.
+"""

@@ -19,7 +19,6 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.socket_file import SocketFile
 
-SUFFIX = ".control"
 PATIENCE_S = 5.0
 """How long a request waits for its answer."""
 _LONGEST = 4096
@@ -29,11 +28,6 @@ Answer: TypeAlias = dict[str, Any]
 
 class ControlError(FirmwareRuntimeError):
     """A run cannot be spoken to."""
-
-
-def control_path(statistics: Path) -> Path:
-    """Where a run listens that keeps its statistics at this path."""
-    return statistics.with_suffix(SUFFIX)
 
 
 class ControlSocket:

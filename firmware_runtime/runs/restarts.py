@@ -22,10 +22,10 @@ from typing import Annotated, Final
 import msgspec
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.system.process_identity import boot_id
 from firmware_runtime.system.whole_file import read_file, replace_file
 
-SUFFIX: Final = ".starts"
 HEALTHY_AFTER: Final = 60 * SECOND
 FIRST_PAUSE: Final = SECOND // 2
 """`RestartSec=` of the unit, ns: what systemd waits before any start but the first."""
@@ -45,11 +45,6 @@ class Starts(msgspec.Struct, frozen=True):
     at_ns: Annotated[int, msgspec.Meta(ge=0)]
 
 
-def starts_path(statistics: Path) -> Path:
-    """Where the starts of the run with these statistics are counted."""
-    return statistics.with_suffix(SUFFIX)
-
-
 def pause_after(failed: int) -> int:
     """Ns from the end of one start to the next, after so many that failed in a row."""
     return min(FIRST_PAUSE << min(max(failed - 1, 0), 16), LONGEST_PAUSE)
@@ -58,7 +53,7 @@ def pause_after(failed: int) -> int:
 def read_starts(statistics: Path) -> Starts | None:
     """Those of this boot; None where none are counted, or what is there is no such file."""
     try:
-        found = msgspec.json.decode(read_file(starts_path(statistics)), type=Starts)
+        found = msgspec.json.decode(read_file(Companion.STARTS.beside(statistics)), type=Starts)
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return None
     boots = {found.boot_id, boot_id()} - {""}  # empty where a service may not see it
@@ -81,7 +76,7 @@ class Restarts:
 
     def begin(self) -> None:
         """Count this start as failed until it is forgotten. Raises OSError."""
-        path = starts_path(self._statistics)
+        path = Companion.STARTS.beside(self._statistics)
         path.parent.mkdir(parents=True, exist_ok=True)
         starts = Starts(boot_id(), self.failed, monotonic_ns())
         replace_file(path, msgspec.json.encode(starts), _MODE)
@@ -89,7 +84,7 @@ class Restarts:
     def forget(self) -> None:
         """This start was good, and those before it do not count any more. Raises OSError."""
         self._healthy_at = NEVER
-        starts_path(self._statistics).unlink(missing_ok=True)
+        Companion.STARTS.beside(self._statistics).unlink(missing_ok=True)
 
     def attend(self, now: int, left: int) -> None:
         """Forget the starts that failed once the run has lasted, when there is time for it."""

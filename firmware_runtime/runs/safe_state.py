@@ -15,7 +15,7 @@ from time import monotonic_ns
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.runs.control import control_path, post
+from firmware_runtime.runs.control import post
 from firmware_runtime.runs.outputs import Outputs, switched_off
 from firmware_runtime.runs.runs_under_way import (
     holders_of,
@@ -26,6 +26,7 @@ from firmware_runtime.runs.runs_under_way import (
 )
 from firmware_runtime.runs.settings_in_force import kept_settings
 from firmware_runtime.runs.watched_run import WatchedRun
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.system.holders import Holder
 
@@ -124,7 +125,7 @@ class SwitchingOff:
         try:
             run = run_at(file, self._places)
         except StatisticsFileError:  # none; or of another version, which can be asked at least
-            post(control_path(name), "disarm")
+            post(Companion.CONTROL.beside(name), "disarm")
             return
         if run is None:
             return
@@ -133,7 +134,7 @@ class SwitchingOff:
             self._runs[pid].close()
         self._runs[pid] = run
         if not run.take_right(asked_for=True):
-            post(control_path(name), "disarm")
+            post(Companion.CONTROL.beside(name), "disarm")
         self._add_kept(name)
 
     def _add_kept(self, statistics: Path) -> None:

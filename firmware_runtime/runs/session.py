@@ -25,15 +25,16 @@ from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.links.ports_socket import PortsSocket, ports_path
+from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming
-from firmware_runtime.runs.control import Answer, ControlSocket, control_path
+from firmware_runtime.runs.control import Answer, ControlSocket
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.prearm_checks import objections_to
 from firmware_runtime.runs.rigs import rig_for, served_doubles
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
+from firmware_runtime.statistics.companions import Companion
 
 
 class Session:
@@ -78,7 +79,7 @@ class Session:
         self.robot: Robot = board.build(self._lines)
         self._ports: PortsSocket | None = None
         if statistics_path is not None and isinstance(clock, MonotonicClock):
-            self._ports = PortsSocket(ports_path(statistics_path), self.robot.model)
+            self._ports = PortsSocket(Companion.PORTS.beside(statistics_path), self.robot.model)
         if self.rig is not None:
             self.rig.attach(self.robot.model)
         self._executive = Executive(
@@ -176,7 +177,9 @@ class Session:
         def disarm() -> Answer:
             return {"not_safe": arming.disarm("asked for"), "armed": arming.armed}
 
-        return ControlSocket(control_path(statistics_path), {"arm": arm, "disarm": disarm})
+        return ControlSocket(
+            Companion.CONTROL.beside(statistics_path), {"arm": arm, "disarm": disarm}
+        )
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:

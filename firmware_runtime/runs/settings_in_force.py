@@ -14,21 +14,15 @@ from pathlib import Path
 from firmware_runtime.board import registry
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.paths import SUFFIX as STATISTICS_SUFFIX
+from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
-
-SUFFIX = ".settings"
-
-
-def settings_path(statistics: Path) -> Path:
-    """Where the run with these statistics keeps its settings."""
-    return statistics.with_suffix(SUFFIX)
 
 
 def keep_settings(board: Board, statistics: Path) -> None:
     """Keep a board's settings; the file is whole at any instant. Raises StatisticsFileError."""
-    path = settings_path(statistics)
+    path = Companion.SETTINGS.beside(statistics)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, registry.kept_table(board).encode(), OWN_AND_GROUP)
@@ -41,7 +35,7 @@ def kept_settings(statistics: Path | None) -> Board | None:
     if statistics is None:
         return None
     try:
-        return registry.load_table(settings_path(statistics))
+        return registry.load_table(Companion.SETTINGS.beside(statistics))
     except ConfigError:
         return None
 
@@ -49,9 +43,9 @@ def kept_settings(statistics: Path | None) -> Board | None:
 def kept_for(board: str, directories: Iterable[Path]) -> list[Path]:
     """The statistics of the runs in these directories whose settings came from this file."""
     return [
-        path.with_suffix(STATISTICS_SUFFIX)
+        path.with_suffix(SUFFIX)
         for directory in directories
-        for path in sorted(directory.glob(f"*{SUFFIX}"))
+        for path in sorted(directory.glob(f"*{Companion.SETTINGS}"))
         if registry.is_kept_of(path, board)
     ]
 
@@ -60,4 +54,4 @@ def forget_settings(statistics: Path | None) -> None:
     """To be called when all outputs are off; what may not be removed stays, to be switched off."""
     if statistics is not None:
         with suppress(OSError):
-            settings_path(statistics).unlink()
+            Companion.SETTINGS.beside(statistics).unlink()

@@ -18,13 +18,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import save
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.perfetto import chrome_trace, the_last
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import read_spans, spans_path
+from firmware_runtime.statistics.spans import read_spans
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.takeovers import takeovers_of
 
@@ -162,7 +163,7 @@ class _Run:
         self._takeovers = takeovers
 
     def _take_trace(self, kind: str, trigger: Late | None) -> None:
-        spans = spans_path(self._kept)
+        spans = Companion.SPANS.beside(self._kept)
         if self._traces >= MOST_TRACES or not spans.is_file():
             return
         self._traces += 1

@@ -19,7 +19,6 @@ from firmware_runtime.statistics.mapped_file import Kind
 from firmware_runtime.statistics.reader import settle
 from firmware_runtime.system.process_identity import this_process
 
-SUFFIX = ".spans"
 TRACKS = ("waking", "step", "garbage")
 """The first tracks of every file; those of the models follow."""
 WAKING, STEP, GARBAGE, MODELS = range(4)
@@ -56,11 +55,6 @@ class SpanRing:
         self._sequence = sequence = self._sequence + 1
         place = sequence * _ROW.size % self._size
         _ROW.pack_into(self._bytes, place, sequence << _TRACK_BITS | track, begin, end, sequence)
-
-
-def spans_path(statistics: Path) -> Path:
-    """Where the flight recorder writes, for a run with its statistics at this path."""
-    return statistics.with_suffix(SUFFIX)
 
 
 def read_spans(path: Path) -> list[Recorded]:

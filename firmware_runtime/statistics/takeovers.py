@@ -16,10 +16,10 @@ from typing import Any
 
 import msgspec
 
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.system.whole_file import OWN_AND_GROUP, read_file, replace_file
 
 KEPT = 100
-SUFFIX = ".guard"
 
 
 class Takeover(msgspec.Struct):
@@ -43,7 +43,7 @@ class TakeoverFile:
     """Keeps them across guards. A file that is no such file is begun anew."""
 
     def __init__(self, statistics: Path) -> None:
-        self._path = takeovers_path(statistics)
+        self._path = Companion.TAKEOVERS.beside(statistics)
         self._kept = deque(read_takeovers(statistics), KEPT)
 
     def write(self, takeover: Takeover) -> None:
@@ -55,15 +55,10 @@ class TakeoverFile:
         replace_file(self._path, b"".join(lines), OWN_AND_GROUP)
 
 
-def takeovers_path(statistics: Path) -> Path:
-    """Where the guard of the run with these statistics notes what it did."""
-    return statistics.with_suffix(SUFFIX)
-
-
 def read_takeovers(statistics: Path) -> list[Takeover]:
     """Those that are kept, oldest first; none where there is no such file."""
     try:
-        lines = read_file(takeovers_path(statistics)).splitlines()
+        lines = read_file(Companion.TAKEOVERS.beside(statistics)).splitlines()
         return [msgspec.json.decode(line, type=Takeover) for line in lines]
     except (OSError, ValueError, RecursionError):  # msgspec's errors are ValueErrors
         return []

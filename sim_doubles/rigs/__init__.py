@@ -1,1 +1,1 @@
-"""Benches: a board's chips as doubles on their buses, tied to its world. Known to the CLI alone."""
+"""Rigs: a board's chips as doubles on their buses, tied to its world; found by entry point."""

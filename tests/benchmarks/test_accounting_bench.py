@@ -21,9 +21,10 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import read_spans, spans_path
+from firmware_runtime.statistics.spans import read_spans
 from tests.support.periodic_models import Robot
 
 
@@ -43,7 +44,7 @@ def test_a_step_put_together_is_accounted_like_one_of_the_executive(
     for each in (put_together, executive):
         assert each["scheduled"] == each["run"] + each["skipped"] + each["coalesced"]
         assert each["conditions"]["run"]["steps"] == 20
-    assert spans_path(tmp_path / "tickers.stats").exists() == recorded
+    assert Companion.SPANS.beside(tmp_path / "tickers.stats").exists() == recorded
 
 
 def test_the_stopwatch_counts_the_steps_after_those_left_out() -> None:
@@ -122,10 +123,10 @@ def test_the_first_step_is_found_on_the_clock_of_the_machine(tmp_path: Path) -> 
     begun = monotonic_ns()
     run_of_a_robot(path, 4096)
     statistics = read_statistics(path)
-    ended = first_step_ended(statistics, spans_path(path))
-    last = [each for each in read_spans(spans_path(path)) if each.track == "step"][-1]
+    ended = first_step_ended(statistics, Companion.SPANS.beside(path))
+    last = [each for each in read_spans(Companion.SPANS.beside(path)) if each.track == "step"][-1]
     assert begun < ended < monotonic_ns()
-    assert ended < first_step_ended(statistics, spans_path(path)) + last.end_ns
+    assert ended < first_step_ended(statistics, Companion.SPANS.beside(path)) + last.end_ns
 
 
 def test_a_first_step_that_was_overwritten_is_not_made_up(tmp_path: Path) -> None:
@@ -134,7 +135,7 @@ def test_a_first_step_that_was_overwritten_is_not_made_up(tmp_path: Path) -> Non
     statistics = read_statistics(path)
     assert 8 < statistics.cells[STEPS] <= 21
     with pytest.raises(LoopError, match="first step is no longer recorded"):
-        first_step_ended(statistics, spans_path(path))
+        first_step_ended(statistics, Companion.SPANS.beside(path))
 
 
 @pytest.mark.slow

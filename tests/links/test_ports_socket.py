@@ -11,9 +11,10 @@ import pytest
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket, ports_path
+from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket
 from firmware_runtime.links.watchers import MOST, PATIENCE
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.statistics.companions import Companion
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.ports_rig import PortsRig
 
@@ -284,7 +285,7 @@ def test_its_mode_follows_the_umask_and_never_lets_everybody_in(
 
 
 def test_it_is_beside_the_statistics_and_removed_at_the_end(tmp_path: Path, robot: Robot) -> None:
-    path = ports_path(tmp_path / "robot.stats")
+    path = Companion.PORTS.beside(tmp_path / "robot.stats")
     assert path == tmp_path / "robot.ports"
     ports = PortsSocket(path, robot)
     assert path.is_socket()

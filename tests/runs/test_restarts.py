@@ -18,8 +18,8 @@ from firmware_runtime.runs.restarts import (
     Restarts,
     pause_after,
     read_starts,
-    starts_path,
 )
+from firmware_runtime.statistics.companions import Companion
 
 
 @pytest.fixture
@@ -59,14 +59,14 @@ def test_what_a_start_left_is_read_by_others(statistics: Path) -> None:
     starts = read_starts(statistics)
     assert starts is not None
     assert starts.failed == 2
-    assert starts_path(statistics).stat().st_mode & 0o777 == 0o640
+    assert Companion.STARTS.beside(statistics).stat().st_mode & 0o777 == 0o640
 
 
 def test_a_run_that_lasted_a_minute_begins_the_count_again(statistics: Path) -> None:
     last = failing(statistics, 5)
     last.attend(HEALTHY_AFTER - 1, SECOND)
     last.attend(HEALTHY_AFTER, 0)
-    assert starts_path(statistics).exists()
+    assert Companion.STARTS.beside(statistics).exists()
     last.attend(HEALTHY_AFTER + 1, SECOND)
     assert Restarts(statistics).failed == 0
 
@@ -88,7 +88,7 @@ def test_a_start_of_long_ago_says_nothing(
 
 def test_starts_of_another_boot_do_not_count(statistics: Path) -> None:
     failing(statistics, 3)
-    path = starts_path(statistics)
+    path = Companion.STARTS.beside(statistics)
     kept = json.loads(path.read_text())
     path.write_text(json.dumps({**kept, "boot_id": "another"}))
     assert Restarts(statistics).failed == 0
@@ -98,7 +98,7 @@ def test_starts_of_another_boot_do_not_count(statistics: Path) -> None:
 
 def test_a_service_that_cannot_see_which_boot_it_is_counts_all_the_same(statistics: Path) -> None:
     failing(statistics, 3)
-    path = starts_path(statistics)
+    path = Companion.STARTS.beside(statistics)
     path.write_text(json.dumps({**json.loads(path.read_text()), "boot_id": ""}))
     assert Restarts(statistics).failed == 3
 
@@ -106,5 +106,5 @@ def test_a_service_that_cannot_see_which_boot_it_is_counts_all_the_same(statisti
 @pytest.mark.parametrize("content", [b"", b"[]", b"{}", b"\xff", b"[" * 3000, b'{"failed": -1}'])
 def test_what_is_no_such_file_is_none(statistics: Path, content: bytes) -> None:
     statistics.parent.mkdir()
-    starts_path(statistics).write_bytes(content)
+    Companion.STARTS.beside(statistics).write_bytes(content)
     assert Restarts(statistics).failed == 0

@@ -9,11 +9,12 @@ import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import file as statistics_file
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.recorder import MOST_TRACES, QUIET, SAVE_EVERY, Recorder
-from firmware_runtime.statistics.spans import SpanRing, spans_path
+from firmware_runtime.statistics.spans import SpanRing
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
 from firmware_runtime.system.process_identity import this_process
@@ -41,7 +42,7 @@ class Rig:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(statistics_file, "this_process", lambda: self.writer)
             run = WrittenRun(path=self.kept, board="robot")
-        SpanRing(["imu"], 64, spans_path(self.kept)).record(1, 0, MILLISECOND)
+        SpanRing(["imu"], 64, Companion.SPANS.beside(self.kept)).record(1, 0, MILLISECOND)
         end_of_section(run)
         return run
 

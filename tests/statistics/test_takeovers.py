@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.takeovers import (
     KEPT,
     Takeover,
     TakeoverFile,
     read_takeovers,
     takeovers_of,
-    takeovers_path,
 )
 
 WRITER = {"pid": 4711, "started_ticks": 12, "boot_id": "a"}
@@ -60,7 +60,7 @@ def test_what_is_no_such_file_holds_none_and_is_begun_anew(
     statistics: Path, content: bytes | None
 ) -> None:
     if content is not None:
-        takeovers_path(statistics).write_bytes(content)
+        Companion.TAKEOVERS.beside(statistics).write_bytes(content)
     assert read_takeovers(statistics) == []
     TakeoverFile(statistics).write(takeover(1))
     assert read_takeovers(statistics) == [takeover(1)]

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.takeovers import (
     Takeover,
     TakeoverFile,
     read_takeovers,
-    takeovers_path,
 )
 from firmware_runtime.system.whole_file import (
     OWN_AND_GROUP,
@@ -90,7 +90,7 @@ def test_a_link_that_a_user_named_stays_a_link(path: Path) -> None:
 def test_what_a_guard_notes_is_for_its_group_and_not_for_everybody(tmp_path: Path) -> None:
     statistics = tmp_path / "tachobot.stats"
     TakeoverFile(statistics).write(Takeover(1, {"pid": 1}, 1, "it hung"))
-    assert permissions(takeovers_path(statistics)) == 0o640
+    assert permissions(Companion.TAKEOVERS.beside(statistics)) == 0o640
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe\n", b"[" * 100_000, b'{"at_ns": 1e999}\n', b"\0"])

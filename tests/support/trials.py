@@ -15,7 +15,8 @@ from time import monotonic_ns
 from typing import NamedTuple
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.runs.control import ControlError, ask, control_path
+from firmware_runtime.runs.control import ControlError, ask
+from firmware_runtime.statistics.companions import Companion
 from tests.support.guarded_run import GuardedRun
 from tests.support.safety_table import DOCUMENT, machine, written_between
 from tests.support.waiting import wait_until
@@ -78,7 +79,7 @@ def _drives(run: GuardedRun) -> bool:
         run.run_again()
     elif run.is_off:
         with suppress(ControlError):  # it has just ended
-            ask(control_path(run.log.with_name(f"{run.robot}.stats")), "arm")
+            ask(Companion.CONTROL.beside(run.log.with_name(f"{run.robot}.stats")), "arm")
     return not run.is_off
 
 

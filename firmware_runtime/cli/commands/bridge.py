@@ -11,8 +11,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.addresses import endpoint
 from firmware_runtime.links.bridge import Bridge
 from firmware_runtime.links.datagrams import LARGEST_EVERY
-from firmware_runtime.links.ports_socket import ports_path
 from firmware_runtime.links.route import Route
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
@@ -101,7 +101,7 @@ def _route(arguments: argparse.Namespace, statistics: Path) -> Route:
     if arguments.every is not None and not watch:
         raise ConfigError("--every", ["stands without --watch; expected both or neither"])
     return Route(
-        robot=ports_path(statistics),
+        robot=Companion.PORTS.beside(statistics),
         listen=endpoint("--listen", arguments.listen),
         peers=[endpoint("--peer", peer) for peer in arguments.peer],
         watch=watch,

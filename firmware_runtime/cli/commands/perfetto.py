@@ -15,11 +15,12 @@ from time import monotonic, sleep
 from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.perfetto import chrome_trace, the_last
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import read_spans, spans_path
+from firmware_runtime.statistics.spans import read_spans
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.status import Status
 
@@ -83,7 +84,7 @@ def write_trace(
 ) -> None:
     """Write the trace of the run with its statistics at `kept`, or its last part; say so."""
     _check_recorder(kept)
-    recorded = read_spans(spans_path(kept))
+    recorded = read_spans(Companion.SPANS.beside(kept))
     if last_s is not None:
         recorded = the_last(recorded, seconds(last_s))
     trace = chrome_trace(recorded, read_statistics(kept), trigger)
@@ -101,9 +102,9 @@ def write_trace(
 def _check_recorder(kept: Path) -> None:
     """Refuse a run that keeps no record."""
     read_statistics(kept)  # where there was no run, that is what to say
-    if not spans_path(kept).is_file():
+    if not Companion.SPANS.beside(kept).is_file():
         raise StatisticsFileError(
-            f"{spans_path(kept)}: no flight recorder's file beside the statistics; "
+            f"{Companion.SPANS.beside(kept)}: no flight recorder's file beside the statistics; "
             "expected those of a run, not a copy, with recorded_spans over 0 under [executive] in "
             "board.toml"
         )

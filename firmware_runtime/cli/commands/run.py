@@ -18,36 +18,23 @@ from firmware_runtime.cli.run_report import Report
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.links.ports_socket import ports_path
 from firmware_runtime.runs.arming import Arming
-from firmware_runtime.runs.control import control_path
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
-from firmware_runtime.runs.restarts import Restarts, starts_path
+from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
-from firmware_runtime.runs.settings_in_force import settings_path
+from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.statistics.spans import spans_path
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.statistics.takeovers import takeovers_path
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.signals import stop_on_signals
-
-_BESIDE_STATISTICS = (
-    spans_path,
-    takeovers_path,
-    settings_path,
-    control_path,
-    ports_path,
-    starts_path,
-)
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -189,10 +176,8 @@ def _arming(
 def _statistics_path(arguments: argparse.Namespace, board: registry.Board) -> Path | None:
     if arguments.statistics is not None or arguments.clock == "virtual":
         path: Path | None = arguments.statistics
-        if path is not None and path in (companion(path) for companion in _BESIDE_STATISTICS):
-            raise StatisticsFileError(
-                f"{path}: expected another ending; {path.suffix} is for a file beside statistics"
-            )
+        if path is not None:
+            check_ending(path)
         return path
     return default_path(board.name)
 

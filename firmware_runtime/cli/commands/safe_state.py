@@ -21,8 +21,8 @@ from firmware_runtime.runs.settings_in_force import (
     forget_settings,
     kept_for,
     kept_settings,
-    settings_path,
 )
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path, directories
 from firmware_runtime.status import Status
@@ -96,7 +96,7 @@ def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path | N
         for possible in _possible(arguments):
             left = kept_settings(possible)
             if left is not None:
-                kept = settings_path(possible)
+                kept = Companion.SETTINGS.beside(possible)
                 taken = f"its last run's settings were taken instead, from {kept}"
                 return [left], possible, [text_of(error), taken]
         raise

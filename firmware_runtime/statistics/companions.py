@@ -1,0 +1,39 @@
+"""The files that a run keeps beside its statistics: one name, an ending each.
+
+tachobot.stats      the statistics, see `paths`
+tachobot.spans      the flight recorder's last entries
+tachobot.guard      what the guard has done
+tachobot.settings   the settings that the outputs are driven by
+tachobot.starts     how the last starts of the service went
+tachobot.control    a socket: requests to arm and disarm
+tachobot.ports      a socket: values for input ports, and from output ports
+"""
+
+from enum import StrEnum
+from pathlib import Path
+
+from firmware_runtime.statistics.errors import StatisticsFileError
+
+
+class Companion(StrEnum):
+    """What a run keeps beside its statistics, by its ending."""
+
+    SPANS = ".spans"
+    TAKEOVERS = ".guard"
+    SETTINGS = ".settings"
+    STARTS = ".starts"
+    CONTROL = ".control"
+    PORTS = ".ports"
+
+    def beside(self, statistics: Path) -> Path:
+        """Where a run keeps it that keeps its statistics at this path."""
+        return statistics.with_suffix(self)
+
+
+def check_ending(statistics: Path) -> None:
+    """Raise StatisticsFileError for a path of statistics that ends as a companion does."""
+    if statistics.suffix in set(Companion):
+        raise StatisticsFileError(
+            f"{statistics}: expected another ending; {statistics.suffix} is for a file beside "
+            "statistics"
+        )
