@@ -8,7 +8,8 @@ from collections.abc import Callable, Collection
 from contextlib import suppress
 from typing import Final, NamedTuple, Protocol
 
-from drivers.chips import ak8963, cmps12, hmc5883l, md25, mpu9250, pca9685, srf08
+from drivers.chips import ads1115, ak8963, cmps12, hmc5883l, md25, mpu9250, pca9685, srf08
+from drivers.chips.ads1115 import Ads1115
 from drivers.chips.ak8963 import Ak8963
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.hmc5883l import Hmc5883l
@@ -164,6 +165,7 @@ IDENTITIES: Final[tuple[Identity, ...]] = (
     ),
     Identity("QMC5883P", (0x2C,), _by_address_alone, usable=False),
     Identity("PCA9685", (*range(0x40, 0x48), *cmps12.ADDRESSES), _pwm),
+    Identity("ADS1115", ads1115.ADDRESSES, _by_driver(Ads1115, ads1115.CONFIG, 2, "Config")),
     Identity("MD25", md25.ADDRESSES, _by_driver(Md25, md25.REVISION, md25.SETTINGS.size)),
     Identity("CMPS12", cmps12.ADDRESSES, _by_driver(Cmps12, cmps12.VERSION, cmps12.IDENTITY.size)),
     Identity("MPU-9250", (0x68, 0x69), _inertial, certain=True),

@@ -5,7 +5,8 @@ from functools import partial
 from typing import Final
 
 from drivers.catalogue.trial import OnBus, OnPort, Option, Options, Quantity, Reading, Sensor
-from drivers.chips import ak8963, cmps12, hmc5883l, maxbotix, srf08
+from drivers.chips import ads1115, ak8963, cmps12, hmc5883l, maxbotix, srf08
+from drivers.chips.ads1115 import Ads1115, Ads1115Settings
 from drivers.chips.ak8963 import Ak8963
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
@@ -99,6 +100,18 @@ def _serial_sonar(port: SerialPort, options: Options) -> Sensor:
     return _range_finder(Maxbotix(port, options["family"]))
 
 
+def _voltage(bus: I2cBus, address: int, options: Options) -> Sensor:
+    settings = Ads1115Settings(full_scale_v=options["full_scale_v"], rate_sps=options["rate_sps"])
+    chip = Ads1115(bus, address, settings)
+    measurement = chip.measurement(options["inputs"])
+    return Sensor(
+        place=chip.place,
+        bring_up=chip.bring_up,
+        measure=lambda: measurement,
+        read=lambda: (Quantity("voltage_v", chip.read_voltage(), "voltage", "V", 4),),
+    )
+
+
 SENSORS: Final = (
     OnBus(
         name="mpu9250",
@@ -150,5 +163,23 @@ SENSORS: Final = (
         addresses=(hmc5883l.ADDRESS,),
         build=_field_sensor,
         options=(Option("range-gauss", float, "full scale in gauss", 1.3), _MOUNTING),
+    ),
+    OnBus(
+        name="ads1115",
+        title="ADS1115 analog-to-digital converter: voltage",
+        address=ads1115.ADDRESSES[0],
+        addresses=ads1115.ADDRESSES,
+        build=_voltage,
+        options=(
+            Option(
+                "inputs",
+                str,
+                "one input against ground, or two",
+                "AIN0",
+                choices=tuple(ads1115.CODES_OF_INPUTS),
+            ),
+            Option("full-scale-v", float, "full scale in V", 4.096),
+            Option("rate-sps", int, "conversions a second", 128),
+        ),
     ),
 )

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
+from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
@@ -46,6 +47,10 @@ def _inertia(at: int) -> InertialTruth:
     return InertialTruth((0.0, 0.0, GRAVITY), (0.0, 0.0, _rate(at)), _field(at), 25.0)
 
 
+def _voltages(at: int) -> tuple[float, float, float, float]:
+    return (1.0 + _angle(at), 1.0 - _angle(at), 3.3, 0.0)
+
+
 def _distance_m(at: int) -> float:
     return 1.0 + _angle(at)
 
@@ -66,6 +71,7 @@ ON_BUS: Final[Mapping[str, Callable[[Now, int], Sequence[Target]]]] = MappingPro
             Cmps12Double(now, address, bearing_deg=lambda at: 90 - math.degrees(_angle(at)))
         ],
         "hmc5883l": lambda now, _: [Hmc5883lDouble(now, _field)],
+        "ads1115": lambda now, address: [Ads1115Double(now, address, inputs=_voltages)],
         "pca9685": lambda now, address: [Pca9685Double(now, address)],
         "h_bridge": lambda now, address: [Pca9685Double(now, address)],
         "md25": lambda now, address: [Md25Double(now, address)],

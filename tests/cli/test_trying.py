@@ -34,6 +34,7 @@ KEYS: Mapping[str, set[str]] = {
     "maxbotix": {"distance_m"},
     "cmps12": {"bearing_rad", "calibration"},
     "hmc5883l": {"field_t"},
+    "ads1115": {"voltage_v"},
 }
 
 

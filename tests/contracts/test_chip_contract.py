@@ -14,6 +14,7 @@ import drivers.chips
 import sim_doubles.chips
 from drivers.catalogue.identity import IDENTITIES
 from drivers.catalogue.table import CHIPS
+from drivers.chips.ads1115 import Ads1115
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.md25 import Md25
 from drivers.chips.mpu9250 import Mpu9250
@@ -22,6 +23,7 @@ from drivers.chips.sabertooth import Sabertooth
 from drivers.chips.srf08 import Srf08
 from firmware_runtime.hal.budget import bits
 from firmware_runtime.hal.errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
+from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
@@ -29,6 +31,7 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.faults import ForcedRegister, NackAddress, StuckSda
+from tests.support.analog_rows import Ads1115Row
 from tests.support.chip_row import MILLISECOND, Row
 from tests.support.detective_rows import Cmps12Row, Hmc5883lRow, Md25Row, Srf08Row
 from tests.support.tachobot_rows import Ak8963Row, Mpu9250Row, Pca9685Row
@@ -55,6 +58,7 @@ ROWS: list[type[Row]] = [
     Cmps12Row,
     Hmc5883lRow,
     Md25Row,
+    Ads1115Row,
 ]
 UNHARMED = [row for row in ROWS if row.keeps_nothing]
 FORGETFUL = [row for row in ROWS if not row.keeps_nothing]
@@ -69,6 +73,7 @@ every_chip = pytest.mark.parametrize("row_type", ROWS, ids=lambda row: row.modul
         (Mpu9250, Mpu9250Double),
         (Srf08, Srf08Double),
         (Cmps12, Cmps12Double),
+        (Ads1115, Ads1115Double),
         (Md25, Md25Double),
         (Sabertooth, SabertoothDouble),
     ],

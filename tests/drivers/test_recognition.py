@@ -4,6 +4,7 @@ import pytest
 
 from drivers.catalogue.identity import recognise
 from firmware_runtime.hal.errors import NoAcknowledge
+from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
@@ -32,6 +33,7 @@ CHIPS: list[tuple[int, Target, str, bool]] = [
     (0x1E, Hmc5883lDouble(now, lambda _: REST.field), "HMC5883L", True),
     (0x40, Pca9685Double(now, 0x40), "PCA9685", False),
     (0x60, Pca9685Double(now, 0x60), "PCA9685", False),
+    (0x49, Ads1115Double(now, 0x49, inputs=lambda _: (0.0, 0.0, 0.0, 0.0)), "ADS1115", False),
     (0x5B, Md25Double(now, 0x5B), "MD25", False),
     (0x60, Cmps12Double(now, 0x60, bearing_deg=lambda _: 271.3), "CMPS12", False),
     (0x68, inertial(0x71), "MPU-9250", True),
