@@ -58,6 +58,7 @@ class Ads1115Double(WordRegisterTarget):
         self._inputs = inputs
         self._stretch = 1 / (1 + rate_error)
         self._is_called = False
+        self._lands_at = NEVER
         self._reset()
 
     def power_cycle(self) -> None:
