@@ -51,6 +51,7 @@ VERBS = {
     "bench": "bench",
     "doctor": "doctor",
     "deploy": "deploy",
+    "new": "new",
     "service": "service",
     "completion": "completion",
 }

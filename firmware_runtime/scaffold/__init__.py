@@ -1,0 +1,1 @@
+"""Packages to begin with: templates are real files, and writing one is plain substitution."""

@@ -1,0 +1,69 @@
+"""A package written by `new`, and processes that see it as installed, without building anything."""
+
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+CHECKOUT = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True)
+class WrittenPackage:
+    """A package's folder, and a folder with the metadata that an installation would leave."""
+
+    folder: Path
+    site: Path
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What makes package and entry points visible to a Python that is started."""
+        found = f"{self.site}{os.pathsep}{self.folder}"
+        return {**os.environ, "PYTHONPATH": found, "MYPYPATH": str(CHECKOUT)}
+
+    def python(
+        self, *words: str | Path, cwd: Path | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        """Run Python to its end, in the package's folder unless another is meant."""
+        return subprocess.run(
+            [sys.executable, *map(str, words)],
+            cwd=cwd or self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+
+    def command(
+        self, *words: str | Path, cwd: Path | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        """Run `firmware-runtime` to its end."""
+        return self.python("-m", "firmware_runtime.cli", *words, cwd=cwd)
+
+
+def as_installed(folder: Path, site: Path) -> WrittenPackage:
+    """The package of a folder with a pyproject.toml, its metadata written below `site`."""
+    project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
+    metadata = site / f"{project['name']}-{project['version']}.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+    )
+    (metadata / "entry_points.txt").write_text("\n".join(_lines(project["entry-points"])))
+    (metadata / "direct_url.json").write_text(
+        f'{{"url": "{folder.as_uri()}", "dir_info": {{"editable": true}}}}'
+    )
+    return WrittenPackage(folder, site)
+
+
+def _lines(groups: Mapping[str, Mapping[str, Any]]) -> Sequence[str]:
+    return [
+        line
+        for group, entries in groups.items()
+        for line in (f"[{group}]", *(f"{name} = {value}" for name, value in entries.items()))
+    ]
