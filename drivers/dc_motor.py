@@ -44,7 +44,7 @@ class DcMotor(Motors):
             name,
             lambda: bridge.bring_up(settings.frequency_hz),
             bridge.chip.line,
-            order_timeout=settings.timeout,
+            command_timeout=settings.timeout,
             interlock=interlock,
         )
         if settings.timeout <= 0:
@@ -55,14 +55,14 @@ class DcMotor(Motors):
         self.bridge = bridge
         self.commanded = 0.0
 
-    def take_order(self) -> None:
+    def take_command(self) -> None:
         """Read the command."""
         drive = self.drive[-1]
         if not (math.isfinite(drive) and -1.0 <= drive <= 1.0):
             raise NotReady(f"{self.drive.path}: drive {drive}, expected -1 to 1; stopped")
         self.commanded = drive
 
-    def forget_order(self) -> None:
+    def forget_command(self) -> None:
         """Command the motor to stand."""
         self.commanded = 0.0
 
@@ -70,9 +70,9 @@ class DcMotor(Motors):
         """Whether the motor is commanded to turn."""
         return self.commanded != 0.0
 
-    def write_order(self) -> None:
+    def write_command(self) -> None:
         """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
-        self.bridge.chip.look()
+        self.bridge.chip.poll()
         if self.commanded > 0.0:
             self.bridge.forward(self.commanded)
         elif self.commanded < 0.0:

@@ -64,7 +64,7 @@ class HardwareModel(Atomic, ABC):
         if self.phase == "bring_up":
             self._continue_bring_up()
         elif self.phase == "bring_up_failed":
-            self.hold_in("bring_up", RETRY_AFTER)
+            self.wait_in_bring_up(RETRY_AFTER)
         else:
             self.proceed()
 
@@ -72,13 +72,17 @@ class HardwareModel(Atomic, ABC):
         """Stay in a phase until `duration` ns after the last transfer has ended on the wire."""
         self.hold_in(phase, self._line.elapsed() + duration)
 
+    def wait_in_bring_up(self, duration: int) -> None:
+        """Let the chip alone for `duration` ns, then take the next step of the bring-up."""
+        self.hold_in("bring_up", duration)
+
     def bring_up_again(self) -> None:
         """Leave whatever phase it is in for the first step of the bring-up."""
         self._bring_up.restart()
         self.activate("bring_up")
 
     def note(self, error: FirmwareRuntimeError) -> None:
-        """Keep a fault for the next output; whoever notes one also sees to a zero-time phase."""
+        """Keep a fault for the next output; the caller then enters a phase of zero time."""
         self.consecutive_faults += 1
         self.faults.append(Fault.of(error, self.consecutive_faults))
 
@@ -95,4 +99,4 @@ class HardwareModel(Atomic, ABC):
         elif wait == 0:
             self.activate("bring_up")
         else:
-            self.hold_after_transfer("bring_up", wait)
+            self.wait_in_bring_up(self._line.elapsed() + wait)

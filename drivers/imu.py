@@ -1,113 +1,121 @@
 """The inertial measurement unit as a hardware atomic model: an MPU-9250 read every period."""
 
-from drivers.bring_up import RETRY_AFTER, BringUp, failed_in_a_row
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.fault import Fault
 from drivers.gyro_bias import GyroBias
-from firmware_runtime.devs.atomic import Atomic
+from drivers.hardware import HardwareModel
 from firmware_runtime.hal.errors import HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
-"""Failed reads in a row after which the chip is brought up anew: it may have lost its supply."""
+"""Failed reads in a row after which the chip is brought up again: it may have lost its supply."""
 
 REPEATS_BEFORE_CHECK = 5
-"""Magnetometer readings in a row without any change after which it is asked whether it lives."""
+"""Magnetometer readings in a row without any change after which it is checked."""
 
 
-class Imu(Atomic):
+class Imu(HardwareModel):
     """Brings the chip up, measures the gyro's bias at rest, then sends one sample a period.
 
     bring_up (period, step by step) --> calibrating (period, sample by sample) --> sampling (period)
     sampling, read --> reporting (0) --sample!--> sampling
-    any of them, failed --> reporting (0) --fault!--> the same, or bring_up
+    calibrating, sampling, failed --> reporting (0) --fault!--> the same, or bring_up after some
 
-    It is activated every period from the start on, so its accounting begins with the run; a step of
-    the bring-up that has to wait lets periods pass. A read that fails is reported as a fault and
-    nothing else: no sample is made up and no old one sent again. The bias outlives a new bring-up.
+    It is activated every period from the start on, so its accounting begins with the run; a wait of
+    the bring-up lasts for whole periods. A read that fails is reported as a fault and nothing else:
+    no sample is made up and no old one sent again. The bias outlives a new bring-up.
     """
 
     def __init__(self, name: str, chip: Mpu9250, period: int, bias: GyroBias) -> None:
-        super().__init__(name)
+        super().__init__(name, chip.bring_up, chip.line)
         self.sample = self.out_port("sample", InertialSample)
-        self.fault_out = self.out_port("fault", Fault)
         self.chip = chip
         self.period = period
-        self.stage = "bring_up"
         self.bias = (0.0, 0.0, 0.0)
-        self.consecutive_faults = 0
+        self._sample: InertialSample | None = None
         self._bias_measurement = bias
         self._is_calibrated = False
         self._moved = ""
-        self._bring_up = BringUp(chip.bring_up)
-        self._wait_left = 0
-        self._report: InertialSample | Fault | None = None
+        self._periods_left = 0
 
     def unready(self) -> str | None:
         """Why there are no samples, in a few words; None if there are."""
-        if self.stage == "calibrating" and self._moved:
+        if self._is_calibrated or self.phase.startswith("bring_up"):
+            return super().unready()
+        if self._moved:
             return f"is not calibrated yet{self._moved}"
-        if self.consecutive_faults > 0:
-            return failed_in_a_row(self.consecutive_faults)
-        if self.stage == "calibrating":
-            return "is not calibrated yet"
-        return None if self.stage == "sampling" else "is not up yet"
+        return super().unready() or "is not calibrated yet"
 
     def initialize(self) -> None:
         """Begin the bring-up at once."""
-        self._bring_up.restart()
         self._bias_measurement.restart()
-        self.hold_in(self.stage, 0)
+        super().initialize()
 
-    def output(self) -> None:
-        """Send what the last activation found."""
-        if isinstance(self._report, Fault):
-            self.fault_out.send(self._report)
-        elif self._report is not None:
-            self.sample.send(self._report)
-
-    def internal(self) -> None:
-        """Do what the stage is for, report it, and hold for the rest of the period."""
-        if self._report is not None:
-            self._report = None
-            self.hold_in(self.stage, self.period)
-            return
-        try:
-            self._report = self._act()
-        except HalError as error:
-            self._report = self._fail(error)
-        if self._report is not None:
+    def begin(self) -> None:
+        """Read a period after the bring-up; report what works less well than it should."""
+        if self._note_warnings():
             self.activate("reporting")
         else:
-            self.hold_in(self.stage, self.period)
+            self._hold()
+
+    def output(self) -> None:
+        """Send the sample, or what went wrong."""
+        super().output()
+        if self._sample is not None:
+            self.sample.send(self._sample)
+
+    def internal(self) -> None:
+        """Let a period of the bring-up pass, or go on as every hardware model does."""
+        if self.phase == "bring_up" and self._periods_left > 0:
+            self._let_period_pass()
+        else:
+            super().internal()
+
+    def proceed(self) -> None:
+        """Read a sample, or hold for the rest of the period."""
+        if self.phase != "reporting":
+            self._read()
+        elif self._is_bring_up_due():
+            self._bring_up.restart()
+            self.wait_in_bring_up(self.period)
+        else:
+            self._sample = None
+            self._hold()
+
+    def wait_in_bring_up(self, duration: int) -> None:
+        """Let whole periods pass, with an activation each."""
+        self._periods_left = -(-duration // self.period)
+        self._let_period_pass()
 
     # ---------------------------------------------------------------------------------------------
 
-    def _act(self) -> InertialSample | Fault | None:
-        if self.stage == "bring_up":
-            return self._continue_bring_up()
-        sample = self.chip.read_sample()
-        self.consecutive_faults = 0
-        if self._has_lost_field():
-            return self._new_warning()
-        if self.stage == "calibrating":
-            self._calibrate(sample)
-            return None
-        return self._without_bias(sample)
+    def _let_period_pass(self) -> None:
+        self._periods_left -= 1
+        self.hold_in("bring_up", self.period)
 
-    def _continue_bring_up(self) -> Fault | None:
-        """Take every step that is due; a step's wait ends with a whole number of periods.
+    def _hold(self) -> None:
+        self.hold_in("sampling" if self._is_calibrated else "calibrating", self.period)
 
-        It counts from when the step's transactions have ended on the wire.
-        """
-        self._wait_left -= self.period
-        while self._wait_left <= 0:
-            wait = self._bring_up.take()
-            if wait is None:
-                self.stage = "sampling" if self._is_calibrated else "calibrating"
-                return self._new_warning()
-            self._wait_left = wait and self.chip.line.elapsed() + wait
-        return None
+    def _is_bring_up_due(self) -> bool:
+        faults = self.consecutive_faults
+        return faults > 0 and faults % FAULTS_BEFORE_BRING_UP == 0
+
+    def _read(self) -> None:
+        """Read one sample; a fault, a warning or the sample itself is reported."""
+        try:
+            sample = self.chip.read_sample()
+            self.consecutive_faults = 0
+            if self._has_lost_field() and self._note_warnings():
+                self.activate("reporting")
+            elif self._is_calibrated:
+                self._sample = self._without_bias(sample)
+                self.activate("reporting")
+            else:
+                self._calibrate(sample)
+                self._hold()
+        except HalError as error:
+            self.note(error)
+            self.activate("reporting")
 
     def _has_lost_field(self) -> bool:
         """True once, when the magnetometer is found dead; the chip would show its last field on."""
@@ -115,10 +123,12 @@ class Imu(Atomic):
         is_suspicious = repeats > 0 and repeats % REPEATS_BEFORE_CHECK == 0
         return is_suspicious and not self.chip.check_magnetometer()
 
-    def _new_warning(self) -> Fault | None:
-        if not self.chip.warnings:
-            return None
-        return Fault("Warning", "; ".join(self.chip.warnings), self.consecutive_faults)
+    def _note_warnings(self) -> bool:
+        """Keep what the chip warns of for the next output; it is no fault in a row."""
+        if self.chip.warnings:
+            text = "; ".join(self.chip.warnings)
+            self.faults.append(Fault("Warning", text, self.consecutive_faults))
+        return bool(self.chip.warnings)
 
     def _calibrate(self, sample: InertialSample) -> None:
         measurement = self._bias_measurement
@@ -133,18 +143,7 @@ class Imu(Atomic):
         finally:
             measurement.restart()
         self._is_calibrated = True
-        self.stage = "sampling"
 
     def _without_bias(self, sample: InertialSample) -> InertialSample:
         (x, y, z), (bias_x, bias_y, bias_z) = sample.rate, self.bias
         return sample._replace(rate=(x - bias_x, y - bias_y, z - bias_z))
-
-    def _fail(self, error: HalError) -> Fault:
-        self.consecutive_faults += 1
-        if self.stage == "bring_up":
-            self._wait_left = RETRY_AFTER
-        elif self.consecutive_faults % FAULTS_BEFORE_BRING_UP == 0:
-            self.stage = "bring_up"
-            self._wait_left = 0
-            self._bring_up.restart()
-        return Fault.of(error, self.consecutive_faults)

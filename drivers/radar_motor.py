@@ -40,7 +40,7 @@ class RadarMotor(Motors):
             name,
             lambda: bridge.bring_up(settings.frequency_hz),
             bridge.chip.line,
-            order_timeout=settings.longest_turn,
+            command_timeout=settings.longest_turn,
             interlock=interlock,
         )
         if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
@@ -53,24 +53,24 @@ class RadarMotor(Motors):
         self.settings = settings
         self.signal = STILL
 
-    def take_order(self) -> None:
+    def take_command(self) -> None:
         """Read the signal."""
         signal = self.turn[-1]
         if signal not in (STILL, CLOCKWISE, COUNTERCLOCKWISE):
             raise NotReady(f"{self.turn.path}: signal {signal}, expected 0, 1 or 2; stopped")
         self.signal = signal
 
-    def forget_order(self) -> None:
-        """Order the head to stand."""
+    def forget_command(self) -> None:
+        """Make the head stand."""
         self.signal = STILL
 
     def is_moving(self) -> bool:
-        """Whether the head is ordered to turn."""
+        """Whether the head is to turn."""
         return self.signal != STILL
 
-    def write_order(self) -> None:
+    def write_command(self) -> None:
         """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
-        self.bridge.chip.look()
+        self.bridge.chip.poll()
         if self.signal == CLOCKWISE:
             self.bridge.forward(self.settings.duty)
         elif self.signal == COUNTERCLOCKWISE:

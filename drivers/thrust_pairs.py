@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from drivers.chips.pca9685 import LOOK_EVERY_NS, Pca9685
-from drivers.hardware import HardwareModel
+from drivers.actuator import Actuator
+from drivers.chips.pca9685 import Pca9685
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.interlock import Interlock, always_enabled
@@ -45,15 +45,15 @@ class ThrustSettings:
     """Propellers are on this channel and the seven after it, two neighbours to a pair."""
 
 
-class ThrustPairs(HardwareModel):
+class ThrustPairs(Actuator):
     """Writes one burst a force vector and reports the duties the chip really has.
 
-    bring_up (the steps' waits) --> off;  a step failed --fault!--> bring_up (RETRY_AFTER)
     off, driving --forces?--> reporting (0) --duties!, fault!--> driving (timeout)
-    driving --(timeout)--> reporting --duties!, fault!--> off, or stopping while the chip is silent
-    driving, the chip was reset --> reporting --duties!, fault!--> bring_up
+    driving --(timeout)--> stopped --> reporting --duties!, fault!--> off
 
-    Without leave (`interlock`) forces have no effect: all is off, or is switched off.
+    The other phases are those of `Actuator`; forces are taken while a stop is repeated too. A
+    command is stale at once: forces that come while outputs are disabled or the chip is not up have
+    no effect.
     """
 
     def __init__(
@@ -63,23 +63,13 @@ class ThrustPairs(HardwareModel):
         settings: ThrustSettings,
         interlock: Interlock = always_enabled,
     ) -> None:
-        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line)
+        super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line, interlock)
         self.forces = self.in_port("forces", Forces)
         self.duties_out = self.out_port("duties", tuple)
         self.chip = chip
         self.settings = settings
-        self.interlock = interlock
         self.duties: tuple[float, ...] = OFF
-        self.is_stopped = True
-        self._since_write = self._since_look = 0
-        self._is_bring_up_due = False
-
-    def begin(self) -> None:
-        """Wait for forces, all off."""
-        self.is_stopped = True
-        self._is_bring_up_due = False
-        self._since_look = 0
-        self.passivate("off")
+        self._since_write = 0
 
     def output(self) -> None:
         """Report the duties just written, and the faults if there were any."""
@@ -87,72 +77,59 @@ class ThrustPairs(HardwareModel):
         if self.phase == "reporting":
             self.duties_out.send(self.duties)
 
-    def proceed(self) -> None:
-        """Wait for forces again, or stop because they have not come."""
-        if self.phase == "reporting":
-            self._wait_for_forces()
-            return
-        if self.phase == "driving":
-            timeout_s = self.settings.timeout / SECOND
-            self.note(NotReady(f"{self.path}: no forces for {timeout_s:g} s; all off"))
-        self._stop()
-        self.activate("reporting")
-
     def external(self, elapsed: int) -> None:
         """Write the newest force vector; while the chip is not up, forces have no effect."""
         self._since_write += elapsed
-        self._since_look += elapsed
+        self.since_poll += elapsed
         if self.phase.startswith("bring_up"):
             self.continue_(elapsed)
         else:
             self.faults.clear()
-            self._drive(self.forces[-1])
+            self._obey(self.forces[-1])
             self.activate("reporting")
 
-    def exit(self) -> None:
-        """Leave all sixteen channels full-off."""
+    def settle(self) -> None:
+        """Wait for forces, for no longer than the timeout while propellers turn."""
+        if any(self.duties):
+            self.hold_in("driving", self.settings.timeout)
+        else:
+            self.passivate("off")
+
+    def drive_on(self) -> None:
+        """Stop: forces have not come."""
+        timeout_s = self.settings.timeout / SECOND
+        self.note(NotReady(f"{self.path}: no forces for {timeout_s:g} s; all off"))
+        self.stop()
+
+    def poll(self) -> None:
+        """Check that the chip was not reset."""
+        self.chip.poll()
+
+    def write_stop(self) -> None:
+        """Turn all sixteen channels full-off."""
+        self.duties = OFF
         self.chip.stop_all()
 
     # ---------------------------------------------------------------------------------------------
 
-    def _wait_for_forces(self) -> None:
-        if self._is_bring_up_due:
-            self.bring_up_again()
-        elif any(self.duties):
-            self.hold_in("driving", self.settings.timeout)
-        elif self.is_stopped:
-            self.passivate("off")
-        else:
-            self.hold_in("stopping", self.settings.timeout)
-
-    def _drive(self, forces: Forces) -> None:
+    def _obey(self, forces: Forces) -> None:
         if not all(map(math.isfinite, forces)):
             self.note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
-            self._stop()
-            return
-        if not self.interlock():
-            if not self.is_stopped:
-                self._stop()
-            return
-        wanted = duties_of(forces, self.settings.pair_thrust_n)
+            self.stop()
+        elif self.interlock():
+            self._drive(duties_of(forces, self.settings.pair_thrust_n))
+        elif any(self.duties) or self.is_stop_due:
+            self.stop()
+
+    def _drive(self, wanted: tuple[float, ...]) -> None:
         try:
             self.duties = self.chip.set_duties(self.settings.first_channel, self._slewed(wanted))
-            self._look()
+            self.poll_if_due()
         except HalError as error:
-            self.note(error)
-            self._since_look = LOOK_EVERY_NS
-            self._is_bring_up_due = isinstance(error, NotReady)
-            self._stop()
+            self.fail(error)
         else:
-            self.is_stopped = False
-            self.consecutive_faults = 0
+            self.note_success()
         self._since_write = 0
-
-    def _look(self) -> None:
-        """Look at the chip now and then, and after a write that failed: it may have been reset."""
-        if self._since_look >= LOOK_EVERY_NS:
-            self.chip.look()
-            self._since_look = 0
 
     def _slewed(self, wanted: tuple[float, ...]) -> tuple[float, ...]:
         step = self.settings.slew_per_s * self._since_write / SECOND
@@ -160,16 +137,6 @@ class ThrustPairs(HardwareModel):
             max(now - step, min(now + step, want))
             for now, want in zip(self.duties, wanted, strict=True)
         )
-
-    def _stop(self) -> None:
-        self.duties = OFF
-        try:
-            self.chip.stop_all()
-        except HalError as error:
-            self.is_stopped = False
-            self.note(error)
-        else:
-            self.is_stopped = True
 
 
 def duties_of(forces: Forces, pair_thrust_n: float) -> tuple[float, ...]:

@@ -26,7 +26,7 @@ STANDING = TreadSpeeds(0.0, 0.0)
 
 
 class TreadDriver(Protocol):
-    """A dual motor driver that stops its motors by itself when nobody speaks to it."""
+    """A dual motor driver that stops its motors by itself when nothing is sent to it."""
 
     @property
     def place(self) -> str:
@@ -52,7 +52,7 @@ class TreadDriver(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TreadSettings:
-    """What a signal means, and how often the driver is spoken to."""
+    """What a signal means, and how often the driver is written to."""
 
     speed: float
     """Share of full speed that signals 1 and 2 stand for."""
@@ -61,7 +61,7 @@ class TreadSettings:
     left_reversed: bool = False
     right_reversed: bool = False
     """A motor that is wired or mounted the other way round."""
-    order_timeout: int = NEVER
+    command_timeout: int = NEVER
     """Ns without any signal or speeds after which moving treads are stopped."""
 
     def faults(self, timeout_ns: int) -> tuple[str, ...]:
@@ -74,8 +74,8 @@ class TreadSettings:
                 f"refresh: {self.refresh / 1e6:g} ms, expected more than 0, at most "
                 f"{timeout_ns / 2e6:g} ms, half the driver's timeout"
             )
-        if self.order_timeout <= 0:
-            faults.append(f"order_timeout: {self.order_timeout} ns, expected more than 0")
+        if self.command_timeout <= 0:
+            faults.append(f"command_timeout: {self.command_timeout} ns, expected more than 0")
         return tuple(faults)
 
 
@@ -98,7 +98,7 @@ class Treads(Motors):
             driver.bring_up,
             driver.line,
             refresh=settings.refresh,
-            order_timeout=settings.order_timeout,
+            command_timeout=settings.command_timeout,
             interlock=interlock,
         )
         faults = settings.faults(driver.timeout_ns)
@@ -110,7 +110,7 @@ class Treads(Motors):
         self.report_out = self.out_port("report", Md25Report)
         self.driver = driver
         self.settings = settings
-        self.ordered = STANDING
+        self.command = STANDING
         self.report: Md25Report | None = None
 
     def output(self) -> None:
@@ -124,26 +124,26 @@ class Treads(Motors):
         self.report = None
         super().proceed()
 
-    def take_order(self) -> None:
+    def take_command(self) -> None:
         """Read the ports: speeds for both, then signals for one side each."""
         if self.speeds:
-            self.ordered = self._clipped(self.speeds[-1])
+            self.command = self._clipped(self.speeds[-1])
         if self.left:
-            self.ordered = self.ordered._replace(left=self._speed_of(self.left))
+            self.command = self.command._replace(left=self._speed_of(self.left))
         if self.right:
-            self.ordered = self.ordered._replace(right=self._speed_of(self.right))
+            self.command = self.command._replace(right=self._speed_of(self.right))
 
-    def forget_order(self) -> None:
-        """Order both treads to stand."""
-        self.ordered = STANDING
+    def forget_command(self) -> None:
+        """Make both treads stand."""
+        self.command = STANDING
 
     def is_moving(self) -> bool:
-        """Whether a tread is ordered to turn."""
-        return self.ordered != STANDING
+        """Whether a tread is to turn."""
+        return self.command != STANDING
 
-    def write_order(self) -> None:
+    def write_command(self) -> None:
         """Write both speeds as the motors are mounted."""
-        left, right = self.ordered
+        left, right = self.command
         self.report = self.driver.set_speeds(
             -left if self.settings.left_reversed else left,
             -right if self.settings.right_reversed else right,

@@ -86,7 +86,7 @@ def tread_settings(table: TreadsTable) -> TreadSettings:
         refresh=seconds(table.refresh_s),
         left_reversed=table.left_reversed,
         right_reversed=table.right_reversed,
-        order_timeout=NEVER,
+        command_timeout=NEVER,
     )
 
 

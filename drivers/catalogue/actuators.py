@@ -17,7 +17,7 @@ from firmware_runtime.hal.serial import SerialPort
 PWM_ADDRESSES: Final = tuple(each for each in range(0x40, 0x78) if each != 0x70)
 PULSE_HZ: Final = 50.0
 DUTY_HZ: Final = 1000.0
-LOOK_NS: Final = 100_000_000
+POLL_NS: Final = 100_000_000
 """How often a PCA9685 is asked whether it still is as brought up and set."""
 MD25_REPEAT_NS: Final = 500_000_000
 """A quarter of the silence after which an MD25 stops by itself."""
@@ -69,7 +69,7 @@ def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
     kept = _Kept(chip.place, lambda: chip.read_outputs(channel, 1))
 
     def move() -> Reading:
-        chip.look()
+        chip.poll()
         if kept.is_first():
             chip.set_duties(channel, (share,))
             kept.remember()
@@ -81,7 +81,7 @@ def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
         bring_up=lambda: chip.bring_up(frequency_hz),
         move=move,
         off=chip.stop_all,
-        repeat_ns=LOOK_NS,
+        repeat_ns=POLL_NS,
     )
 
 
@@ -92,7 +92,7 @@ def _bridge(bus: I2cBus, address: int, options: Options) -> Actuator:
     kept = _Kept(bridge.place, lambda: chip.read_outputs(0, pca9685.CHANNELS))
 
     def move() -> Reading:
-        chip.look()
+        chip.poll()
         if kept.is_first():
             (bridge.forward if speed >= 0 else bridge.reverse)(abs(speed))
             kept.remember()
@@ -104,7 +104,7 @@ def _bridge(bus: I2cBus, address: int, options: Options) -> Actuator:
         bring_up=lambda: bridge.bring_up(options["frequency_hz"]),
         move=move,
         off=chip.stop_all,
-        repeat_ns=LOOK_NS,
+        repeat_ns=POLL_NS,
     )
 
 

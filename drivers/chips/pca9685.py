@@ -5,8 +5,8 @@ stops all outputs with three bytes. It answers for coherent updates (OCH = 0: th
 change together, at the end of the PWM cycle in which its STOP came), for the rate and for leaving
 the ALLCALL address 0x70 to others.
 
-It does not answer for what happens when nobody calls it: the chip has no watchdog and keeps the
-last duties for ever. The OE pin, external clock and sub-addresses are not used. A chip whose
+It is not responsible for what happens when it is not called: the chip has no watchdog and keeps
+the last duties. The OE pin, external clock and sub-addresses are not used. A chip whose
 external clock was latched on (EXTCLK) is refused: nothing but a reset clears it.
 """
 
@@ -86,10 +86,6 @@ def duty_burst(channels: int) -> tuple[Message, ...]:
     return (bytes(_BURSTS[channels].size),)
 
 
-LOOK_EVERY_NS: Final = 1_000_000_000
-"""How often a model that drives outputs looks: a burst is acknowledged by a sleeping chip too."""
-
-
 def software_reset(bus: I2cBus) -> None:
     """Bring every PCA9685 of the bus to its power-up state: asleep, all outputs off.
 
@@ -122,7 +118,9 @@ class Pca9685:
         self._osc_hz = osc_hz
         self._on_step = COUNTS // CHANNELS if staggered else 0
         self._prescale = 0
-        self._running = False
+        self.is_running = False
+        """Whether it was brought up and has not been found reset since: only then it takes duties.
+        """
 
     # Bring-up -----------------------------------------------------------------------------------
 
@@ -150,7 +148,7 @@ class Pca9685:
         RESTART brings the outputs back: the chip sets it when it falls asleep while they run.
         """
         prescale = prescale_for(frequency_hz, self._osc_hz)
-        cycle_ns = math.ceil(1.1e9 / self.frequency_hz) if self._running else LONGEST_CYCLE_NS
+        cycle_ns = math.ceil(1.1e9 / self.frequency_hz) if self.is_running else LONGEST_CYCLE_NS
         return (
             Step("sleep", partial(self._write, MODE1, AI | SLEEP), cycle_ns),
             Step("set rate", partial(self._set_rate, prescale), 0),
@@ -165,7 +163,7 @@ class Pca9685:
         Off comes first: a sleeping chip wakes by the second write, and must have nothing to run.
         Raises NoAcknowledge if nothing answers.
         """
-        self._running = False
+        self.is_running = False
         try:
             self.stop_all()
             self._write(MODE1, AI)
@@ -201,21 +199,21 @@ class Pca9685:
         found = self._bus.write_read(self.address, bytes((MODE1,)), 2)
         found += self._bus.write_read(self.address, bytes((PRE_SCALE,)), 1)
         expected = bytes((AI, OUTDRV, self._prescale))
-        self._running = found == expected
-        if not self._running:
+        self.is_running = found == expected
+        if not self.is_running:
             raise NotReady(
                 f"{self.place}: MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
                 f"{expected.hex(' ')}; it was reset or written to by another program"
             )
 
-    def look(self) -> None:
-        """Look whether it was reset since bring-up, as by a brown-out; one transaction, 39 bits.
+    def poll(self) -> None:
+        """Check that it was not reset since bring-up, as by a brown-out; one transaction, 39 bits.
 
-        Raises NotReady if MODE1 is not as set; then duties are refused until it is brought up anew.
+        Raises NotReady if MODE1 is not as set; duties are refused until it is brought up again.
         """
         mode1 = self._bus.write_read(self.address, bytes((MODE1,)), 1)[0]
         if mode1 != AI:
-            self._running = False
+            self.is_running = False
             raise NotReady(
                 f"{self.place}: MODE1 reads {mode1:02x}, expected {AI:02x}; it was reset or "
                 "written to by another program"
@@ -230,7 +228,7 @@ class Pca9685:
         Raises ValueError for a duty outside 0 to 1 or a channel that is not there, NotReady before
         bring-up; nothing was sent then.
         """
-        if not self._running:
+        if not self.is_running:
             raise NotReady(f"{self.place}: duties before bring-up, expected it brought up first")
         if not 0 <= first_channel < first_channel + len(duties) <= CHANNELS:
             raise ValueError(

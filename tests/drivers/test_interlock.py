@@ -74,7 +74,7 @@ def test_propellers_are_switched_off_when_leave_is_withdrawn(leave: Leave) -> No
     leave.given = False
     bench.push(1)
     assert bench.on == 0
-    assert bench.model.is_stopped
+    assert bench.chip.all_off
     assert bench.model.faults == []
 
 
@@ -120,13 +120,13 @@ def test_an_esc_is_armed_anew_after_leave_was_withdrawn(leave: Leave) -> None:
     simulator.inject(arm, True)
     simulator.advance(SECOND)
     simulator.run(5 * SECOND)
-    assert (armed, model.phase) == ([], "forbidden")
+    assert (armed, model.phase) == ([], "disabled")
     leave.given = True
     simulator.run(9 * SECOND)
     assert armed == [True]
     leave.given = False
     simulator.run(10 * SECOND)
-    assert (armed, model.phase) == ([True, False], "forbidden")
+    assert (armed, model.phase) == ([True, False], "disabled")
     leave.given = True
     simulator.run(14 * SECOND)
     assert armed == [True, False, True]

@@ -125,12 +125,12 @@ def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_look
     bench: Bench,
 ) -> None:
     chip = bench.bring_up()
-    chip.look()
+    chip.poll()
     bench.double.power_cycle()
     assert chip.set_duties(0, (0.5,) * 8) == (0.5,) * 8
     assert bench.double.all_off
     with pytest.raises(NotReady, match="MODE1 reads 11, expected 20; it was reset"):
-        chip.look()
+        chip.poll()
     with pytest.raises(NotReady):
         chip.set_duties(0, (0.5,) * 8)
 

@@ -108,7 +108,7 @@ def test_a_head_that_nobody_turns_back_is_switched_off() -> None:
     assert radar.levels == FORWARD
     bench.run(6000)
     assert radar.double.all_off
-    assert bench.faults[0].reason == "motor1: no order for 5 s; stopped"
+    assert bench.faults[0].reason == "motor1: no command for 5 s; stopped"
 
 
 def test_exit_leaves_all_channels_off(radar: Radar) -> None:

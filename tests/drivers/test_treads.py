@@ -145,7 +145,7 @@ def test_what_the_driver_says_is_sent_with_each_write(
         ({"speed": math.nan}, "speed: nan"),
         ({"refresh": 501 * MILLISECOND}, "refresh: 501 ms, expected more than 0, at most 500 ms"),
         ({"refresh": 0}, "refresh: 0 ms"),
-        ({"order_timeout": 0}, "order_timeout: 0 ns, expected more than 0"),
+        ({"command_timeout": 0}, "command_timeout: 0 ns, expected more than 0"),
     ],
 )
 def test_a_setting_that_cannot_be_is_refused(

@@ -110,7 +110,7 @@ def test_two_orders_taken_end_a_row_of_faults(bench: AtomicBench, driver: Script
 
 
 def test_a_command_is_not_repeated_beyond_its_timeout(driver: ScriptedDriver) -> None:
-    bench = bench_of(driver, settings(order_timeout=500 * MILLISECOND))
+    bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
     driver.drives = [None, None, SILENT, None]
     bench.put(50, right=1, left=1)
     bench.run(5000)
@@ -158,18 +158,18 @@ def test_orders_are_obeyed_again_after_a_fault(bench: AtomicBench, driver: Scrip
 def test_treads_nobody_orders_about_are_stopped_when_that_is_asked_for(
     driver: ScriptedDriver,
 ) -> None:
-    bench = bench_of(driver, settings(order_timeout=500 * MILLISECOND))
+    bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
     bench.put(50, right=1, left=1)
     bench.put(300, right=1)
     bench.run(5000)
     assert driver.driven[-1] == (STOP, 800)
     assert [at for call, at in driver.driven if call == (0.5, 0.5)] == [50, 250, 300, 500, 700]
-    assert [fault.reason for fault in bench.faults] == ["treads: no order for 0.5 s; stopped"]
+    assert [fault.reason for fault in bench.faults] == ["treads: no command for 0.5 s; stopped"]
     assert driver.times("step") == [0]
 
 
 def test_standing_treads_need_no_orders(driver: ScriptedDriver) -> None:
-    bench = bench_of(driver, settings(order_timeout=500 * MILLISECOND))
+    bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
     bench.put(50, right=0, left=0)
     bench.run(5000)
     assert bench.faults == []

@@ -1,0 +1,157 @@
+"""Base of every hardware model that moves something: interlock, polling, stopping, bring-up again.
+
+Whatever goes wrong begins with a stop, and a stop is written again until the chip acknowledges it.
+What follows is the same for all: a chip that lost its settings is brought up again; while the
+interlock disables outputs, a model that keeps its command waits and checks it periodically.
+
+A subclass says how to stop (`write_stop`) and what it does while all is well (`settle`, `drive_on`,
+`external`). It writes inside `try` and hands every HalError to `fail`.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable
+
+from drivers.chips.step import Step
+from drivers.hardware import HardwareModel
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
+from firmware_runtime.hal.line_time import Line
+
+STOP_AGAIN_AFTER = 50 * MILLISECOND
+"""Ns until a stop that was not acknowledged is written again."""
+POLL_EVERY = SECOND
+"""Ns between two polls of a chip that drives: one that was reset acknowledges writes all the same.
+"""
+
+
+class Actuator(HardwareModel):
+    """Drives while the interlock allows it; all phases but the subclass's own are here.
+
+    bring_up (the steps' waits) --> the subclass's own;  failed --fault!--> bring_up (RETRY_AFTER)
+    own phases, stopped --> reporting (0) --fault!--> the first of these that applies:
+        the stop was not acknowledged --> stopping (STOP_AGAIN_AFTER) --> stopped --> reporting
+        the chip lost its settings --> bring_up
+        disabled by the interlock --> disabled (POLL_PERIOD) --> the same, or resumed
+        none --> the subclass's own, by `settle`
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bring_up: Callable[[], Iterable[Step]],
+        line: Line,
+        interlock: Interlock = always_enabled,
+    ) -> None:
+        super().__init__(name, bring_up, line)
+        self.interlock = interlock
+        self.is_stop_due = False
+        """The last stop was not acknowledged, and nothing was written since."""
+        self.is_bring_up_due = False
+        self.since_poll = 0
+        """Ns of driving since the chip was polled; a subclass that polls counts it."""
+        self._is_disabled = False
+
+    # What a subclass knows ------------------------------------------------------------------------
+
+    @abstractmethod
+    def write_stop(self) -> None:
+        """Write a stop that is right in any state of the chip. Raises HalError."""
+
+    @abstractmethod
+    def settle(self) -> None:
+        """Enter the phase of one's own that the command leads to: nothing else is due."""
+
+    @abstractmethod
+    def drive_on(self) -> None:
+        """Go on from a phase of one's own whose time advance ran out."""
+
+    def resume(self) -> None:
+        """Go on from `disabled`: the interlock enables outputs again."""
+        self.settle()
+
+    def poll(self) -> None:
+        """Check that the chip still is as brought up. Raises NotReady if it was reset."""
+
+    def lost_settings(self, error: HalError) -> bool:
+        """Whether the chip has to be brought up again after this error."""
+        return isinstance(error, NotReady)
+
+    # The DEVS functions ---------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """The chip is up, and its outputs are off."""
+        self.is_stop_due = self.is_bring_up_due = False
+        self.since_poll = 0
+        self.settle()
+
+    def proceed(self) -> None:
+        """Do what is due: stop again, check the interlock, or drive on."""
+        if self.phase == "reporting":
+            self._settle()
+        elif self.phase == "stopping":
+            self.stop()
+        elif self.phase != "disabled":
+            self.drive_on()
+        elif self.interlock():
+            self._is_disabled = False
+            self.resume()
+        else:
+            self.hold_disabled()
+
+    def exit(self) -> None:
+        """Leave everything stopped."""
+        self.write_stop()
+
+    # Verbs of a subclass --------------------------------------------------------------------------
+
+    def poll_if_due(self) -> None:
+        """Poll the chip if it has driven for POLL_EVERY. Raises HalError."""
+        if self.since_poll >= POLL_EVERY:
+            self.since_poll = 0
+            self.poll()
+
+    def stop(self) -> None:
+        """Write a stop, and report; it is repeated until it is acknowledged."""
+        try:
+            self.write_stop()
+        except HalError as error:
+            self.is_stop_due = True
+            self.is_bring_up_due |= self.lost_settings(error)
+            self.note(error)
+        else:
+            self.is_stop_due = False
+        self.activate("reporting")
+
+    def fail(self, error: HalError) -> None:
+        """Report an error and stop; the next command that is written is followed by a poll."""
+        self.note(error)
+        self.since_poll = POLL_EVERY
+        self.is_bring_up_due |= self.lost_settings(error)
+        self.stop()
+
+    def disable(self) -> None:
+        """Stop because the interlock says so, then wait for it in `disabled`."""
+        self._is_disabled = True
+        self.stop()
+
+    def hold_disabled(self) -> None:
+        """Wait, stopped as it is, and check the interlock again after POLL_PERIOD."""
+        self.hold_in("disabled", POLL_PERIOD)
+
+    def note_success(self) -> None:
+        """Take in that the chip acknowledged a command: the faults in a row are over."""
+        self.consecutive_faults = 0
+        self.is_stop_due = False
+
+    # ----------------------------------------------------------------------------------------------
+
+    def _settle(self) -> None:
+        if self.is_stop_due:
+            self.hold_in("stopping", STOP_AGAIN_AFTER)
+        elif self.is_bring_up_due:
+            self.bring_up_again()
+        elif self._is_disabled:
+            self.hold_disabled()
+        else:
+            self.settle()
