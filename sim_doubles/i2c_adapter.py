@@ -15,11 +15,15 @@ MOST_MESSAGES = 42
 
 
 class AdapterProfile(NamedTuple):
-    """The errno of each event, and which message lists the adapter refuses before any START."""
+    """The errno of each event, and which message lists the adapter refuses before any START.
+
+    `functions` is what it answers to the ioctl I2C_FUNCS.
+    """
 
     address_refused: int
     byte_refused: int
     no_completion: int
+    functions: int
     read_must_be_last: bool = False
     empty_write: bool = True
     empty_read: bool = True
@@ -46,11 +50,22 @@ class AdapterProfile(NamedTuple):
 
 ADAPTERS: Mapping[str, AdapterProfile] = {
     "bcm2835": AdapterProfile(
-        errno.EREMOTEIO, errno.EREMOTEIO, errno.ETIMEDOUT, read_must_be_last=True
+        errno.EREMOTEIO,
+        errno.EREMOTEIO,
+        errno.ETIMEDOUT,
+        0x0EFF0009,
+        read_must_be_last=True,
     ),
     "designware": AdapterProfile(
-        errno.EREMOTEIO, errno.EREMOTEIO, errno.ETIMEDOUT, empty_write=False, empty_read=False
+        errno.EREMOTEIO,
+        errno.EREMOTEIO,
+        errno.ETIMEDOUT,
+        0x0F7E0003,
+        empty_write=False,
+        empty_read=False,
     ),
-    "i2c-gpio": AdapterProfile(errno.ENXIO, errno.EIO, errno.ETIMEDOUT),
-    "i2c-tiny-usb": AdapterProfile(errno.ENXIO, errno.ENXIO, errno.EIO, empty_read=False),
+    "i2c-gpio": AdapterProfile(errno.ENXIO, errno.EIO, errno.ETIMEDOUT, 0x0FFF801F),
+    "i2c-tiny-usb": AdapterProfile(
+        errno.ENXIO, errno.ENXIO, errno.EIO, 0x0EFF0009, empty_read=False
+    ),
 }

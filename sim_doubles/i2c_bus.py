@@ -27,16 +27,17 @@ from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 from sim_doubles.clock import Now
 from sim_doubles.faults import FaultScript
-from sim_doubles.i2c_adapter import ADAPTERS
+from sim_doubles.i2c_adapter import ADAPTERS, AdapterProfile
 from sim_doubles.i2c_alteration import Alteration
 from sim_doubles.i2c_target import Target
 from sim_doubles.i2c_timing import WireTiming
-from sim_doubles.i2c_transaction import Transaction
+from sim_doubles.i2c_transaction import BlockRead, Transaction
 
-__all__ = ["I2cBusDouble", "Target", "Transaction"]
+__all__ = ["BlockRead", "I2cBusDouble", "Target", "Transaction"]
 
 BITS_PER_BYTE = 9  # eight and the acknowledge
 START_BITS = 1 + BITS_PER_BYTE  # with the address
+LONGEST_BLOCK = 32  # of SMBus 2.0
 
 
 class I2cBusDouble(I2cBus):
@@ -76,9 +77,24 @@ class I2cBusDouble(I2cBus):
         self._timing = WireTiming(now, reach, bus_hz, overhead_ns)
         self._lock = threading.Lock()
 
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """What is connected, in the order in which a START reaches it."""
+        return self._targets
+
+    @property
+    def adapter(self) -> AdapterProfile:
+        """The Linux adapter whose errors it reports."""
+        return self._adapter
+
     def be_behind(self, adapter: str) -> None:
         """Report errors, and refuse messages, as another Linux adapter does from now on."""
         self._adapter = ADAPTERS[adapter]
+
+    def connect(self, *targets: Target) -> None:
+        """Wire more targets to the bus, between two transactions."""
+        with self._lock:
+            self._targets += targets
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction; return what was read, in order, joined."""
@@ -195,8 +211,9 @@ class I2cBusDouble(I2cBus):
                 left -= 1
                 stop_bits = 0 if left or holds else 1
                 if isinstance(message, int):
-                    answer += self._read(targets, address, message)
-                    self._timing.take(START_BITS + BITS_PER_BYTE * message + stop_bits)
+                    read = self._read(targets, address, message)
+                    answer += read
+                    self._timing.take(START_BITS + BITS_PER_BYTE * len(read) + stop_bits)
                 else:
                     answering = self._start(targets, address, read=False)
                     self._timing.take(START_BITS + BITS_PER_BYTE * len(message) + stop_bits)
@@ -226,12 +243,19 @@ class I2cBusDouble(I2cBus):
 
     def _read(self, targets: Sequence[Target], address: int, length: int) -> bytes:
         answering = self._start(targets, address, read=True)
+        if isinstance(length, BlockRead):
+            return self._read_block(answering, length)
         self._count(length)
-        if len(answering) == 1:
-            read = answering[0].read
-            return bytes([read() for _ in range(length)])
-        colliding = ([target.read() for target in answering] for _ in range(length))
-        return bytes([reduce(and_, driven) for driven in colliding])
+        return _read_from(answering, length)
+
+    def _read_block(self, answering: list[Target], beside: BlockRead) -> bytes:
+        self._count(1)
+        first = _read_from(answering, 1)
+        if not 1 <= first[0] <= LONGEST_BLOCK:
+            raise _os_error(errno.EPROTO)
+        rest = first[0] + beside - 1
+        self._count(rest)
+        return first + _read_from(answering, rest)
 
     def _count(self, length: int) -> None:
         self.bytes += length
@@ -270,6 +294,15 @@ class I2cBusDouble(I2cBus):
 
     def _present(self, alteration: Alteration) -> list[Target]:
         return [target for target in self._targets if target not in alteration.absent]
+
+
+def _read_from(answering: list[Target], length: int) -> bytes:
+    """Read bytes; those of several targets at once are the bitwise AND."""
+    if len(answering) == 1:
+        read = answering[0].read
+        return bytes([read() for _ in range(length)])
+    colliding = ([target.read() for target in answering] for _ in range(length))
+    return bytes([reduce(and_, driven) for driven in colliding])
 
 
 def _first_refused(targets: list[Target], message: bytes) -> int | None:

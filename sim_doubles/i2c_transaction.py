@@ -5,6 +5,13 @@ from typing import NamedTuple
 from firmware_runtime.hal.i2c import Message
 
 
+class BlockRead(int):
+    """A read whose first byte is how many follow: an SMBus block. Its value is the bytes beside.
+
+    1 is the length alone, 2 a packet error code too. Source: I2C_M_RECV_LEN of Linux.
+    """
+
+
 class Transaction(NamedTuple):
     """One logged transaction: `answer` is what was read, `error` the errno it ended with."""
 
@@ -29,7 +36,8 @@ class Transaction(NamedTuple):
         parts, read = [], 0
         for message in self.messages:
             if isinstance(message, int):
-                parts.append(f"R {self.answer[read : read + message].hex(' ')}".rstrip())
+                end = None if isinstance(message, BlockRead) else read + message
+                parts.append(f"R {self.answer[read:end].hex(' ')}".rstrip())
                 read += message
             else:
                 parts.append(f"W {message.hex(' ')}".rstrip())
