@@ -21,9 +21,9 @@ from benchmarks.accounting_models import HastyClock, S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.inbox import Inbox
-from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.statistics.companions import Companion
@@ -78,20 +78,18 @@ class AccountedStep:
     def __init__(self, count: int, directory: Path, *, recorded: bool) -> None:
         root, clock = tickers(count), HastyClock()
         settings = configuration(directory, recorded=recorded)
-        instruments = Instruments(root, clock.now, settings)
-        simulator = Simulator(root, instruments=[instruments])
-        instruments.attach(simulator)
-        path = settings.statistics_path
-        if instruments.recorder is not None and path is not None:
-            instruments.recorder.open(Companion.SPANS.beside(path))
-        header = {"models": instruments.models(), "conditions": {}}
-        file = StatisticsFile(instruments.layout(), header, path)
+        profiler = Profiler(root, clock.now, settings)
+        simulator, path = profiler.simulator, settings.statistics_path
+        if recorded and path is not None:
+            profiler.step.open_recorder(settings.recorded_spans, Companion.SPANS.beside(path))
+        header = {"models": profiler.models(), "conditions": {}}
+        file = StatisticsFile(profiler.layout(), header, path)
         self.statistics = file.statistics
-        self._clock, self._simulator, self._step = clock, simulator, instruments.step
-        self._world_now = WorldClock(instruments.accounting.tolerance)
-        progress = Progress(instruments.step, settings.max_lag, clock.speed)
+        self._clock, self._simulator, self._step = clock, simulator, profiler.step
+        self._world_now = WorldClock(profiler.accounting.tolerance)
+        progress = Progress(profiler.step, settings.max_lag, clock.speed)
         inbox = Inbox(clock.now)
-        self._ledger = Ledger(file, instruments, inbox, NEVER - 1, process_time_ns, progress)
+        self._ledger = Ledger(file, profiler, inbox, NEVER - 1, process_time_ns, progress)
         self._next_at = lambda: simulator.next_at
         self._at = simulator.next_at
 

@@ -1,7 +1,6 @@
 """Checked mode: the laws that the fast loops trust a model to keep, watched at every step."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import Any, Protocol
@@ -9,7 +8,7 @@ from typing import Any, Protocol
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import OutputChangedState, PortTypeError, SentOutsideOutput
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
 
 _DEPTH = 4
@@ -33,7 +32,9 @@ class Checks:
         """Watch one model."""
         for port in atomic.out_ports.values():
             port.wrap(partial(self._checked_send, atomic, port))
-        return replace(functions, output=self._checked_output(atomic, functions.output))
+        output = self._checked_output(atomic, functions.output)
+        rest = functions.internal, functions.external, functions.confluent
+        return Wrapped(atomic, output, *rest)
 
     def _checked_output(self, atomic: Atomic, output: Callable[[], None]) -> Callable[[], None]:
         def checked_output() -> None:

@@ -1,40 +1,56 @@
 """A model's functions as the simulator calls them, bound once, before the run.
 
-An `Instrument` may wrap them: the executive to measure time, the checked mode to watch the laws.
-A model that nobody wraps is called as it is.
+An `Instrument` may put something else in a model's place: the executive to measure time, the
+checked mode to watch the laws. A model without one is called as it is.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
 
 
-@dataclass(frozen=True, slots=True)
-class Functions:
-    """Output, internal, external and confluent; `confluent` None means internal, then external."""
+class Functions(Protocol):
+    """What the simulator calls for a model, and reads after each transition.
 
+    `confluent` is None where it means internal, then external.
+    """
+
+    @property
+    def output(self) -> Callable[[], None]:
+        """Send; must not change the state."""
+
+    @property
+    def internal(self) -> Callable[[], None]:
+        """The time advance ran out."""
+
+    @property
+    def external(self) -> Callable[[int], None]:
+        """Input, so many ns after the last transition."""
+
+    @property
+    def confluent(self) -> Callable[[], None] | None:
+        """Both at once."""
+
+    @property
+    def sigma(self) -> int:
+        """The model's time advance."""
+
+
+Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
+"""Given a model and what is called for it, what to call instead."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wrapped:
+    """Functions of a model, each as it is or with something around it."""
+
+    atomic: Atomic
     output: Callable[[], None]
     internal: Callable[[], None]
     external: Callable[[int], None]
     confluent: Callable[[], None] | None
-
-
-Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
-"""Given a model and its functions, the functions to call instead."""
-
-
-class Wrapped:
-    """Stands before a model whose functions are wrapped; to the simulator it is the model."""
-
-    __slots__ = ("atomic", "external", "internal", "output")
-
-    def __init__(self, atomic: Atomic, functions: Functions) -> None:
-        self.atomic = atomic
-        self.output = functions.output
-        self.internal = functions.internal
-        self.external = functions.external
 
     @property
     def sigma(self) -> int:
@@ -44,15 +60,15 @@ class Wrapped:
 
 def bind(
     atomics: Sequence[Atomic], instruments: Sequence[Instrument]
-) -> tuple[list[Atomic | Wrapped], dict[int, Callable[[], None]]]:
+) -> tuple[list[Atomic | Functions], dict[int, Callable[[], None]]]:
     """What to call for each model, and those confluent functions that are not the default one."""
-    models: list[Atomic | Wrapped] = list(atomics)
+    models: list[Atomic | Functions] = list(atomics)
     own_confluents: dict[int, Callable[[], None]] = {}
     for number, atomic in enumerate(atomics):
         confluent = _own_confluent(atomic)
         if instruments or _computes_time_advance(atomic):
             functions = _functions_of(atomic, instruments)
-            models[number] = Wrapped(atomic, functions)
+            models[number] = functions
             confluent = functions.confluent
         if confluent is not None:
             own_confluents[number] = confluent
@@ -69,27 +85,28 @@ def _computes_time_advance(atomic: Atomic) -> bool:
 
 def _functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Functions:
     """The model's functions with each instrument around them, the first one innermost."""
-    functions = Functions(atomic.output, atomic.internal, atomic.external, _own_confluent(atomic))
+    own = atomic.output, atomic.internal, atomic.external, _own_confluent(atomic)
+    functions: Functions = Wrapped(atomic, *own)
     if _computes_time_advance(atomic):
-        functions = _asking_time_advance(atomic, functions)
+        functions = _asking_time_advance(atomic)
     for instrument in instruments:
         functions = instrument(atomic, functions)
     return functions
 
 
-def _asking_time_advance(atomic: Atomic, functions: Functions) -> Functions:
+def _asking_time_advance(atomic: Atomic) -> Wrapped:
     """For a model that computes its time advance: ask after each transition, keep it in sigma."""
 
     def internal() -> None:
-        functions.internal()
+        atomic.internal()
         atomic.sigma = atomic.time_advance()
 
     def external(elapsed: int) -> None:
-        functions.external(elapsed)
+        atomic.external(elapsed)
         atomic.sigma = atomic.time_advance()
 
     def confluent() -> None:
         atomic.confluent()
         atomic.sigma = atomic.time_advance()
 
-    return replace(functions, internal=internal, external=external, confluent=confluent)
+    return Wrapped(atomic, atomic.output, internal, external, confluent)

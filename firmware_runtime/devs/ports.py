@@ -70,15 +70,20 @@ class Relay(StandIn[T]):
         self._take(value)
 
 
+class Nowhere(StandIn[Any]):
+    """Drops each value."""
+
+    __slots__ = ()
+
+    def append(self, value: object, /) -> None:
+        """Drop one value."""
+
+
 class Register(Protocol):
     """Where it is noted that a bag has got its first value."""
 
     def append(self, entry: Any, /) -> None:  # noqa: ANN401 -- each register has entries of its own
         """Note it."""
-
-
-def _discard(_value: object) -> None:
-    """Take a value that goes nowhere."""
 
 
 class OutPort(Generic[T]):
@@ -132,8 +137,8 @@ class OutPort(Generic[T]):
         return f"<OutPort {self.path}>"
 
 
-NOWHERE: Final[StandIn[Any]] = Relay(_discard)
-"""The bag of an output port that feeds nobody."""
+NOWHERE: Final = Nowhere()
+"""The bag of an output port that feeds none."""
 
 AnyPort: TypeAlias = InPort[Any] | OutPort[Any]
 """A port whose type is known at run time only."""

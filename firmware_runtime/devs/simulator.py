@@ -82,15 +82,11 @@ class Simulator(Engine):
             if rounds == self._zero_time_limit:
                 self._refuse_endless_loop(imminent)
             rounds += 1
-            imminent = self._round(at, imminent, reached)
-
-    def _round(self, at: int, imminent: list[int], reached: list[int]) -> list[int]:
-        """One round; returns the imminent models of the next, in order of declaration."""
-        self._send(imminent)
-        return self._transit(at, imminent, reached)
+            self._send(imminent)
+            imminent = self._transit(at, imminent, reached)
 
     def _transit(self, at: int, imminent: list[int], reached: list[int]) -> list[int]:
-        """The transitions of a round; returns the imminent models of the next."""
+        """The transitions of a round; returns the imminent models of the next, in order."""
         if self._delivery.pools:
             self._delivery.pour()
         self.internal_transitions += len(imminent)

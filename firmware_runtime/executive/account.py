@@ -1,5 +1,9 @@
 """The account of one model: what became of each of its activations, in counters and histograms.
 
+During the run the account stands in the model's place: the simulator calls it, it calls the model,
+times the call, records it, and looks at what the model has booked. That is one frame around a
+model's function, written out for each, and the only one.
+
 What an activation is, and when it is due, is the business of the two kinds of account
 (`periodic_account`, `event_account`). Exactly one thing becomes of an activation that is due
 
@@ -15,13 +19,14 @@ written at once. Hence the identity
 
 The deadline of the next activation stands in the file beside them, and whether the model is still
 within the period before it. By these a reader sees what is due by the clock and has not run,
-whether or not the loop ever gets there (`telemetry.overdue`).
+whether or not the loop ever gets there (`statistics.overdue`).
 
 An overrun is an activation that ran later than the tolerance. An episode is a row of overruns and
 skips that no activation on time interrupts: one stall is one episode, whatever the policy.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import partial
 from struct import Struct
 
@@ -32,38 +37,48 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import MODEL, Layout
+from firmware_runtime.statistics.spans import MODELS
 
 _BY_ACTIVATION = MODEL.index("is_in_period") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
 """What changes with each activation: packed at once, which costs little more than one counter."""
 NOTHING, TOOK_PART, RAN = range(3)
 """What a step has left to count, of one model: that it took part, or that an activation ran."""
-_IRREGULAR, _RETURNED, _REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
+_IRREGULAR, _RETURNED, REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
 
 
 class ModelAccount(ABC):
-    """Watches one model during a step (as an instrument), and counts after it.
+    """Stands in one model's place during a step, and counts after it.
 
-    `number` is the model's place among the step's own times, `index` among the file's models; `due`
+    `number` is the model's place among the step's own times and among the file's models; `due`
     is the deadline of the next activation, NEVER if none is planned, and `booked` the instant of
     the model's next event. It `is_in_period` while phases of the activation before are
     still to come. During a step `noted` and the like say what happened; `settle` moves it
     into the cells. Of the episode under way, or the last one, there is the latest activation, ns,
     how many were missed, and the `cause` of the first overrun, as the ledger found it.
+    `answers` are called when the model has read input: deadlines that end with it. `sigma` is the
+    model's time advance after its last transition.
     """
 
     __slots__ = (  # more attributes than an instance without slots finds quickly
-        "_cells",
+        "_call_external",
+        "_call_internal",
+        "_call_output",
         "_last_late",
+        "_now",
         "_pack",
+        "_step",
+        "_track",
+        "answers",
         "atomic",
         "booked",
         "cause",
+        "cells",
         "coalesced",
+        "confluent",
         "due",
         "episodes",
         "in_episode",
-        "index",
         "irregular",
         "is_in_period",
         "late_by",
@@ -78,6 +93,7 @@ class ModelAccount(ABC):
         "policy",
         "reactions",
         "run",
+        "sigma",
         "skipped",
         "stop_after",
         "tolerance",
@@ -86,11 +102,25 @@ class ModelAccount(ABC):
     period: int = NEVER
 
     def __init__(
-        self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy, tolerance: int
+        self,
+        atomic: Atomic,
+        functions: Functions,
+        step: Step,
+        policy: ActivationPolicy,
+        tolerance: int,
     ) -> None:
         self.atomic = atomic
-        self.path = path
-        self.number = number
+        self.number = number = step.join(atomic)
+        self.path = step.paths[number]
+        self.sigma = NEVER
+        self.answers: tuple[Callable[[], None], ...] = ()
+        self.confluent: Callable[[], None] | None = functions.confluent
+        self._call_output = functions.output
+        self._call_internal = functions.internal
+        self._call_external = functions.external
+        self._step = step
+        self._now = step.now
+        self._track = MODELS + number
         self.policy = policy
         self.tolerance = tolerance
         self.stop_after = policy.stop_after()
@@ -109,17 +139,16 @@ class ModelAccount(ABC):
         self.latest_in_episode = 0
         self.missed_in_episode = 0
         self.cause = ""
-        self.index = 0
-        self._cells = empty_cells(len(MODEL))
-        self._pack = partial(_COUNTERS.pack_into, self._cells.cast("B"), 0)
+        self.cells = empty_cells(len(MODEL))
+        self._pack = partial(_COUNTERS.pack_into, self.cells.cast("B"), 0)
         self.late_by = self.own_time = Histogram(empty_cells())
 
-    def count_in(self, cells: Cells, layout: Layout, index: int) -> None:
+    def count_in(self, cells: Cells, layout: Layout) -> None:
         """From now on, count in this model's block of the statistics file."""
-        self.index = index
+        index = self.number
         first = layout.model(index)
-        self._cells = cells[first : first + len(MODEL)]
-        self._pack = partial(_COUNTERS.pack_into, self._cells.cast("B"), 0)
+        self.cells = cells[first : first + len(MODEL)]
+        self._pack = partial(_COUNTERS.pack_into, self.cells.cast("B"), 0)
         self.late_by = Histogram(cells[layout.lateness(index)])
         self.own_time = Histogram(cells[layout.step(index)])
         self.write()
@@ -128,9 +157,38 @@ class ModelAccount(ABC):
         """Take over the model's first booking, NEVER if it has none."""
         self.due = due
 
+    # In the model's place, during a step ---------------------------------------------------------
+
+    def output(self) -> None:
+        """Have the model send."""
+        step, number = self._step, self.number
+        begun = step.began_at[number] = step.lap
+        self._call_output()
+        ended = step.lap = self._now()
+        step.own_times[number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+
     @abstractmethod
-    def watch(self, functions: Functions, step: Step, touched: "list[ModelAccount]") -> Functions:
-        """Wrap the model's functions; an account with something to count joins `touched`."""
+    def internal(self) -> None:
+        """Have the model make its internal transition."""
+
+    @abstractmethod
+    def external(self, elapsed: int) -> None:
+        """Have the model read its input, `elapsed` ns after its last transition."""
+
+    def _plain_time_advance(self) -> int:
+        """The model's time advance as an `int`, from now on, if it is whole and of another type.
+
+        One that is no whole number is refused by the simulator, next; until then it counts as zero.
+        """
+        sigma = whole(self.atomic.sigma)
+        if sigma is None:
+            return 0
+        self.atomic.sigma = self.sigma = sigma
+        return sigma
+
+    # After it -----------------------------------------------------------------------------------
 
     @abstractmethod
     def settle(self, at: int, own_time: int) -> bool:
@@ -140,7 +198,7 @@ class ModelAccount(ABC):
     def end(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""
 
-    def is_to_skip(self, _step: Step) -> bool:
+    def is_to_skip(self) -> bool:
         """Whether it is through with a period, and whole ones are to be dropped."""
         return False
 
@@ -187,14 +245,10 @@ class ModelAccount(ABC):
             self.is_in_period,
         )
 
-    def count_reaction(self) -> None:
-        """Count a step in which the model did something that it had not booked."""
-        self.reactions = self._cells[_REACTIONS] = self.reactions + 1
-
     def count_irregular(self, returned: int) -> None:
         """Count a return at another time than the period says, ns after the activation before."""
-        self.irregular = self._cells[_IRREGULAR] = self.irregular + 1
-        self._cells[_RETURNED] = returned
+        self.irregular = self.cells[_IRREGULAR] = self.irregular + 1
+        self.cells[_RETURNED] = returned
 
     def _open_episode(self) -> None:
         """Start an episode, unless one is under way."""
@@ -203,15 +257,3 @@ class ModelAccount(ABC):
             self.episodes += 1
             self.latest_in_episode = self.missed_in_episode = 0
             self.cause = ""
-
-
-def plain_time_advance(atomic: Atomic) -> int:
-    """The model's time advance as an `int`, from now on, if it is a whole number of another type.
-
-    One that is no whole number is refused by the simulator, next; until then it counts as zero.
-    """
-    sigma = whole(atomic.sigma)
-    if sigma is None:
-        return 0
-    atomic.sigma = sigma
-    return sigma

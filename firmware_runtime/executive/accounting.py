@@ -7,7 +7,7 @@ A model that still waits for its turn is left alone: its late activation runs on
 are further ones dropped.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
@@ -18,7 +18,7 @@ from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.event_account import EventAccount
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
-from firmware_runtime.executive.step import Step
+from firmware_runtime.executive.step import Step, relative_path
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import Layout
 
@@ -26,65 +26,51 @@ EVENT_TOLERANCE = MILLISECOND
 """Lateness, ns, up to which an event of a model without a period is no overrun."""
 
 
-class Accounting:
-    """Opens an account for every model, and keeps the accounts.
+def open_account(
+    atomic: Atomic, functions: Functions, step: Step, policies: Mapping[str, ActivationPolicy]
+) -> ModelAccount:
+    """The account that stands in a model's place. Raises ConfigError for a period that is none."""
+    path = relative_path(atomic, step.root)
+    if type(atomic.period) is not int or atomic.period <= 0:
+        fault = f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
+        raise ConfigError(path, [fault])
+    if atomic.period == NEVER:
+        return EventAccount(atomic, functions, step, SKIP, EVENT_TOLERANCE)
+    return PeriodicAccount(atomic, functions, step, policies.get(path, SKIP))
 
-    Raises ConfigError for a model whose period is no time.
-    `watch` is called once for each model, in order of declaration. `overrun` says why the run must
-    stop; it is empty until a policy demands it.
+
+class Accounting:
+    """Keeps the accounts of all models of a simulator, in order of declaration.
+
+    `overrun` says why the run must stop; it is empty until a policy demands it.
     """
 
-    def __init__(self, step: Step, policies: Mapping[str, ActivationPolicy]) -> None:
-        self.accounts: list[ModelAccount] = []
-        self.periodic: list[PeriodicAccount] = []
+    def __init__(self, step: Step, accounts: Sequence[ModelAccount], simulator: Engine) -> None:
+        self.accounts = accounts
+        self.periodic = [each for each in accounts if isinstance(each, PeriodicAccount)]
         self.overrun = ""
         self._step = step
-        self._policies = policies
-        self._touched: list[ModelAccount] = []
-        self._stopping: list[ModelAccount] = []
-        self._postpone: Callable[[Atomic, int], None]
-
-    def watch(self, atomic: Atomic, path: str, functions: Functions) -> Functions:
-        """Open the account of a model; return its functions, watched."""
-        number = len(self.accounts)
-        if type(atomic.period) is not int or atomic.period <= 0:
-            fault = (
-                f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
-            )
-            raise ConfigError(path, [fault])
-        account: ModelAccount
-        if atomic.period == NEVER:
-            account = EventAccount(atomic, path, number, SKIP, EVENT_TOLERANCE)
-        else:
-            policy = self._policies.get(path, SKIP)
-            account = PeriodicAccount(atomic, path, number, policy)
-            self.periodic.append(account)
-        self.accounts.append(account)
-        return account.watch(functions, self._step, self._touched)
-
-    def attach(self, simulator: Engine) -> list[str]:
-        """Take over the first deadlines; return policies that nothing falls under, as faults."""
+        self._stopping = [each for each in accounts if each.stop_after != NEVER]
+        self.has_limits = bool(self._stopping)
+        """Whether some model has the policy `stop`."""
         self._postpone = simulator.postpone
-        for account in self.accounts:
+        for account in accounts:
             account.begin(simulator.due_at(account.atomic))
-        self._stopping = [each for each in self.accounts if each.stop_after != NEVER]
-        unknown = self._policies.keys() - {account.path for account in self.periodic}
-        return [f"policy of {path}: no periodic model has this path" for path in sorted(unknown)]
+
+    def unknown(self, policies: Mapping[str, ActivationPolicy]) -> list[str]:
+        """Policies that no model falls under, as faults."""
+        paths = sorted(policies.keys() - {account.path for account in self.periodic})
+        return [f"policy of {path}: no periodic model has this path" for path in paths]
 
     def count_in(self, cells: Cells, layout: Layout) -> None:
         """From now on, count in the statistics file."""
-        for index, account in enumerate(self.accounts):
-            account.count_in(cells, layout, index)
+        for account in self.accounts:
+            account.count_in(cells, layout)
 
     @property
     def tolerance(self) -> int:
         """The least lateness that is an overrun of some periodic model; 1 ms if there is none."""
         return min((account.tolerance for account in self.periodic), default=MILLISECOND)
-
-    @property
-    def has_limits(self) -> bool:
-        """Whether some model has the policy `stop`."""
-        return bool(self._stopping)
 
     def is_overdue(self, now: int) -> bool:
         """Whether a model with policy `stop` waits for its turn beyond its limit."""
@@ -99,18 +85,19 @@ class Accounting:
 
         Returns the account of the activation that ran latest, if any ran.
         """
-        step = self._step
+        step, accounts = self._step, self.accounts
         at, own_times = step.at, step.own_times
         latest, has_limits = None, self.has_limits
-        for account in self._touched:
-            if account.settle(at, own_times[account.number]):
+        for number in step.touched:
+            account = accounts[number]
+            if account.settle(at, own_times[number]):
                 if has_limits and account.lateness > account.stop_after:
                     self._stop(account, account.lateness)
                 if latest is None or account.lateness > latest.lateness:
                     latest = account
-            if account.booked < now and account.is_to_skip(step):
+            if account.booked < now and account.is_to_skip():
                 self._postpone(account.atomic, account.skip_to(now))
-        self._touched.clear()
+        step.touched.clear()
         return latest
 
     def totals(self) -> tuple[int, int, int, int]:

@@ -7,20 +7,20 @@ returned, and with it the write to the chip.
 
 Whether an answer was caused by a certain sample cannot be seen from outside. So a transition of the
 actuator answers all samples that left before it, and the oldest of them is measured. A sample that
-one at the end of the run. With a command a sample, as in a control loop, that is exact.
+is over its limit when the next one leaves is a miss without an answer, and so is one at the end of
+the run. With a command a sample, as in a control loop, that is exact.
 
 A path is enabled by its first answer. Before that samples leave and nothing is to be done about
 them: a controller waits for a propeller to be armed, a gate is shut. They are counted, and none is
 a miss; a path that never was enabled has samples and no answer.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER
 
@@ -34,54 +34,29 @@ class PathDeadline:
     to_model: Atomic
     within_ns: int
 
+    def missing_from(self, atomics: Sequence[Atomic]) -> list[str]:
+        """Which of its ends are no part of these models, as faults."""
+        source, actuator = self.from_port, self.to_model
+        return [
+            f"deadline {self.name}: {path} is not of an atomic model of this robot"
+            for path, atomic in ((source.path, source.owner), (actuator.path, actuator))
+            if atomic not in atomics
+        ]
+
 
 class DeadlineWatch:
-    """Counts the misses of one deadline; watches the actuator's model."""
+    """Counts the misses of one deadline; the actuator's account calls `answer`."""
 
-    def __init__(self, deadline: PathDeadline, now: Callable[[], int]) -> None:
+    def __init__(self, deadline: PathDeadline, now: Callable[[], int], simulator: Engine) -> None:
         self.deadline = deadline
         self.misses = 0
         self.samples = 0
         self.answers = 0
         self._now = now
         self._left_at = NEVER
+        simulator.listen(deadline.from_port, self._leave)
 
-    def attach(self, simulator: Engine) -> list[str]:
-        """Listen to the sensor's port; return what is not part of the model, as faults."""
-        source, actuator = self.deadline.from_port, self.deadline.to_model
-        missing = [
-            f"deadline {self.deadline.name}: {path} is not of an atomic model of this robot"
-            for path, atomic in ((source.path, source.owner), (actuator.path, actuator))
-            if atomic not in simulator.atomics
-        ]
-        if not missing:
-            simulator.listen(source, self.leave)
-        return missing
-
-    def watch(self, atomic: Atomic, functions: Functions) -> Functions:
-        """Note when the actuator's model has read its input."""
-        if atomic is not self.deadline.to_model:
-            return functions
-
-        def external(elapsed: int) -> None:
-            functions.external(elapsed)
-            self.answer()
-
-        def read_input(transition: Callable[[], None]) -> Callable[[], None]:
-            def call() -> None:
-                transition()
-                self.answer()
-
-            return call
-
-        confluent = functions.confluent  # None: the simulator calls external, as above
-        return replace(
-            functions,
-            external=external,
-            confluent=None if confluent is None else read_input(confluent),
-        )
-
-    def leave(self, at: int, _value: object) -> None:
+    def _leave(self, at: int, _value: object) -> None:
         """A sample leaves the sensor's port at instant `at`."""
         self.samples += 1
         if self.answers == 0 or self._left_at == NEVER or self._is_missed():

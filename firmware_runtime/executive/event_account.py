@@ -8,18 +8,12 @@ no deadline of its own, so no lateness either, but its own time counts.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from functools import partial
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import (
-    NOTHING,
-    RAN,
-    TOOK_PART,
-    ModelAccount,
-    plain_time_advance,
-)
+from firmware_runtime.executive.account import NOTHING, RAN, REACTIONS, TOOK_PART, ModelAccount
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 
@@ -31,52 +25,79 @@ class EventAccount(ModelAccount):
     kind = "event"
 
     def __init__(
-        self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy, tolerance: int
+        self,
+        atomic: Atomic,
+        functions: Functions,
+        step: Step,
+        policy: ActivationPolicy,
+        tolerance: int,
     ) -> None:
-        super().__init__(atomic, path, number, policy, tolerance)
+        super().__init__(atomic, functions, step, policy, tolerance)
+        self.confluent = partial(self._confluent, _confluent(functions))
         self._put_off = NEVER
         """A deadline that has passed, while an input from before it is answered in zero time."""
 
-    def watch(self, functions: Functions, step: Step, touched: list[ModelAccount]) -> Functions:
-        """Wrap the model's functions; an account with something to count joins `touched`."""
-        atomic, number, began_at = self.atomic, self.number, step.began_at
+    # In the model's place, during a step ---------------------------------------------------------
 
-        def book() -> None:
-            """Note the instant the model books with its present time advance."""
-            sigma = atomic.sigma
-            if sigma.__class__ is not int:
-                sigma = plain_time_advance(atomic)
-            self.due = step.at + sigma if 0 < sigma < NEVER else NEVER
-            if self.noted == NOTHING:
-                self.noted = TOOK_PART
-                touched.append(self)
+    def internal(self) -> None:
+        """Have the model make its internal transition; it was booked, or it is a reaction."""
+        step = self._step
+        begun = step.lap
+        self._call_internal()
+        ended = step.lap = self._now()
+        step.own_times[self.number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+        self._book_after_event(step.at)
 
-        def due(transition: Callable[[], None]) -> Callable[[], None]:
-            def call() -> None:
-                transition()
-                has_run = self.due == step.at
-                book()
-                if self._put_off != NEVER:
-                    self._replan(self._put_off)
-                if has_run:
-                    self.noted = RAN
-                    self.lateness = began_at[number] - step.at
+    def external(self, elapsed: int) -> None:
+        """Have the model read its input, `elapsed` ns after its last transition."""
+        step, booked = self._step, self.due
+        begun = step.lap
+        self._call_external(elapsed)
+        ended = step.lap = self._now()
+        step.own_times[self.number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+        for answer in self.answers:
+            answer()
+        if self.noted == NOTHING:
+            self.noted = TOOK_PART
+            step.touched.append(self.number)
+        sigma = self.sigma = self.atomic.sigma
+        if sigma.__class__ is not int:
+            sigma = self._plain_time_advance()
+        self.due = step.at + sigma if 0 < sigma < NEVER else NEVER
+        if booked <= begun and booked != self.due:
+            self._replan(booked)
 
-            return call
+    def _confluent(self, confluent: Callable[[], None]) -> None:
+        """Have the model do both."""
+        step = self._step
+        begun = step.lap
+        confluent()
+        ended = step.lap = self._now()
+        step.own_times[self.number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+        for answer in self.answers:
+            answer()
+        self._book_after_event(step.at)
 
-        def external(elapsed: int) -> None:
-            begun, booked = step.lap, self.due
-            functions.external(elapsed)
-            book()
-            if booked <= begun and booked != self.due:
-                self._replan(booked)
-
-        return replace(
-            functions,
-            internal=due(functions.internal),
-            external=external,
-            confluent=due(_confluent(functions)),
-        )
+    def _book_after_event(self, at: int) -> None:
+        """Note what an internal or confluent transition was, and what the model books next."""
+        if self.noted == NOTHING:
+            self.noted = TOOK_PART
+            self._step.touched.append(self.number)
+        if self.due == at:
+            self.noted = RAN
+            self.lateness = self._step.began_at[self.number] - at
+        sigma = self.sigma = self.atomic.sigma
+        if sigma.__class__ is not int:
+            sigma = self._plain_time_advance()
+        self.due = at + sigma if 0 < sigma < NEVER else NEVER
+        if self._put_off != NEVER:
+            self._replan(self._put_off)
 
     def _replan(self, passed: int) -> None:
         """An input from before a deadline that has passed has the model book, or go on at once."""
@@ -86,6 +107,8 @@ class EventAccount(ModelAccount):
             self.coalesced += passed != self.due
             self._put_off = NEVER
 
+    # After it -----------------------------------------------------------------------------------
+
     def settle(self, at: int, own_time: int) -> bool:
         """Count what the step at instant `at` has left; return whether an event ran."""
         ran = self.noted == RAN
@@ -94,7 +117,7 @@ class EventAccount(ModelAccount):
         if ran:
             self.count_run(at)
         else:
-            self.count_reaction()
+            self.reactions = self.cells[REACTIONS] = self.reactions + 1
         self.write()
         return ran
 

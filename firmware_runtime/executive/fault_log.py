@@ -35,32 +35,26 @@ class FaultLog:
     `pending` is true while something was noted that is not in the file yet.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, simulator: Engine) -> None:
         self.counted: list[CountedFault] = []
-        self.models: tuple[str, ...] = ()
-        """Those that have a port for faults, by path."""
         self.pending: list[CountedFault] = []
-        self._by_kind: list[dict[str, CountedFault]] = []
-        self._block = empty_cells(0)
-
-    def attach(self, simulator: Engine) -> None:
-        """Listen to every output port that carries faults."""
         paths: list[str] = []
         for atomic in simulator.atomics:
             ports = [port for port in atomic.out_ports.values() if _carries_faults(port)]
             for port in ports:
-                simulator.listen(port, partial(self.note, len(paths)))
+                simulator.listen(port, partial(self._note, len(paths)))
             if ports:
                 paths.append(relative_path(atomic, simulator.root))
         self.models = tuple(paths)
-        self._by_kind = [{} for _ in paths]
+        """Those that have a port for faults, by path."""
+        self._by_kind: list[dict[str, CountedFault]] = [{} for _ in paths]
         self._block = empty_cells(len(paths) * fault_table.MODEL_CELLS)
 
     def count_in(self, cells: Cells, layout: Layout) -> None:
         """From now on, count in the statistics file."""
         self._block = cells[layout.faults]
 
-    def note(self, number: int, at: int, fault: Fault) -> None:
+    def _note(self, number: int, at: int, fault: Fault) -> None:
         """Count one fault of a model, given by its number in `models`."""
         counted = self._by_kind[number].get(fault.kind) or self._open(number, fault.kind)
         if counted.count == 0:

@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.spans import GARBAGE
 
 YOUNG = 1_000
 """Objects made and not freed since the last collection, from which on one is worth while."""
@@ -15,19 +17,12 @@ EVERY_NTH_IS_FULL = 16
 
 
 class GarbageTime:
-    """Adds up the time spent in collections since it was last read.
+    """Adds up the time spent in collections: `spent`, ns, since a reader last set it to zero."""
 
-    `tell` hears of each when it is over: when it began and when it ended.
-    """
-
-    def __init__(
-        self, now: Callable[[], int], tell: Callable[[int, int], None] | None = None
-    ) -> None:
-        self._now = now
-        self._tell = tell
-        self._started = 0
+    def __init__(self, step: Step) -> None:
         self.spent = 0
-        """Since whoever reads it last set it to zero, ns."""
+        self._step = step
+        self._started = 0
 
     @contextmanager
     def measured(self) -> Iterator[None]:
@@ -40,12 +35,12 @@ class GarbageTime:
 
     def _note(self, phase: str, _info: Mapping[str, int]) -> None:
         if phase == "start":
-            self._started = self._now()
+            self._started = self._step.now()
         else:
-            ended = self._now()
+            ended = self._step.now()
             self.spent += ended - self._started
-            if self._tell is not None:
-                self._tell(self._started, ended)
+            if self._step.record is not None:
+                self._step.record(GARBAGE, self._started, ended)
 
 
 class SlackCollector:

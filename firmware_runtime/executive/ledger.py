@@ -8,7 +8,7 @@ from collections.abc import Callable
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.inbox import Inbox
-from firmware_runtime.executive.instruments import Instruments
+from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
@@ -37,7 +37,7 @@ class Ledger:
     def __init__(  # noqa: PLR0913, PLR0917 -- put together once, by the loop
         self,
         file: StatisticsFile,
-        instruments: Instruments,
+        profiler: Profiler,
         inbox: Inbox,
         until: int,
         cpu_time: Callable[[], int],
@@ -46,27 +46,26 @@ class Ledger:
         cells, layout = file.cells, file.layout
         self.file = file
         self._until = until
-        self._step = instruments.step
-        self._accounting = instruments.accounting
+        self._step = profiler.step
+        self._accounting = profiler.accounting
         self._progress = progress
         self._inbox = inbox
         self._watches = [
-            (layout.deadline(index), watch) for index, watch in enumerate(instruments.watches)
+            (layout.deadline(index), watch) for index, watch in enumerate(profiler.watches)
         ]
-        self._garbage = instruments.garbage
-        self._recorder = instruments.recorder
-        self._faults = instruments.faults
+        self._garbage = profiler.garbage
+        self._faults = profiler.faults
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
         self._worst = WorstList(cells, layout)
         self._meters = [
-            BusMeter(bus, cells, layout, index) for index, bus in enumerate(instruments.buses)
+            BusMeter(bus, cells, layout, index) for index, bus in enumerate(profiler.buses)
         ]
         self._steps = 0
         self._previous_end = 0
         self._cpu_time = cpu_time
         self._cpu_time_before = cpu_time()
-        instruments.accounting.count_in(cells, layout)
-        instruments.faults.count_in(cells, layout)
+        profiler.accounting.count_in(cells, layout)
+        profiler.faults.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
 
     def commit(self, ended: int, next_at: Callable[[], int]) -> int:
@@ -95,8 +94,7 @@ class Ledger:
         caught_up = due >= ended and progress.is_level
         file.close_section(ended, 0 if caught_up else progress.note(ended, due))
         self._previous_end = ended
-        if self._recorder is not None:
-            self._recorder.step_ended(ended)
+        self._step.end(ended)
         return due
 
     def arm(self, *, armed: bool, generation: int) -> None:
@@ -171,7 +169,7 @@ class Ledger:
         step = self._step
         behind = max(self._previous_end - step.at, 0)
         wake = max(step.started - step.at - behind, 0)
-        row = [step.at, latest.index, latest.lateness, step_time, wake, behind, garbage]
+        row = [step.at, latest.number, latest.lateness, step_time, wake, behind, garbage]
         row += step.own_times
         for meter in self._meters:
             row += meter.devices()

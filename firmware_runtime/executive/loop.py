@@ -24,7 +24,6 @@ from pathlib import Path
 from time import process_time_ns
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
@@ -36,7 +35,6 @@ from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import SlackCollector
 from firmware_runtime.executive.hook import Hook
 from firmware_runtime.executive.inbox import Inbox
-from firmware_runtime.executive.instruments import Instruments
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import (
@@ -45,6 +43,7 @@ from firmware_runtime.executive.process import (
     holds_priority,
     in_force,
 )
+from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.readiness import Readiness
 from firmware_runtime.executive.switching_off import SwitchingOff
@@ -80,13 +79,12 @@ class Executive:
     ) -> None:
         self.clock = clock
         self.inbox = Inbox(clock.now)
-        self._instruments = Instruments(root, clock.now, configuration)
-        self.simulator = Simulator(root, instruments=[self._instruments])
-        self._instruments.attach(self.simulator)
-        self.progress = Progress(self._instruments.step, configuration.max_lag, clock.speed)
+        self._profiler = Profiler(root, clock.now, configuration)
+        self.simulator = self._profiler.simulator
+        self.progress = Progress(self._profiler.step, configuration.max_lag, clock.speed)
         self._readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock() if world_now is None else world_now
-        self.world_now.tolerance = self._instruments.accounting.tolerance
+        self.world_now.tolerance = self._profiler.accounting.tolerance
         self._switching_off = SwitchingOff(
             make_safe, clock, configuration.switch_off_for, self._go_on_ending
         )
@@ -128,12 +126,12 @@ class Executive:
     @property
     def accounts(self) -> Sequence[ModelAccount]:
         """The accounts of all models."""
-        return self._instruments.accounting.accounts
+        return self._profiler.accounting.accounts
 
     @property
     def faults(self) -> FaultLog:
         """The faults that models reported."""
-        return self._instruments.faults
+        return self._profiler.faults
 
     @property
     def cells(self) -> Cells:
@@ -177,7 +175,7 @@ class Executive:
                 self._collector = SlackCollector(self.clock.now)
             try:
                 self._ledger = self._open_ledger(granted, until, configuration.statistics_path)
-                with self._instruments.garbage.measured():
+                with self._profiler.garbage.measured():
                     outcome = self._loop(until)
             except KeyboardInterrupt:
                 outcome = Outcome(RunState.STOPPED, "SIGINT")
@@ -192,7 +190,7 @@ class Executive:
     # The loop -----------------------------------------------------------------------------------
 
     def _loop(self, until: int) -> Outcome:
-        accounting, progress = self._instruments.accounting, self.progress
+        accounting, progress = self._profiler.accounting, self.progress
         self.clock.start(0)
         if self._configuration.armed_at_start:
             self.arm(armed=True, generation=0)
@@ -237,7 +235,7 @@ class Executive:
 
         Returns when the next event is due.
         """
-        step = self._instruments.step
+        step = self._profiler.step
         step.begin(at)
         self.world_now.begin(at, step.started)
         try:
@@ -253,28 +251,31 @@ class Executive:
 
     def _open_ledger(self, granted: Report, until: int, path: Path | None = None) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
-        instruments = self._instruments
+        profiler = self._profiler
         conditions = {
             "clock": type(self.clock).__name__,
             **system_conditions(),
             "settings": granted,
             **self._configuration.conditions,
         }
-        if instruments.recorder is not None:
-            instruments.recorder.open(None if path is None else Companion.SPANS.beside(path))
+        rows = self._configuration.recorded_spans
+        if rows > 0:
+            profiler.step.open_recorder(
+                rows, None if path is None else Companion.SPANS.beside(path)
+            )
         elif path is not None:
             with suppress(OSError):  # of a run before this one; a missing folder is the next fault
                 Companion.SPANS.beside(path).unlink()
         header = {
-            "models": instruments.models(),
+            "models": profiler.models(),
             "clock_speed": self.clock.speed,
             "until_ns": until,
             "conditions": conditions,
         }
-        file = StatisticsFile(instruments.layout(), header, path)
+        file = StatisticsFile(profiler.layout(), header, path)
         # in virtual time equal runs have equal statistics, whatever they cost
         cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing
-        return Ledger(file, instruments, self.inbox, until, cpu_time, self.progress)
+        return Ledger(file, profiler, self.inbox, until, cpu_time, self.progress)
 
     def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""

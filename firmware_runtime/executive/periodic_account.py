@@ -16,18 +16,13 @@ because of it, at once or by way of phases before the deadline. If one of those 
 it was the activation. A model that is passive has no deadline until an input makes it book one.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from functools import partial
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import (
-    NOTHING,
-    RAN,
-    TOOK_PART,
-    ModelAccount,
-    plain_time_advance,
-)
+from firmware_runtime.executive.account import NOTHING, RAN, TOOK_PART, ModelAccount
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 
@@ -47,8 +42,13 @@ class PeriodicAccount(ModelAccount):
     )
     kind = "periodic"
 
-    def __init__(self, atomic: Atomic, path: str, number: int, policy: ActivationPolicy) -> None:
-        super().__init__(atomic, path, number, policy, policy.tolerance(atomic.period))
+    def __init__(
+        self, atomic: Atomic, functions: Functions, step: Step, policy: ActivationPolicy
+    ) -> None:
+        tolerance = policy.tolerance(atomic.period)
+        super().__init__(atomic, functions, step, policy, tolerance)
+        if functions.confluent is not None:  # else the simulator calls internal, then external
+            self.confluent = partial(self._confluent, functions.confluent)
         self.period = atomic.period
         self.skips = policy.policy == "skip"
         self.spent = 0
@@ -66,91 +66,97 @@ class PeriodicAccount(ModelAccount):
         """Take over the model's first booking, NEVER if it has none."""
         self.due = self.booked = due
 
-    # During a step ------------------------------------------------------------------------------
+    # In the model's place, during a step ---------------------------------------------------------
 
-    def watch(  # noqa: C901 -- written out: a call more for each transition would be felt
-        self, functions: Functions, step: Step, touched: list[ModelAccount]
-    ) -> Functions:
-        """Wrap the model's functions; an account with something to count joins `touched`."""
-        atomic, number, began_at, period = self.atomic, self.number, step.began_at, self.period
+    def internal(self) -> None:
+        """Have the model make its internal transition: an activation, or a phase of one."""
+        step = self._step
+        begun = step.lap
+        self._call_internal()
+        ended = step.lap = self._now()
+        step.own_times[self.number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+        at = step.at
+        if at >= self.due:
+            self._activate(at)
+        elif self.noted == NOTHING:
+            self._take_part()
+        sigma = self.sigma = self.atomic.sigma
+        if sigma.__class__ is not int:
+            sigma = self._plain_time_advance()
+        if self._is_by_input:
+            self._book_after_input(at, sigma)
+        elif 0 < sigma < NEVER:
+            self.booked = at + sigma
+        elif sigma == NEVER:
+            self.due = self.booked = NEVER
 
-        def internal() -> None:
-            functions.internal()
-            at = step.at
-            if at >= self.due:
-                if at > self.due:
-                    self._come_back(at)
-                if self.noted == NOTHING:
-                    touched.append(self)
-                self.noted = RAN
-                self.lateness = began_at[number] - at
-                self.due = at + period
-            elif self.noted == NOTHING:
-                self.noted = TOOK_PART
-                touched.append(self)
-            sigma = atomic.sigma
-            if sigma.__class__ is not int:
-                sigma = plain_time_advance(atomic)
-            if self._is_by_input:
-                self._book_after_input(step, sigma)
-            elif 0 < sigma < NEVER:
-                self.booked = at + sigma
-            elif sigma == NEVER:
-                self.due = self.booked = NEVER
+    def external(self, elapsed: int) -> None:
+        """Have the model read its input, `elapsed` ns after its last transition."""
+        step = self._step
+        begun = step.lap
+        self._call_external(elapsed)
+        ended = step.lap = self._now()
+        step.own_times[self.number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+        for answer in self.answers:
+            answer()
+        self._take_part()
+        self._answer(step.at, begun)
 
-        def external(elapsed: int) -> None:
-            begun = step.lap
-            functions.external(elapsed)
-            self._take_part(touched)
-            self._answer(step.at, begun)
+    def _confluent(self, confluent: Callable[[], None]) -> None:
+        """Have the model do both, in its own way."""
+        step = self._step
+        begun = step.lap
+        confluent()
+        ended = step.lap = self._now()
+        step.own_times[self.number] += ended - begun
+        if step.record is not None:
+            step.record(self._track, begun, ended)
+        for answer in self.answers:
+            answer()
+        at = step.at
+        self._take_part()
+        if at >= self.due:
+            self._activate(at)
+            self.booked = self.due
+        self._answer(at, at)
 
-        own_confluent = functions.confluent
-        if own_confluent is None:  # the simulator calls internal and external, as above
-            return replace(functions, internal=internal, external=external)
-
-        def confluent() -> None:
-            own_confluent()
-            self._take_part(touched)
-            at = step.at
-            if at >= self.due:
-                if at > self.due:
-                    self._come_back(at)
-                self._activate(at, began_at[number])
-                self.booked = self.due
-            self._answer(at, at)
-
-        return replace(functions, internal=internal, external=external, confluent=confluent)
-
-    def _take_part(self, touched: list[ModelAccount]) -> None:
+    def _take_part(self) -> None:
         if self.noted == NOTHING:
             self.noted = TOOK_PART
-            touched.append(self)
+            self._step.touched.append(self.number)
 
-    def _activate(self, at: int, began_at: int) -> None:
-        """The activation that is due at `at`, or was moved there, has run."""
+    def _activate(self, at: int) -> None:
+        """The activation that was due by `at`, or an input has moved to there, has run."""
+        if at > self.due:
+            self._come_back(at)
+        if self.noted == NOTHING:
+            self._step.touched.append(self.number)
         self.noted = RAN
-        self.lateness = began_at - at
+        self.lateness = self._step.began_at[self.number] - at
         self.due = at + self.period
 
     def _answer(self, at: int, begun: int) -> None:
         """Book after an input that was handled from `begun` on."""
-        sigma = self.atomic.sigma
+        sigma = self.sigma = self.atomic.sigma
         if sigma.__class__ is not int:
-            sigma = plain_time_advance(self.atomic)
+            sigma = self._plain_time_advance()
         if sigma == 0:
             self._is_answering = self._is_by_input = True
         else:
             self._replan(at + sigma if sigma < NEVER else NEVER, begun)
 
-    def _book_after_input(self, step: Step, sigma: int) -> None:
+    def _book_after_input(self, at: int, sigma: int) -> None:
         """Book after an event that an input has brought about."""
         if sigma == 0:
             return
-        at = step.at
         booked = at + sigma if sigma < NEVER else NEVER
         if self._is_answering:
             self._is_answering = False
-            self._replan(booked, step.lap)
+            self._replan(booked, self._step.lap)
             return
         self.booked = booked
         is_activation = at < self.due and booked == at + self.period
@@ -159,7 +165,7 @@ class PeriodicAccount(ModelAccount):
         self._is_by_input = False
         if is_activation:  # it is what the input had moved to before the deadline
             self.coalesced += self.due <= self._moved_at
-            self._activate(at, step.began_at[self.number])
+            self._activate(at)
             self._slip, self._moved_at = 0, NEVER
         else:
             self._move(booked, self._moved_at)
@@ -222,8 +228,9 @@ class PeriodicAccount(ModelAccount):
         self.write()
         return ran
 
-    def is_to_skip(self, step: Step) -> bool:
+    def is_to_skip(self) -> bool:
         """Whether it is through with a period, and whole ones are to be dropped."""
+        step = self._step
         has_acted = step.began_at[self.number] >= step.started
         return self.skips and has_acted and self.due <= self.booked
 

@@ -1,10 +1,14 @@
 """One step: the instant being worked off, and what each model has spent in it."""
 
 from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
 
-from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.statistics.spans import STEP, WAKING, SpanRing
+
+Record: TypeAlias = Callable[[int, int, int], None]
+"""The flight recorder's: track, begin and end, instants in ns."""
 
 
 def relative_path(component: Component, root: Component) -> str:
@@ -19,7 +23,9 @@ class Step:
     `lap` what it read when the last model's function returned. The time from one lap to the next is
     the own time of the model whose function returned: the clock is read once a function, and own
     times, one for each model in order of declaration, add up to the time of the step. `began_at` is
-    when each model's output function began, the last time it did.
+    when each model's output function began, the last time it did. `touched` are the models that
+    have left something to count after the step, by number. `record` is there while the flight
+    recorder is open.
     """
 
     def __init__(self, root: Component, now: Callable[[], int]) -> None:
@@ -29,55 +35,35 @@ class Step:
         self.paths: list[str] = []
         self.own_times: list[int] = []
         self.began_at: list[int] = []
+        self.touched: list[int] = []
+        self.record: Record | None = None
+        self.now = now
         self._zeros: list[int] = []
-        self._root = root
-        self._now = now
+        self.root = root
+
+    def join(self, component: Component) -> int:
+        """Give a model its place, in order of declaration; return its number."""
+        self.paths.append(relative_path(component, self.root))
+        for column in (self.own_times, self.began_at, self._zeros):
+            column.append(0)
+        return len(self.paths) - 1
+
+    def open_recorder(self, rows: int, path: Path | None) -> None:
+        """From now on, keep the last `rows` entries in the file at `path`, or in memory.
+
+        Raises StatisticsFileError.
+        """
+        self.record = SpanRing(self.paths, rows, path).record
 
     def begin(self, at: int) -> None:
         """Enter an instant, with all own times at zero."""
-        self.lap = self.started = self._now()
+        self.lap = self.started = self.now()
         self.at = at
         self.own_times[:] = self._zeros
 
-    def watch(self, atomic: Atomic, functions: Functions) -> Functions:
-        """Time one model's functions; called once for each model, in order of declaration."""
-        number, own_times, began_at, now = (
-            len(self.paths),
-            self.own_times,
-            self.began_at,
-            self._now,
-        )
-        self.paths.append(relative_path(atomic, self._root))
-        own_times.append(0)
-        self.began_at.append(0)
-        self._zeros.append(0)
-
-        def output() -> None:
-            began_at[number] = self.lap
-            functions.output()
-            lap = now()
-            own_times[number] += lap - self.lap
-            self.lap = lap
-
-        def timed(function: Callable[[], None]) -> Callable[[], None]:
-            def call() -> None:
-                function()
-                lap = now()
-                own_times[number] += lap - self.lap
-                self.lap = lap
-
-            return call
-
-        def external(elapsed: int) -> None:
-            functions.external(elapsed)
-            lap = now()
-            own_times[number] += lap - self.lap
-            self.lap = lap
-
-        confluent = functions.confluent
-        return Functions(
-            output=output,
-            internal=timed(functions.internal),
-            external=external,
-            confluent=None if confluent is None else timed(confluent),
-        )
+    def end(self, ended: int) -> None:
+        """Record the step under way, and how long it was waited for beyond its instant."""
+        if self.record is not None:
+            if self.started > self.at:
+                self.record(WAKING, self.at, self.started)
+            self.record(STEP, self.started, ended)

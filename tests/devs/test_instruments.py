@@ -1,10 +1,9 @@
 """Instruments wrap a model's functions, in the order given, and cost others nothing."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.functions import Functions, Instrument
+from firmware_runtime.devs.functions import Functions, Instrument, Wrapped
 from firmware_runtime.devs.simulator import Simulator
 from tests.support.devs_models import Clock, Scripted, top
 
@@ -21,7 +20,8 @@ def noting(notes: list[str], name: str) -> Instrument:
 
     def instrument(atomic: Atomic, functions: Functions) -> Functions:
         confluent = functions.confluent
-        return Functions(
+        return Wrapped(
+            atomic,
             wrap(f"{atomic.name}.output", functions.output),
             wrap(f"{atomic.name}.internal", functions.internal),
             wrap(f"{atomic.name}.external", functions.external),
@@ -76,7 +76,8 @@ def test_an_instrument_may_leave_a_model_alone_or_change_one_function() -> None:
     def only_a(atomic: Atomic, functions: Functions) -> Functions:
         if atomic.name != "a":
             return functions
-        return replace(functions, output=lambda: sent.append("a"))
+        rest = functions.internal, functions.external, functions.confluent
+        return Wrapped(atomic, lambda: sent.append("a"), *rest)
 
     a, b = Clock("a", 5), Clock("b", 5)
     simulator = Simulator(top(a, b), instruments=[only_a])

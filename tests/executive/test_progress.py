@@ -104,8 +104,7 @@ class Followed:
 
     def __init__(self, speed: float = 1) -> None:
         step = Step(Atomic("model"), lambda: 0)
-        step.paths.append("model")
-        step.began_at.append(0)
+        step.join(step.root)
         self.progress = Progress(step, 10 * MILLISECOND, speed)
 
 

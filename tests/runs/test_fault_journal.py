@@ -1,5 +1,7 @@
 """Faults in the journal: at once when new, summed up when they go on."""
 
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
 from firmware_runtime.runs.reporter import AGAIN_AFTER, FaultJournal
@@ -20,7 +22,7 @@ class Written(Journal):
 
 class Rig:
     def __init__(self) -> None:
-        self.faults = FaultLog()
+        self.faults = FaultLog(Simulator(Atomic("robot")))
         self.journal = Written()
         self.fault_journal = FaultJournal(self.faults, self.journal)
 

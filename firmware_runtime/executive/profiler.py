@@ -1,0 +1,89 @@
+"""Everything that watches a run, one instrument: an account in the place of every model.
+
+The accounts time and record the models' functions and see what they book (`account`); what leaves
+a model is listened to (`fault_log`, `deadlines`); the buses have counters of their own.
+"""
+
+from collections.abc import Callable
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.accounting import Accounting, open_account
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.deadlines import DeadlineWatch, PathDeadline
+from firmware_runtime.executive.fault_log import FaultLog
+from firmware_runtime.executive.garbage import GarbageTime
+from firmware_runtime.executive.periodic_account import PeriodicAccount
+from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.layout import Layout
+
+
+class Profiler:
+    """A simulator whose models are watched, and what watches them.
+
+    Raises ConfigError, listing all policies and deadlines that name nothing in the model.
+    """
+
+    def __init__(
+        self, root: Component, now: Callable[[], int], configuration: Configuration
+    ) -> None:
+        self.step = Step(root, now)
+        self._policies = configuration.policies
+        self._accounts: list[ModelAccount] = []
+        self.simulator = Simulator(root, instruments=[self._open_account])
+        self.accounting = Accounting(self.step, self._accounts, self.simulator)
+        self._refuse_what_names_nothing(configuration)
+        self.watches = [self._watch(each) for each in configuration.deadlines]
+        self.garbage = GarbageTime(self.step)
+        self.faults = FaultLog(self.simulator)
+        self.buses = configuration.buses
+        self._worst = configuration.worst
+
+    def layout(self) -> Layout:
+        """What the statistics file needs room for."""
+        return Layout(
+            models=tuple(self.step.paths),
+            timed=tuple(self.step.paths),
+            buses=tuple(bus.name for bus in self.buses),
+            deadlines=tuple(watch.deadline.name for watch in self.watches),
+            fault_models=self.faults.models,
+            worst=self._worst,
+        )
+
+    def models(self) -> dict[str, dict[str, object]]:
+        """What is stated of each model, for the header of the statistics file."""
+        return {account.path: _stated(account) for account in self._accounts}
+
+    def _open_account(self, atomic: Atomic, functions: Functions) -> Functions:
+        """The account of a model, which the simulator calls in its place."""
+        account = open_account(atomic, functions, self.step, self._policies)
+        self._accounts.append(account)
+        return account
+
+    def _refuse_what_names_nothing(self, configuration: Configuration) -> None:
+        faults = self.accounting.unknown(configuration.policies)
+        for deadline in configuration.deadlines:
+            faults += deadline.missing_from(self.simulator.atomics)
+        if faults:
+            raise ConfigError(self.simulator.root.name, faults)
+
+    def _watch(self, deadline: PathDeadline) -> DeadlineWatch:
+        """Have a deadline's answers counted by the account of its actuator."""
+        watch = DeadlineWatch(deadline, self.step.now, self.simulator)
+        account = self._accounts[self.simulator.atomics.index(deadline.to_model)]
+        account.answers = (*account.answers, watch.answer)
+        return watch
+
+
+def _stated(account: ModelAccount) -> dict[str, object]:
+    is_periodic = isinstance(account, PeriodicAccount)
+    return {
+        "kind": account.kind,
+        "period_ns": account.period if is_periodic else None,
+        "tolerance_ns": account.tolerance,
+        "policy": account.policy.policy if is_periodic else None,
+    }

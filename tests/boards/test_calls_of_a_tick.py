@@ -1,0 +1,58 @@
+"""What a control tick of TachoBot takes: calls of Python functions, and files that have them."""
+
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+
+from firmware_runtime.board import registry
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.clocks import S, VirtualClock
+from firmware_runtime.runs.session import Session
+
+OURS = ("firmware_runtime", "drivers", "boards")
+"""The packages that are there on a robot, too: not the doubles, nor what runs the test."""
+MOST_CALLS = 290
+MOST_FILES = 36
+CONTROLLED_FROM = 800 * MILLISECOND
+
+
+class CountingClock(VirtualClock):
+    """Counts calls by package and file between two waits, once the robot is under control."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.passes: list[Counter[str]] = []
+
+    def wait(self, until: int, sources: Sequence[S]) -> list[S]:
+        """Begin another pass."""
+        sys.setprofile(None)
+        ready = super().wait(until, sources)
+        if self.now() >= CONTROLLED_FROM:
+            self.passes.append(Counter())
+            sys.setprofile(self._count)
+        return ready
+
+    def _count(self, frame: FrameType, event: str, _argument: object) -> None:
+        package, _, _ = str(frame.f_globals.get("__name__")).partition(".")
+        if event == "call" and package in OURS:
+            self.passes[-1][frame.f_code.co_filename] += 1
+
+
+def test_a_control_tick_takes_few_calls_in_few_files(tmp_path: Path) -> None:
+    clock = CountingClock()
+    session = Session(
+        registry.load("tachobot"), clock, doubles=True, statistics_path=tmp_path / "tick.stats"
+    )
+    try:
+        session.executive.run(CONTROLLED_FROM + 40 * MILLISECOND)
+    finally:
+        sys.setprofile(None)
+        session.close()
+    ticks = clock.passes[:4]
+    assert [each.total() for each in ticks if each.total() > MOST_CALLS] == []
+    assert [len(each) for each in ticks if len(each) > MOST_FILES] == []
+    # the domain's own path is among them: a tick that reads no chip is none
+    for file in ("imu.py", "mpu9250.py", "attitude.py", "pid.py", "allocation.py", "pca9685.py"):
+        assert all(any(Path(name).name == file for name in tick) for tick in ticks)
