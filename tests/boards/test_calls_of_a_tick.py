@@ -13,8 +13,8 @@ from firmware_runtime.runs.session import Session
 
 OURS = ("firmware_runtime", "drivers", "boards")
 """The packages that are there on a robot, too: not the doubles, nor what runs the test."""
-MOST_CALLS = 290
-MOST_FILES = 36
+MOST_CALLS = 310
+MOST_FILES = 38
 CONTROLLED_FROM = 800 * MILLISECOND
 
 
