@@ -11,8 +11,8 @@ from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.periods_kept import periods_not_kept
 from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
 
 
@@ -60,7 +60,7 @@ class Report:
         """Print the result; sentences on what went wrong go to standard error."""
         if self._has_failed(outcome):
             self._say(outcome.reason)
-        for sentence in periods_not_kept(self._session.executive.statistics.as_json()):
+        for sentence in periods_not_kept(self._session.executive.statistics.figures()):
             self._say(f"warning: {sentence}")
         for fault in outcome.faults:
             self._say(f"not made safe: {fault}")
@@ -104,7 +104,7 @@ class Report:
             on = ", ".join(f"{name} {count}" for name, count in outputs_on.items())
             yield f"outputs still on: {on}"
         yield ""
-        yield from statistics_text(session.executive.statistics.as_json())
+        yield from statistics_text(session.executive.statistics.figures())
 
     def _remember(self, at: int, value: object) -> None:
         if isinstance(value, float):

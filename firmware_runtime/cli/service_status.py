@@ -98,7 +98,7 @@ def _failed_starts(board: str) -> int:
 
 def _summary(board: str) -> str:
     """The run under way, or the last, in a line. Raises StatisticsFileError."""
-    return summary(read_statistics(find_statistics(board)).as_json())
+    return summary(read_statistics(find_statistics(board)).figures())
 
 
 def _summary_or_none(board: str) -> str | None:

@@ -23,6 +23,8 @@ from dataclasses import replace
 from pathlib import Path
 from time import process_time_ns
 
+from msgspec import to_builtins
+
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import text_of
@@ -38,7 +40,6 @@ from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import (
-    Report,
     give_up_priority,
     holds_priority,
     in_force,
@@ -50,10 +51,10 @@ from firmware_runtime.executive.switching_off import SwitchingOff
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.conditions import SETTINGS, Settings, settings_after
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import ELAPSED, YIELDED
-from firmware_runtime.statistics.refusals import as_they_hold
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.timeline import Lately
 
@@ -91,6 +92,7 @@ class Executive:
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
+        self._granted: Settings = {}
         self._ledger = self._open_ledger({}, NEVER)
         self.hooks: list[Hook] = []
         self._started = False
@@ -106,11 +108,9 @@ class Executive:
         return self._ledger.lately(since)
 
     @property
-    def granted(self) -> Report:
+    def granted(self) -> Settings:
         """What was asked of the system and holds, or why not; empty before the run began."""
-        file = self._ledger.file
-        held: Report = as_they_hold(file.header["conditions"], file.cells[YIELDED])["settings"]
-        return held
+        return settings_after(self._granted, self.cells[YIELDED])
 
     @property
     def holds_priority(self) -> bool:
@@ -171,9 +171,10 @@ class Executive:
         self._started = True
         configuration = self._configuration
         with in_force(configuration.process, self.clock) as granted:
-            if granted["freeze_garbage"]["granted"]:
+            if granted["freeze_garbage"].granted:
                 self._collector = SlackCollector(self.clock.now)
             try:
+                self._granted = granted
                 self._ledger = self._open_ledger(granted, until, configuration.statistics_path)
                 with self._profiler.garbage.measured():
                     outcome = self._loop(until)
@@ -249,13 +250,13 @@ class Executive:
 
     # Before it and after it ---------------------------------------------------------------------
 
-    def _open_ledger(self, granted: Report, until: int, path: Path | None = None) -> Ledger:
+    def _open_ledger(self, granted: Settings, until: int, path: Path | None = None) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
         profiler = self._profiler
         conditions = {
             "clock": type(self.clock).__name__,
             **system_conditions(),
-            "settings": granted,
+            SETTINGS: to_builtins(granted),
             **self._configuration.conditions,
         }
         rows = self._configuration.recorded_spans

@@ -1,7 +1,7 @@
 """What a run asks of the operating system, and what it got: never silently missing.
 
-Each setting is asked for, read back where the system allows it, and reported as
-`{"asked": ..., "granted": ..., "reason": ...}`. After the run everything is as it was before.
+Each setting is asked for, read back where the system allows it, and reported as a
+`Request`. After the run everything is as it was before.
 
 Sources: sched(7), mlockall(2), prctl(2), Linux Documentation/power/pm_qos_interface.rst.
 """
@@ -13,14 +13,17 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.executive.c_library import call
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.statistics.refusals import NOT_ASKED, NOTHING_TO_WAIT_FOR
-
-Report: TypeAlias = dict[str, dict[str, Any]]
+from firmware_runtime.statistics.conditions import (
+    NOT_ASKED,
+    NOTHING_TO_WAIT_FOR,
+    Request,
+    Settings,
+)
 
 CPU_DMA_LATENCY = Path("/dev/cpu_dma_latency")
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
@@ -62,16 +65,16 @@ class _Refusal(Exception):
 
 
 @contextmanager
-def in_force(settings: ProcessSettings, clock: Clock) -> Iterator[Report]:
+def in_force(settings: ProcessSettings, clock: Clock) -> Iterator[Settings]:
     """Within the block, the settings hold as far as they were granted; yields what was."""
     with ExitStack() as undo:
         yield {name: _ask(name, getattr(settings, name), clock, undo) for name in _REQUESTS}
 
 
-def _ask(name: str, asked: object, clock: Clock, undo: ExitStack) -> dict[str, Any]:
-    def answer(reason: str | None) -> dict[str, Any]:
+def _ask(name: str, asked: object, clock: Clock, undo: ExitStack) -> Request:
+    def answer(reason: str | None) -> Request:
         wish = list(asked) if isinstance(asked, tuple) else asked  # as JSON has it
-        return {"asked": wish, "granted": reason is None, "reason": reason}
+        return Request(wish, reason is None, reason)
 
     if asked == getattr(_NOTHING, name):
         return answer(NOT_ASKED)

@@ -25,9 +25,9 @@ def objections_to(executive: Executive, max_late_percent: float) -> tuple[Object
 
 def _fifo(executive: Executive) -> str | None:
     request = executive.granted.get("fifo_priority")
-    if request is None or request["asked"] == 0 or request["granted"]:
+    if request is None or request.asked == 0 or request.granted:
         return None
-    return f"SCHED_FIFO {request['asked']} was asked for and not granted ({request['reason']})"
+    return f"SCHED_FIFO {request.asked} was asked for and not granted ({request.reason})"
 
 
 def _devices(executive: Executive) -> str | None:

@@ -9,13 +9,13 @@
   that never has time writes all the same.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.system.journal import WARNING, Journal
 from firmware_runtime.system.notices import Notices
@@ -38,7 +38,7 @@ class Reporter:
         executive: Executive,
         notices: Notices,
         journal: Journal,
-        summary: Callable[[Mapping[str, Any]], str],
+        summary: Callable[[Figures], str],
     ) -> None:
         self._executive = executive
         self._notices = notices
@@ -98,7 +98,7 @@ class Reporter:
 
     def _show_status(self, now: int) -> None:
         """The summary, for whoever asks systemd; once a minute for the journal too."""
-        line = self._summary(self._executive.statistics.as_json())
+        line = self._summary(self._executive.statistics.figures())
         self._notices.status(line)
         if now >= self._summary_at:
             self._summary_at = now + SUMMARY_EVERY

@@ -9,9 +9,9 @@ are one.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.statistics.figures import FaultFigures
 from firmware_runtime.statistics.histogram import Cells
 
 FAULT = ("count", "first_ns", "last_ns")
@@ -42,14 +42,10 @@ class FaultCount:
     last_at: int = NO_INSTANT
     sentence: str = ""
 
-    def as_json(self) -> dict[str, Any]:
+    def figures(self) -> FaultFigures:
         """Seconds since the start of the run; None where an instant is not known."""
-        return {
-            "count": self.count,
-            "first_s": _seconds(self.first_at),
-            "last_s": _seconds(self.last_at),
-            "last": self.sentence,
-        }
+        first_s, last_s = _seconds(self.first_at), _seconds(self.last_at)
+        return FaultFigures(self.count, first_s, last_s, self.sentence)
 
 
 def row(cells: Cells, model: int, index: int) -> Cells:

@@ -14,7 +14,12 @@ the largest sample: it is never too low (up to 137 s) and at most 3.1 % too high
 """
 
 from array import array
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from itertools import accumulate
 from typing import TypeAlias
+
+from msgspec import Struct
 
 Cells: TypeAlias = "memoryview[int]"
 """Signed 64-bit cells: the format of a view is `q`."""
@@ -27,8 +32,19 @@ LARGEST_CELL, SUM_CELL = BUCKETS, BUCKETS + 1
 CELLS = BUCKETS + 2
 """What a histogram takes in a file: its buckets, then the largest value, then the sum of all."""
 
-PERCENTILES = {"p50": 500, "p90": 900, "p99": 990, "p999": 999}
-"""Which percentiles are reported, as a rank in thousandths of the samples."""
+RANKS = (500, 900, 990, 999)
+"""Of the percentiles of a distribution, in thousandths of the samples."""
+
+
+class Distribution(Struct, frozen=True):
+    """Percentiles, maximum and mean in microseconds; all None where there is no sample."""
+
+    p50: float | None = None
+    p90: float | None = None
+    p99: float | None = None
+    p999: float | None = None
+    max: float | None = None
+    mean: float | None = None
 
 
 def bucket_of(value: int) -> int:
@@ -95,18 +111,21 @@ class Histogram:
 
     def percentile(self, thousandths: int) -> int | None:
         """The least edge that at least so many thousandths of the samples do not pass."""
-        rank = max(-(-self.samples * thousandths // 1000), 1)
-        counted = 0
-        for bucket, samples in enumerate(self.buckets):
-            counted += samples
-            if counted >= rank:
-                return min(upper_edge(bucket), self.largest)
-        return None
-
-    def summary_us(self) -> dict[str, float | None]:
-        """Percentiles, maximum and mean in microseconds; all null when there is no sample."""
-        in_ns = {name: self.percentile(rank) for name, rank in PERCENTILES.items()}
         samples = self.samples
-        in_ns["max"] = self.largest if samples > 0 else None
-        summary = {name: None if value is None else value / 1000 for name, value in in_ns.items()}
-        return {**summary, "mean": self.sum / samples / 1000 if samples > 0 else None}
+        return next(self._percentiles([thousandths], samples)) if samples > 0 else None
+
+    def summary_us(self) -> Distribution:
+        """Percentiles, maximum and mean in microseconds."""
+        samples = self.samples
+        if samples == 0:
+            return Distribution()
+        p50, p90, p99, p999 = (edge / 1000 for edge in self._percentiles(RANKS, samples))
+        largest, mean = self.largest / 1000, self.sum / samples / 1000
+        return Distribution(p50, p90, p99, p999, largest, mean)
+
+    def _percentiles(self, ranks: Sequence[int], samples: int) -> Iterator[int]:
+        """The edge of the bucket in which the sample of each rank lies."""
+        counted = tuple(accumulate(self.buckets))
+        for rank in ranks:
+            least = max(-(-samples * rank // 1000), 1)
+            yield min(upper_edge(bisect_left(counted, least)), self.largest)

@@ -17,6 +17,7 @@ from typing import Any
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.histogram import BUCKETS, CELLS, SUB_BUCKETS, SUM_CELL
+from firmware_runtime.statistics.rows import BusRow, DeadlineRow, ModelRow, WorstRow
 
 RUN = (
     "sequence",
@@ -34,25 +35,12 @@ RUN = (
     "written_ns",
 )
 """All written by the run, but `generation` and `guard_ns`: they are the guard's, see there."""
-MODEL = (
-    "scheduled",
-    "run",
-    "skipped",
-    "coalesced",
-    "overruns",
-    "episodes",
-    "last_late_ns",
-    "due_ns",
-    "is_in_period",
-    "irregular",
-    "returned_ns",
-    "reactions",
-)
+MODEL = ModelRow.__struct_fields__
 MODEL_COUNTERS = (*MODEL[: MODEL.index("last_late_ns")], "irregular", "reactions")
 """Of these, the ones that only grow."""
-BUS = ("transactions", "bytes", "errors", "retries", "busy_ns")
-DEADLINE = ("misses", "samples", "answers")
-WORST = ("t_ns", "model", "lateness_ns", "step_ns", "wake_ns", "behind_ns", "garbage_ns")
+BUS = BusRow.__struct_fields__
+DEADLINE = DeadlineRow.__struct_fields__
+WORST = WorstRow.__struct_fields__
 SLOT = (
     "begin_ns",
     "used",

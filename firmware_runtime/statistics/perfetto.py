@@ -33,8 +33,8 @@ def chrome_trace(
 
     `trigger`, the late activation it was taken for, is marked across all tracks.
     """
-    conditions = statistics.as_json()["conditions"]
-    board = str(conditions.get("board", "firmware-runtime"))
+    conditions = statistics.figures().conditions
+    board = conditions.text("board") or "firmware-runtime"
     events = [
         *_names(board),
         *_loop(recorded),
@@ -43,7 +43,7 @@ def chrome_trace(
         *_counters(recorded),
         *_trigger(trigger),
     ]
-    about = {"writer": statistics.header["writer"], "conditions": conditions}
+    about = {"writer": statistics.header["writer"], "conditions": conditions.as_json()}
     return {"displayTimeUnit": "ns", "otherData": about, "traceEvents": events}
 
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.statistics.conditions import settings_of
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import SAVED, STATISTICS
 from firmware_runtime.statistics.layout import STATE, WORST, Layout
 from firmware_runtime.statistics.mapped_file import ReadableFile
 from firmware_runtime.statistics.overdue import count_overdue
-from firmware_runtime.statistics.refusals import refused
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.system.process_identity import is_running
 
@@ -48,7 +48,7 @@ def _read(file: ReadableFile) -> Statistics:
             stated = header["models"][path]
             _ = (stated["period_ns"] or 0) + stated["tolerance_ns"], stated["policy"]
         _ = round(SECOND * (header.get("clock_speed") or 1)), int(header.get("until_ns", NEVER))
-        refused(header["conditions"])
+        settings_of(header["conditions"])
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise file.damaged(f"its header has no usable {error}") from error
     if 8 * layout.cells != file.cell_bytes:

@@ -1,29 +1,38 @@
-"""The statistics of one run, at one moment, as the JSON that `stats` prints.
+"""The statistics of one run at one moment: from the cells of its file to its figures.
 
 Totals over models are not in the cells: they are the sums of the models' counters and the merged
 histograms of their lateness, made here.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from time import monotonic_ns
-from typing import Any
+from typing import Any, TypeVar
+
+from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
+from firmware_runtime.statistics.conditions import RunFigures, conditions_of
+from firmware_runtime.statistics.figures import (
+    Activations,
+    BusFigures,
+    Causes,
+    FaultFigures,
+    Figures,
+    ModelFigures,
+    WorstActivation,
+)
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import (
     ARMED,
-    BUS,
     CPU,
-    DEADLINE,
     DEVICES,
     ELAPSED,
     GUARD,
     HEARTBEAT,
     INPUTS_DROPPED,
-    MODEL,
     STATE,
     STEP_HISTOGRAM,
     STEPS,
@@ -32,13 +41,13 @@ from firmware_runtime.statistics.layout import (
     Layout,
 )
 from firmware_runtime.statistics.overdue import waiting
-from firmware_runtime.statistics.refusals import as_they_hold
+from firmware_runtime.statistics.rows import BusRow, DeadlineRow, ModelRow, WorstRow
 from firmware_runtime.statistics.timeline import Span, read_timeline
 
-SCHEMA = 1
 NO_INSTANT = -1
 """Of the last overrun, where its instant means nothing: in the sum of several runs."""
-TOTALS = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes")
+TOTALS = Activations.__struct_fields__
+Row = TypeVar("Row", bound=Struct)
 
 
 class RunState(IntEnum):
@@ -114,11 +123,32 @@ class Statistics:
     def late_activations(self) -> Iterator[tuple[str, int, int]]:
         """Model, deadline and lateness, both in ns, of the worst activations, in no order."""
         for number in range(self.layout.worst if self.layout.models else 0):
-            entry = self._fields(self.layout.place(number), WORST)
-            if entry["lateness_ns"] > 0:
-                yield self.layout.models[entry["model"]], entry["t_ns"], entry["lateness_ns"]
+            row = self._row(WorstRow, self.layout.place(number))
+            if row.lateness_ns > 0:
+                yield self.layout.models[row.model], row.t_ns, row.lateness_ns
 
-    def faults(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
+        """Everything, in the spelling that other programs rely on; times in us where named so."""
+        return self.figures().as_json()
+
+    def figures(self) -> Figures:
+        """Everything that is reported of the run."""
+        models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
+        deadlines = self._rows(DeadlineRow, self.layout.deadlines, self.layout.deadline)
+        return Figures(
+            **{total: sum(getattr(each, total) for each in models.values()) for total in TOTALS},
+            deadline_misses={name: each.misses for name, each in deadlines.items()},
+            deadlines=deadlines,
+            lateness_us=self.lateness().summary_us(),
+            step_us=self.step_times().summary_us(),
+            models=models,
+            bus={name: self._bus(index) for index, name in enumerate(self.layout.buses)},
+            faults=self.faults(),
+            worst=self._worst(),
+            conditions=conditions_of(self.header["conditions"], self._run(), self.cells[YIELDED]),
+        )
+
+    def faults(self) -> dict[str, dict[str, FaultFigures]]:
         """What models reported, by path and kind; a model without faults is left out."""
         block = self.cells[self.layout.faults]
         counted = (
@@ -126,49 +156,30 @@ class Statistics:
             for index, path in enumerate(self.layout.fault_models)
         )
         return {
-            path: {each.kind: each.as_json() for each in kinds} for path, kinds in counted if kinds
+            path: {each.kind: each.figures() for each in kinds} for path, kinds in counted if kinds
         }
 
-    def as_json(self) -> dict[str, Any]:
-        """Everything, in the spelling that other programs rely on; times in us where named so."""
-        models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
-        deadlines = self._deadlines()
-        return {
-            "schema": SCHEMA,
-            **{total: sum(model[total] for model in models.values()) for total in TOTALS},
-            "deadline_misses": {name: each["misses"] for name, each in deadlines.items()},
-            "deadlines": deadlines,
-            "lateness_us": self.lateness().summary_us(),
-            "step_us": self.step_times().summary_us(),
-            "models": models,
-            "bus": {name: self._bus(index) for index, name in enumerate(self.layout.buses)},
-            "faults": self.faults(),
-            "worst": self._worst(),
-            "conditions": {**self._conditions(), "run": self._run()},
-        }
-
-    def _model(self, index: int) -> dict[str, Any]:
-        first = self.layout.model(index)
-        fields = self._fields(first, MODEL)
-        is_known = fields["overruns"] > 0 and fields["last_late_ns"] != NO_INSTANT
+    def _model(self, index: int) -> ModelFigures:
+        row = self._row(ModelRow, self.layout.model(index))
+        is_known = row.overruns > 0 and row.last_late_ns != NO_INSTANT
         stated = self.header["models"][self.layout.models[index]]
         period_ns = stated["period_ns"]
         own_time = self.own_time_of(index)
-        return {
-            **{total: fields[total] for total in TOTALS},
-            "last_late_t_ns": fields["last_late_ns"] if is_known else None,
-            "kind": "event" if period_ns is None else "periodic",
-            "period_us": None if period_ns is None else period_ns / 1000,
-            "tolerance_us": stated["tolerance_ns"] / 1000,
-            "policy": stated["policy"],
-            "waiting": self._waiting(index),
-            "reactions": fields["reactions"],
-            "irregular": fields["irregular"],
-            "returned_after_us": fields["returned_ns"] / 1000 if fields["irregular"] > 0 else None,
-            "lateness_us": self.lateness_of(index).summary_us(),
-            "step_us": own_time.summary_us(),
-            "load": self._share(own_time.sum) if own_time.sum > 0 else None,
-        }
+        return ModelFigures(
+            **{total: getattr(row, total) for total in TOTALS},
+            last_late_t_ns=row.last_late_ns if is_known else None,
+            kind="event" if period_ns is None else "periodic",
+            period_us=None if period_ns is None else period_ns / 1000,
+            tolerance_us=stated["tolerance_ns"] / 1000,
+            policy=stated["policy"],
+            waiting=self._waiting(index),
+            reactions=row.reactions,
+            irregular=row.irregular,
+            returned_after_us=row.returned_ns / 1000 if row.irregular > 0 else None,
+            lateness_us=self.lateness_of(index).summary_us(),
+            step_us=own_time.summary_us(),
+            load=self._share(own_time.sum) if own_time.sum > 0 else None,
+        )
 
     def _waiting(self, index: int) -> int:
         if not self.writer_alive:
@@ -179,51 +190,49 @@ class Statistics:
         """What was measured; in virtual time, in which a step takes none, nothing was."""
         return Histogram(empty_cells() if self.is_virtual else self.cells[histogram])
 
-    def _bus(self, index: int) -> dict[str, Any]:
-        counters = self._fields(self.layout.bus(index), BUS)
-        busy_ns = counters.pop("busy_ns")
-        return {**counters, "utilisation": self._share(busy_ns)}
+    def _bus(self, index: int) -> BusFigures:
+        row = self._row(BusRow, self.layout.bus(index))
+        return BusFigures(
+            row.transactions, row.bytes, row.errors, row.retries, self._share(row.busy_ns)
+        )
 
     def _share(self, spent_ns: int) -> float | None:
         """A part of the time of the run; None at its very start."""
         return spent_ns / self.cells[ELAPSED] if self.cells[ELAPSED] > 0 else None
 
-    def _deadlines(self) -> dict[str, dict[str, int]]:
-        return {
-            name: self._fields(self.layout.deadline(index), DEADLINE)
-            for index, name in enumerate(self.layout.deadlines)
-        }
-
-    def _worst(self) -> list[dict[str, Any]]:
+    def _worst(self) -> list[WorstActivation]:
         places = [self._place(index) for index in range(self.layout.worst)]
-        taken = [place for place in places if place["lateness_us"] + place["step_us"] > 0]
-        return sorted(taken, key=lambda place: -(place["lateness_us"] + place["step_us"]))
+        taken = (place for place in places if _badness(place) > 0)
+        return sorted(taken, key=_badness, reverse=True)
 
-    def _place(self, index: int) -> dict[str, Any]:
+    def _place(self, index: int) -> WorstActivation:
         first = self.layout.place(index)
-        entry = self._fields(first, WORST)
-        own_time = first + len(WORST)
+        row = self._row(WorstRow, first)
+        return WorstActivation(
+            t_ns=row.t_ns,
+            model=self.layout.models[row.model] if self.layout.models else None,
+            lateness_us=row.lateness_ns / 1000,
+            step_us=row.step_ns / 1000,
+            causes=self._causes(row, first + len(WORST)),
+        )
+
+    def _causes(self, row: WorstRow, own_time: int) -> Causes:
+        """Where the time went; own times begin at that cell, devices follow."""
         devices = own_time + len(self.layout.timed)
-        return {
-            "t_ns": entry["t_ns"],
-            "model": self.layout.models[entry["model"]] if self.layout.models else None,
-            "lateness_us": entry["lateness_ns"] / 1000,
-            "step_us": entry["step_ns"] / 1000,
-            "causes": {
-                "wake_us": entry["wake_ns"] / 1000,
-                "behind_us": entry["behind_ns"] / 1000,
-                "garbage_us": entry["garbage_ns"] / 1000,
-                "bus_us": {
-                    bus: self._devices(devices + number * 2 * DEVICES)
-                    for number, bus in enumerate(self.layout.buses)
-                },
-                "models_us": {
-                    path: self.cells[own_time + number] / 1000
-                    for number, path in enumerate(self.layout.timed)
-                    if self.cells[own_time + number] > 0
-                },
+        return Causes(
+            wake_us=row.wake_ns / 1000,
+            behind_us=row.behind_ns / 1000,
+            garbage_us=row.garbage_ns / 1000,
+            bus_us={
+                bus: self._devices(devices + number * 2 * DEVICES)
+                for number, bus in enumerate(self.layout.buses)
             },
-        }
+            models_us={
+                path: self.cells[own_time + number] / 1000
+                for number, path in enumerate(self.layout.timed)
+                if self.cells[own_time + number] > 0
+            },
+        )
 
     def _devices(self, first: int) -> dict[str, float]:
         addresses = self.cells[first : first + DEVICES]
@@ -234,29 +243,36 @@ class Statistics:
             if spent > 0
         }
 
-    def _conditions(self) -> dict[str, Any]:
-        return as_they_hold(self.header["conditions"], self.cells[YIELDED])
-
-    def _run(self) -> dict[str, Any]:
+    def _run(self) -> RunFigures:
         state = self.state
         died = state is RunState.RUNNING and not self.writer_alive
-        return {
-            "state": "died" if died else state.name.lower(),
-            "reason": self.reason,
-            "complete": self.complete,
-            "elapsed_s": self.cells[ELAPSED] / 1e9,
-            "steps": self.cells[STEPS],
-            "inputs_dropped": self.cells[INPUTS_DROPPED],
-            "overloaded_s": self.cells[YIELDED] / 1e9 if self.cells[YIELDED] > 0 else None,
-            "armed": bool(self.cells[ARMED]) and not died,
-            "guarded": self._is_guarded(),
-            "cpu_s": self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,
-        }
+        return RunFigures(
+            state="died" if died else state.name.lower(),
+            reason=self.reason,
+            complete=self.complete,
+            elapsed_s=self.cells[ELAPSED] / 1e9,
+            steps=self.cells[STEPS],
+            inputs_dropped=self.cells[INPUTS_DROPPED],
+            overloaded_s=self.cells[YIELDED] / 1e9 if self.cells[YIELDED] > 0 else None,
+            armed=bool(self.cells[ARMED]) and not died,
+            guarded=self.is_guarded,
+            cpu_s=self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,
+        )
 
-    def _is_guarded(self) -> bool:
+    @property
+    def is_guarded(self) -> bool:
         """Whether a guard's last sign is less than a second older than the loop's."""
         guard = self.cells[GUARD]
         return guard > 0 and self.cells[HEARTBEAT] - guard < SECOND
 
-    def _fields(self, first: int, names: tuple[str, ...]) -> dict[str, int]:
-        return dict(zip(names, self.cells[first : first + len(names)], strict=True))
+    def _rows(
+        self, kind: type[Row], names: Sequence[str], first: Callable[[int], int]
+    ) -> dict[str, Row]:
+        return {name: self._row(kind, first(index)) for index, name in enumerate(names)}
+
+    def _row(self, kind: type[Row], first: int) -> Row:
+        return kind(*self.cells[first : first + len(kind.__struct_fields__)])
+
+
+def _badness(activation: WorstActivation) -> float:
+    return activation.lateness_us + activation.step_us

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import pytest
 
@@ -40,8 +39,8 @@ def test_every_atomic_stands_in_the_statistics_the_text_the_page_and_the_metrics
 ) -> None:
     with ran(board) as session:
         statistics, paths = session.executive.statistics, paths_of(session)
-    found = statistics.as_json()
-    assert list(found["models"]) == paths
+    found = statistics.figures()
+    assert list(found.models) == paths
     text = "\n".join(statistics_text(found))
     shown = page(statistics, summary(found))
     metrics = exposition(board, statistics)
@@ -53,11 +52,11 @@ def test_every_atomic_stands_in_the_statistics_the_text_the_page_and_the_metrics
 
 def test_the_detective_reports_its_events() -> None:
     with ran("detective") as session:
-        found: dict[str, Any] = session.executive.statistics.as_json()
-    assert found["scheduled"] == found["run"] + found["skipped"] + found["coalesced"] > 50
-    assert {model["kind"] for model in found["models"].values()} == {"event"}
-    assert found["models"]["body_compass"]["run"] > 0
-    assert summary(found).startswith(f"{found['scheduled']} events virtual time")
+        found = session.executive.statistics.figures()
+    assert found.scheduled == found.run + found.skipped + found.coalesced > 50
+    assert {model.kind for model in found.models.values()} == {"event"}
+    assert found.models["body_compass"].run > 0
+    assert summary(found).startswith(f"{found.scheduled} events virtual time")
 
 
 @pytest.mark.slow

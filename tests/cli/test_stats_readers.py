@@ -12,8 +12,9 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import ARMED, ELAPSED, MODEL, Layout
+from firmware_runtime.statistics.number_formats import milliseconds
 from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
-from firmware_runtime.statistics.text.summary import milliseconds, summary
+from firmware_runtime.statistics.text.summary import summary
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c",), worst=2)
 HEADER = {
@@ -56,7 +57,7 @@ def printed(capsys: pytest.CaptureFixture[str], *words: object) -> str:
 
 
 def test_the_one_line_summary_has_this_form(file: StatisticsFile) -> None:
-    assert summary(file.statistics().as_json()) == (
+    assert summary(file.statistics().figures()) == (
         "100 Hz 99.99 % late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c 11 % FIFO60 "
         "governor=performance armed"
     )
@@ -64,7 +65,7 @@ def test_the_one_line_summary_has_this_form(file: StatisticsFile) -> None:
 
 def test_a_share_is_a_hundred_only_if_all_were_on_time(file: StatisticsFile) -> None:
     file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 1
-    assert "99.99 %" in summary(file.statistics().as_json())
+    assert "99.99 %" in summary(file.statistics().figures())
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_times_have_two_digits(us: float | None, text: str) -> None:
 
 def test_a_run_without_periodic_models_has_events_instead() -> None:
     file = StatisticsFile(Layout(), {"models": {}, "conditions": {"scheduler": "SCHED_OTHER"}})
-    line = summary(file.statistics().as_json())
+    line = summary(file.statistics().figures())
     assert line == "0 events - % late 0 skip 0/0 p99 - max - OTHER governor=unknown disarmed"
 
 
@@ -88,7 +89,7 @@ def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
     TakeoverFile(path).write(Takeover(at_ns=1, writer=writer, generation=1, why="it hung"))
     assert "guard: it hung" in printed(capsys, "--statistics", path, "--worst", 1)
     text = printed(capsys, "--statistics", path, "--worst", 0)
-    assert text.splitlines()[0] == summary(file.statistics().as_json())
+    assert text.splitlines()[0] == summary(file.statistics().figures())
     assert "worst" not in text
     assert "guard" not in text
     assert "budget" in text

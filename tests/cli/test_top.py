@@ -12,6 +12,7 @@ from pathlib import Path
 from select import select
 
 import pytest
+from msgspec.structs import replace
 from rich.console import Console
 
 from firmware_runtime.cli.main import main
@@ -19,12 +20,14 @@ from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.comparison import difference
 from firmware_runtime.statistics.fault_table import FaultCount
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.histogram import Distribution, Histogram
 from firmware_runtime.statistics.layout import MODEL, Layout
+from firmware_runtime.statistics.number_formats import three_digits
 from firmware_runtime.statistics.top.screen import screen
-from firmware_runtime.statistics.top.table import models_table, short
+from firmware_runtime.statistics.top.table import models_table
 from firmware_runtime.statistics.worst_list import WorstList
 from tests.support.waiting import PATIENCE_S
+from tests.support.written_run import WrittenRun
 
 LAYOUT = Layout(
     models=("imu",), timed=("imu",), buses=("i2c1",), worst=2, fault_models=("imu", "esc")
@@ -205,7 +208,7 @@ def test_what_came_lately_and_in_the_whole_run_stand_side_by_side(file: Statisti
     file.cells[LAYOUT.model(0) + MODEL.index("overruns")] += 1
     file.close_section(2_000_000_000)
     now = file.statistics()
-    run, lately = (each.as_json()["models"] for each in (now, difference(now, before)))
+    run, lately = (each.figures().models for each in (now, difference(now, before)))
     paper = io.StringIO()
     Console(file=paper, width=80).print(models_table(run, lately, 80, rows=5))
     (row,) = (line for line in paper.getvalue().splitlines() if line.startswith("imu"))
@@ -216,16 +219,11 @@ def test_what_came_lately_and_in_the_whole_run_stand_side_by_side(file: Statisti
 
 
 def test_of_many_models_the_latest_are_shown_with_the_end_of_their_names() -> None:
-    lateness = {"p50": 1.0, "p99": 1.0}
+    model = WrittenRun().statistics().figures().models["compass"]
     models = {
-        f"model.MovingSystem.part_{number:02}": {
-            "kind": "event",
-            "period_us": None,
-            "lateness_us": {**lateness, "max": float(number)},
-            "overruns": number,
-            "skipped": 0,
-            "load": 0.1,
-        }
+        f"model.MovingSystem.part_{number:02}": replace(
+            model, overruns=number, lateness_us=Distribution(1.0, 1.0, 1.0, 1.0, float(number))
+        )
         for number in range(20)
     }
     paper = io.StringIO()
@@ -247,4 +245,4 @@ def test_of_many_models_the_latest_are_shown_with_the_end_of_their_names() -> No
     ],
 )
 def test_a_time_has_three_digits(us: float | None, said: str) -> None:
-    assert short(us) == said
+    assert three_digits(us) == said

@@ -13,7 +13,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics import overdue
-from firmware_runtime.statistics.periods_kept import not_keeping, periods_not_kept
+from firmware_runtime.statistics.text.sentences import periods_not_kept
 from tests.support.executives import Run
 from tests.support.periodic_models import Actuator, Sampler
 from tests.support.phased_models import FIFTY_HZ, PERIODS, Board, Phased, Sporadic, deadlines
@@ -70,8 +70,8 @@ def test_a_model_that_does_not_keep_its_period_is_named_and_counted_by_the_clock
     counted = run.json()
     assert counted["models"]["sensor"]["irregular"] == executed - 1
     assert counted["models"]["sensor"]["returned_after_us"] == 26_000
-    assert not_keeping(counted) == ["sensor"]
-    (sentence,) = periods_not_kept(counted)
+    assert run.figures().not_keeping_period == ["sensor"]
+    (sentence,) = periods_not_kept(run.figures())
     assert "20 ms" in sentence
     assert "26 ms" in sentence
 
@@ -94,7 +94,7 @@ def test_a_bring_up_that_shifts_the_phase_once_is_no_contradiction() -> None:
     counted = run.json()
     assert counted["models"]["sensor"]["irregular"] <= 1
     assert abs(counted["scheduled"] - deadlines(0, PERIOD, UNTIL)) <= 1
-    assert not_keeping(counted) == []
+    assert run.figures().not_keeping_period == []
 
 
 def test_a_sporadic_model_has_its_events_and_its_reactions() -> None:
@@ -338,6 +338,6 @@ def test_an_input_that_begins_the_cycle_again_moves_the_deadlines(
     run.until(SECOND)
     counted = run.json()
     assert counted["models"]["sensor"]["irregular"] == 0
-    assert not_keeping(counted) == []
+    assert run.figures().not_keeping_period == []
     assert counted["skipped"] == counted["coalesced"] == 0
     assert len(restarts) <= counted["scheduled"] <= 2 * len(restarts) + 2

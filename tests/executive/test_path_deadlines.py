@@ -150,7 +150,7 @@ def test_a_path_that_never_was_enabled_has_samples_and_no_answer() -> None:
     run = Run(robot, VirtualClock(), within(robot, PERIOD // 2))
     run.until(10 * PERIOD)
     assert run.json()["deadlines"]["yaw"] == {"misses": 0, "samples": 11, "answers": 0}
-    assert "not enabled" in "\n".join(statistics_text(run.json()))
+    assert "not enabled" in "\n".join(statistics_text(run.figures()))
 
 
 def test_a_model_with_a_confluent_function_of_its_own_answers_with_it() -> None:

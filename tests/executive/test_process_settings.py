@@ -7,7 +7,6 @@ import subprocess
 import sys
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,6 +14,7 @@ from firmware_runtime.executive import process
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
 from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.executive.process import ProcessSettings, in_force
+from firmware_runtime.statistics.conditions import NOT_ASKED, Request, Settings
 from tests.support.waiting import PATIENCE_S
 
 EVERYTHING = ProcessSettings(
@@ -29,6 +29,7 @@ EVERYTHING = ProcessSettings(
 
 PROGRAM = """
 import gc, json, os, re
+from msgspec import to_builtins
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import in_force
 from tests.executive.test_process_settings import EVERYTHING
@@ -46,7 +47,7 @@ def held():
 before = held()
 with in_force(EVERYTHING, MonotonicClock()) as granted:
     during = held()
-print(json.dumps([granted, before, during, held()]))
+print(json.dumps([to_builtins(granted), before, during, held()]))
 """
 
 
@@ -75,7 +76,7 @@ def test_what_is_reported_as_granted_holds_and_is_undone() -> None:
         assert each["granted"] or each["reason"]
 
 
-def report(settings: ProcessSettings) -> dict[str, dict[str, Any]]:
+def report(settings: ProcessSettings) -> Settings:
     with in_force(settings, MonotonicClock()) as granted:
         return granted
 
@@ -88,14 +89,14 @@ def test_nothing_asked_for_changes_nothing() -> None:
     before = os.sched_getscheduler(0), os.sched_getaffinity(0), gc.isenabled()
     with in_force(ProcessSettings(), MonotonicClock()) as granted:
         assert before == (os.sched_getscheduler(0), os.sched_getaffinity(0), gc.isenabled())
-    assert {each["reason"] for each in granted.values()} == {"not asked for"}
-    assert not any(each["granted"] for each in granted.values())
+    assert {each.reason for each in granted.values()} == {"not asked for"}
+    assert not any(each.granted for each in granted.values())
 
 
 def test_virtual_time_takes_nothing_from_other_processes() -> None:
     with in_force(EVERYTHING, VirtualClock()) as granted:
         assert gc.isenabled()
-    assert {each["reason"] for each in granted.values()} == {"virtual time waits for nothing"}
+    assert {each.reason for each in granted.values()} == {"virtual time waits for nothing"}
 
 
 def test_a_refusal_says_what_would_be_needed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,18 +104,18 @@ def test_a_refusal_says_what_would_be_needed(monkeypatch: pytest.MonkeyPatch) ->
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
-    assert report(ProcessSettings(fifo_priority=10))["fifo_priority"] == {
-        "asked": 10,
-        "granted": False,
-        "reason": "Operation not permitted; needs CAP_SYS_NICE, or LimitRTPRIO= of the unit",
-    }
+    assert report(ProcessSettings(fifo_priority=10))["fifo_priority"] == Request(
+        asked=10,
+        granted=False,
+        reason="Operation not permitted; needs CAP_SYS_NICE, or LimitRTPRIO= of the unit",
+    )
 
 
 def test_a_kernel_that_says_yes_and_does_no_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_setscheduler", lambda *_arguments: None)
     answer = report(ProcessSettings(fifo_priority=10))["fifo_priority"]
-    assert answer["granted"] is False
-    assert answer["reason"] == "the kernel kept another scheduling class"
+    assert answer.granted is False
+    assert answer.reason == "the kernel kept another scheduling class"
 
 
 @pytest.mark.parametrize(
@@ -128,15 +129,15 @@ def test_a_kernel_that_says_yes_and_does_no_is_found_out(monkeypatch: pytest.Mon
 def test_what_makes_no_sense_is_not_granted_and_does_not_end_the_run(
     settings: ProcessSettings,
 ) -> None:
-    asked = [each for each in report(settings).values() if each["reason"] != "not asked for"]
-    assert [each["granted"] for each in asked] == [False]
+    asked = [each for each in report(settings).values() if each.reason != NOT_ASKED]
+    assert [each.granted for each in asked] == [False]
 
 
 def test_an_absent_device_is_not_granted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(process, "CPU_DMA_LATENCY", tmp_path / "absent")
     answer = report(ProcessSettings(keep_cpu_awake=True))["keep_cpu_awake"]
-    assert answer["granted"] is False
-    assert "No such file" in answer["reason"]
+    assert answer.granted is False
+    assert "No such file" in (answer.reason or "")
 
 
 def test_spinning_is_for_the_run_only() -> None:
@@ -144,7 +145,7 @@ def test_spinning_is_for_the_run_only() -> None:
     with in_force(ProcessSettings(spin_us=20), clock) as granted:
         assert clock.spin == 20_000
     assert clock.spin == 0
-    assert granted["spin_us"] == {"asked": 20, "granted": True, "reason": None}
+    assert granted["spin_us"] == Request(asked=20, granted=True, reason=None)
 
 
 def test_conditions_are_complete_and_can_be_written_as_json() -> None:

@@ -117,7 +117,7 @@ def test_priority_is_given_up_and_an_armed_run_disarmed(time: Time, fifo: list[s
     assert rig.arming.reason.startswith("overload: 100 %")
     assert "gives up SCHED_FIFO" in rig.told[0]
     assert rig.run["overloaded_s"] > 0
-    assert summary(rig.executive.statistics.as_json()).endswith(" overloaded disarmed")
+    assert summary(rig.executive.statistics.figures()).endswith(" overloaded disarmed")
 
 
 def test_without_priority_to_give_up_the_run_stays_armed_and_says_so(time: Time) -> None:

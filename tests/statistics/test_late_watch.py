@@ -106,7 +106,7 @@ def test_the_watch_fires_only_for_lateness_over_the_limit(late: list[int], kept:
 
 def test_a_look_reads_the_cells_and_builds_no_document(monkeypatch: pytest.MonkeyPatch) -> None:
     """It happens ten times a second, beside the run."""
-    monkeypatch.delattr(Statistics, "as_json")
+    monkeypatch.delattr(Statistics, "figures")
     run = late_run()
     watch = LateWatch(LIMIT, run.statistics())
     at = activation(run, 3 * MILLISECOND)

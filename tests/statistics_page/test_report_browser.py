@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.statistics.page.page import page as page_of
-from firmware_runtime.statistics.page.palette import PALETTE
+from firmware_runtime.statistics.page.style import PALETTE
 from firmware_runtime.statistics.statistics import Statistics
 from tests.support import chromium
 

@@ -11,9 +11,11 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.histogram import Histogram, empty_cells
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.page.distribution import Mark, distribution
-from firmware_runtime.statistics.page.lateness_over_time import lateness_over_time
-from firmware_runtime.statistics.page.load_over_time import load_over_time
-from firmware_runtime.statistics.page.stretch import stretches
+from firmware_runtime.statistics.page.over_time import (
+    lateness_over_time,
+    load_over_time,
+    stretches,
+)
 from firmware_runtime.statistics.page.worst import Colours, in_row, within, worst_activations
 from firmware_runtime.statistics.statistics import Statistics
 
@@ -121,7 +123,7 @@ def test_a_run_without_any_lateness_has_no_chart_of_it() -> None:
 
 
 def test_causes_in_a_row_add_up_to_the_time_from_deadline_to_end(uneven: Statistics) -> None:
-    (worst,) = uneven.as_json()["worst"]
+    (worst,) = uneven.figures().worst
     causes = in_row(worst, Colours())
     assert [cause.name for cause in causes] == [
         "steps before",
@@ -130,7 +132,7 @@ def test_causes_in_a_row_add_up_to_the_time_from_deadline_to_end(uneven: Statist
         "thrust",
         "kernel and accounting",
     ]
-    assert sum(cause.us for cause in causes) == worst["lateness_us"] + worst["step_us"]
+    assert sum(cause.us for cause in causes) == worst.lateness_us + worst.step_us
     assert [(cause.name, cause.us) for cause in within(worst)] == [
         ("garbage", 70),
         ("i2c1 0x68", 592.5),
@@ -138,7 +140,7 @@ def test_causes_in_a_row_add_up_to_the_time_from_deadline_to_end(uneven: Statist
 
 
 def test_segments_fill_the_bar(uneven: Statistics) -> None:
-    _, bars = worst_activations(uneven.as_json()["worst"])
+    _, bars = worst_activations(uneven.figures().worst)
     segments = list(shapes(bars, "rect", "segment"))
     in_a_row = [each for each in segments if each.get("height") == "20"]
     assert sum(percent(each, "width") for each in in_a_row) == pytest.approx(100, abs=0.01)

@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.statistics.page import words
+from firmware_runtime.statistics import number_formats as words
 from firmware_runtime.statistics.page.scales import CountScale, LogScale, ShareScale, TimeScale
 from firmware_runtime.statistics.page.verdict import verdict
 from firmware_runtime.statistics.statistics import RunState
@@ -108,12 +109,12 @@ def test_the_marks_of_time_are_round_few_and_even(begin: int, span: int) -> None
     ],
 )
 def test_the_verdict_has_a_word_and_a_colour(state: RunState, css: str, word: str) -> None:
-    judged = verdict(uneven_run(20).statistics(state).as_json())
+    judged = verdict(uneven_run(20).statistics(state).figures())
     assert (judged.css, judged.word) == (css, word)
 
 
 def test_a_run_that_died_is_said_to_have() -> None:
-    judged = verdict(uneven_run(20).statistics(alive=False, complete=False).as_json())
+    judged = verdict(uneven_run(20).statistics(alive=False, complete=False).figures())
     assert (judged.css, judged.word) == ("bad", "Died")
     assert judged.sentences[:2] == [
         "The process was gone after 19.90 s without having ended the run.",
@@ -122,8 +123,8 @@ def test_a_run_that_died_is_said_to_have() -> None:
 
 
 def test_only_all_of_them_are_a_hundred_percent() -> None:
-    numbers = uneven_run(20).statistics().as_json()
-    judged = verdict({**numbers, "scheduled": 10**6, "run": 10**6 - 1, "overruns": 0})
+    figures = uneven_run(20).statistics().figures()
+    judged = verdict(replace(figures, scheduled=10**6, run=10**6 - 1, overruns=0))
     assert "99.99 % of 1,000,000 activations ran on time" in " ".join(judged.sentences)
 
 
@@ -131,7 +132,7 @@ def of(**numbers: Any) -> str:  # noqa: ANN401 -- any number of the statistics
     """The verdict's word for a run on time, but for these numbers."""
     run = WrittenRun()
     run.activation(0, 0, 1000)
-    return verdict({**run.statistics(RunState.ENDED).as_json(), **numbers}).word
+    return verdict(replace(run.statistics(RunState.ENDED).figures(), **numbers)).word
 
 
 def test_the_gravest_is_the_verdict() -> None:

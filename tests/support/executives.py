@@ -11,6 +11,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics import overdue
+from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import MODEL
 
 
@@ -27,11 +28,15 @@ class Run:
         return self.executive.run(until)
 
     def json(self) -> dict[str, Any]:
+        """The statistics as `stats --json` prints them."""
+        return self.figures().as_json()
+
+    def figures(self) -> Figures:
         """The statistics; a clock moved by hand stands still while they are read."""
         with pytest.MonkeyPatch.context() as patch:
             if not isinstance(self.executive.clock, MonotonicClock):
                 patch.setattr(overdue, "monotonic_ns", lambda: 1)
-            return self.executive.statistics.as_json()
+            return self.executive.statistics.figures()
 
     def model(self, path: str) -> dict[str, Any]:
         """One model's part of the statistics."""

@@ -1,11 +1,9 @@
 """`firmware-runtime deploy HOST BOARD`: from a checkout to a robot, in one command."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from time import monotonic, sleep
-from typing import Any
 
 from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
@@ -13,6 +11,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.connection import fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, Order
+from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.status import Status
 
@@ -162,8 +161,8 @@ def _await_activations(order: Order, deployment: Deployment) -> int:
     give_up_at = monotonic() + PATIENCE_S
     while True:
         ended = deployment.connection.command(program, "stats", order.board, "--json")
-        if ended.status == 0 and _has_begun(statistics := json.loads(ended.out)):
-            print(f"  {summary(statistics)}")
+        if ended.status == 0 and _has_begun(figures := figures_of(ended.out, order.host)):
+            print(f"  {summary(figures)}")
             return Status.OK
         if monotonic() > give_up_at:
             break
@@ -176,9 +175,9 @@ def _await_activations(order: Order, deployment: Deployment) -> int:
     return Status.NOTHING_HAPPENED
 
 
-def _has_begun(statistics: dict[str, Any]) -> bool:
-    run = statistics["conditions"]["run"]
-    return bool(run["state"] == "running" and (statistics["run"] or run["steps"]))
+def _has_begun(figures: Figures) -> bool:
+    run = figures.conditions.run
+    return run.state == "running" and (figures.run > 0 or run.steps > 0)
 
 
 def _tell(line: str) -> None:

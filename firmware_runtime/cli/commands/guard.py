@@ -19,8 +19,8 @@ from firmware_runtime.runs.outputs import Outputs
 from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.statistics.refusals import refusals
 from firmware_runtime.statistics.takeovers import TakeoverFile
+from firmware_runtime.statistics.text.sentences import refusals
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.sentences import Sentences
@@ -84,7 +84,7 @@ def _watch(
     with in_force(_asked(board), MonotonicClock()) as granted, until_signal() as signal:
         if not board.settings.executive.lock_memory:
             del granted["lock_memory"]  # not the board's wish: where it is refused, so be it
-        for refusal in refusals({"settings": granted}):
+        for refusal in refusals(granted):
             say(refusal)
         say(f"watching {path}")
         notices.ready()

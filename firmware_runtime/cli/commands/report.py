@@ -25,7 +25,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the page and say where it is."""
     output: Path = arguments.output
     statistics = read_statistics(path_of(arguments.kept))
-    text = page(statistics, summary(statistics.as_json()))
+    text = page(statistics, summary(statistics.figures()))
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as error:

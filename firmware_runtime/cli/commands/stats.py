@@ -17,7 +17,7 @@ from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.takeovers import Takeover, takeovers_of
-from firmware_runtime.statistics.text.difference import difference_json, difference_text
+from firmware_runtime.statistics.text.difference import difference_of, difference_text
 from firmware_runtime.statistics.text.histogram import histogram_text
 from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.status import Status
@@ -156,7 +156,7 @@ def _lines(
 ) -> Iterable[str]:
     if arguments.prometheus:
         collecting = module_of_extra("firmware_runtime.statistics.prometheus.collector", "metrics")
-        board = statistics.header["conditions"].get("board", "unnamed")
+        board = statistics.figures().conditions.text("board") or "unnamed"
         return [collecting.exposition(board, statistics).rstrip()]
     if arguments.histogram:
         return histogram_text(statistics)
@@ -165,13 +165,13 @@ def _lines(
         return [json.dumps({**statistics.as_json(), "takeovers": noted}, allow_nan=False)]
     latest = takeovers[max(len(takeovers) - arguments.worst, 0) :]
     told = [f"  guard: {takeover.text()}" for takeover in latest]
-    return [*statistics_text(statistics.as_json(), arguments.worst), *told]
+    return [*statistics_text(statistics.figures(), arguments.worst), *told]
 
 
 def _print_difference(arguments: argparse.Namespace) -> None:
-    found = difference_json(*(read_statistics(path) for path in arguments.diff))
+    found = difference_of(*(read_statistics(path) for path in arguments.diff))
     if arguments.json:
-        print(json.dumps(found, allow_nan=False))
+        print(json.dumps(found.as_json(), allow_nan=False))
     else:
         print("\n".join(difference_text(found)))
 

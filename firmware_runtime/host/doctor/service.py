@@ -93,8 +93,7 @@ def _guard(machine: Machine) -> Finding:
         return not_applicable(str(error))
     if run is None or not run.writer_alive:
         return not_applicable("no run is under way")
-    guarded = run.as_json()["conditions"]["run"]["guarded"]
-    if guarded:
+    if run.is_guarded:
         return ok("a guard watches over the run")
     return warning("a run is under way and no guard watches over it", _start_guard(run))
 

@@ -4,12 +4,13 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
+from msgspec.structs import asdict
+
 from firmware_runtime.statistics.histogram import BUCKETS, Histogram, upper_edge
-from firmware_runtime.statistics.page.markup import element
+from firmware_runtime.statistics.number_formats import count, duration, duration_us
+from firmware_runtime.statistics.page.markup import chart, element, table
 from firmware_runtime.statistics.page.plot import Plot
 from firmware_runtime.statistics.page.scales import CountScale, LogScale
-from firmware_runtime.statistics.page.tables import chart, table
-from firmware_runtime.statistics.page.words import count, duration
 
 _HEIGHT = 150
 _ROW = 16
@@ -94,9 +95,9 @@ def _description(histogram: Histogram, marks: Sequence[Mark]) -> str:
 
 
 def _percentiles(histogram: Histogram) -> Element:
-    summary = histogram.summary_us()
+    summary = asdict(histogram.summary_us())
     head = ["", *(name.replace("p999", "p99.9") for name in summary)]
-    row = [duration(None if us is None else us * 1000) for us in summary.values()]
+    row = map(duration_us, summary.values())
     return table("Percentiles", head, [["time", *row]])
 
 

@@ -4,24 +4,26 @@ Equal statistics make equal bytes: nothing of the page comes from the clock, and
 nothing of the network. Its content security policy holds it to that.
 """
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from collections.abc import Iterator
+from typing import Final
 from xml.etree.ElementTree import Element
 
+from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import ELAPSED
-from firmware_runtime.statistics.page.conditions import conditions_section
+from firmware_runtime.statistics.number_formats import NOTHING, duration_us, share
 from firmware_runtime.statistics.page.distribution import Mark, distribution
-from firmware_runtime.statistics.page.faults import faults_section
-from firmware_runtime.statistics.page.glossary import glossary
-from firmware_runtime.statistics.page.lateness_over_time import lateness_over_time
-from firmware_runtime.statistics.page.load_over_time import load_over_time
 from firmware_runtime.statistics.page.markup import Child, document, element
 from firmware_runtime.statistics.page.models import models_section, tolerance_ns
-from firmware_runtime.statistics.page.stretch import stretches
+from firmware_runtime.statistics.page.over_time import lateness_over_time, load_over_time, stretches
+from firmware_runtime.statistics.page.sections import (
+    buses_section,
+    conditions_section,
+    deadlines_section,
+    faults_section,
+    glossary,
+)
 from firmware_runtime.statistics.page.style import STYLE
-from firmware_runtime.statistics.page.tables import table
 from firmware_runtime.statistics.page.verdict import verdict
-from firmware_runtime.statistics.page.words import NOTHING, duration_us, share
 from firmware_runtime.statistics.page.worst import worst_activations
 from firmware_runtime.statistics.statistics import Statistics
 
@@ -34,9 +36,9 @@ _ICON: Final = (
 
 def page(statistics: Statistics, headline: str) -> str:
     """The page's text; `headline` is the line in which `stats` sums the run up."""
-    numbers = statistics.as_json()
-    board = str(numbers["conditions"].get("board", "a run"))
-    body = element("body", element("main", *_sections(statistics, numbers, board, headline)))
+    figures = statistics.figures()
+    board = figures.conditions.text("board") or "a run"
+    body = element("body", element("main", *_sections(statistics, figures, board, headline)))
     return document(element("html", _head(board), body, lang="en"))
 
 
@@ -55,28 +57,28 @@ def _head(board: str) -> Element:
 
 
 def _sections(
-    statistics: Statistics, numbers: Mapping[str, Any], board: str, headline: str
+    statistics: Statistics, figures: Figures, board: str, headline: str
 ) -> Iterator[Element]:
-    yield _opening(statistics, numbers, board, headline)
-    yield _section("Lateness", *_lateness(statistics, numbers))
-    yield _section("Over time", *_over_time(statistics, numbers))
-    yield _section("Models", *models_section(statistics, numbers["models"]))
+    yield _opening(statistics, figures, board, headline)
+    yield _section("Lateness", *_lateness(statistics, figures))
+    yield _section("Over time", *_over_time(statistics, figures))
+    yield _section("Models", *models_section(statistics, figures.models))
     yield _section("Steps", *_steps(statistics))
-    yield _section("Faults", *faults_section(numbers["faults"]))
-    yield _section("Worst activations", *worst_activations(numbers["worst"]))
-    yield _section("Deadlines and buses", *_deadlines(numbers), *_buses(numbers))
-    yield _section("Conditions", *conditions_section(numbers["conditions"]))
-    yield _section("What the words mean, and how this page was made", *glossary(numbers))
+    yield _section("Faults", *faults_section(figures.faults))
+    yield _section("Worst activations", *worst_activations(figures.worst))
+    yield _section(
+        "Deadlines and buses", *deadlines_section(figures.deadlines), *buses_section(figures.bus)
+    )
+    yield _section("Conditions", *conditions_section(figures.conditions))
+    yield _section("What the words mean, and how this page was made", *glossary(figures))
 
 
 def _section(title: str, *content: Child) -> Element:
     return element("section", element("h2", title), *content)
 
 
-def _opening(
-    statistics: Statistics, numbers: Mapping[str, Any], board: str, headline: str
-) -> Element:
-    judged = verdict(numbers)
+def _opening(statistics: Statistics, figures: Figures, board: str, headline: str) -> Element:
+    judged = verdict(figures)
     return element(
         "header",
         element("h1", f"{board}: timing report"),
@@ -87,31 +89,31 @@ def _opening(
             " ".join(judged.sentences),
         ),
         element("p", element("code", headline), class_="headline"),
-        element("dl", *_figures(statistics, numbers), class_="figures"),
+        element("dl", *_figures(statistics, figures), class_="figures"),
     )
 
 
-def _figures(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
+def _figures(statistics: Statistics, figures: Figures) -> Iterator[Element]:
     """The numbers that are looked for first."""
-    run, late = numbers["conditions"]["run"], numbers["lateness_us"]
-    figures = {
-        "activations run": f"{numbers['run']:,} of {numbers['scheduled']:,}",
-        "late": NOTHING if statistics.is_virtual else f"{numbers['overruns']:,}",
-        "skipped": f"{numbers['skipped']:,}",
-        "lateness p50": duration_us(late["p50"]),
-        "lateness p99": duration_us(late["p99"]),
-        "lateness max": duration_us(late["max"]),
-        "whole step p99": duration_us(numbers["step_us"]["p99"]),
+    run, late = figures.conditions.run, figures.lateness_us
+    shown = {
+        "activations run": f"{figures.run:,} of {figures.scheduled:,}",
+        "late": NOTHING if statistics.is_virtual else f"{figures.overruns:,}",
+        "skipped": f"{figures.skipped:,}",
+        "lateness p50": duration_us(late.p50),
+        "lateness p99": duration_us(late.p99),
+        "lateness max": duration_us(late.max),
+        "whole step p99": duration_us(figures.step_us.p99),
     }
-    if run["cpu_s"] is not None and run["elapsed_s"] > 0:
-        figures["processor"] = share(run["cpu_s"] / run["elapsed_s"])
-    figures |= {f"bus {name}": share(bus["utilisation"]) for name, bus in numbers["bus"].items()}
-    for name, figure in figures.items():
+    if run.cpu_s is not None and run.elapsed_s > 0:
+        shown["processor"] = share(run.cpu_s / run.elapsed_s)
+    shown |= {f"bus {name}": share(bus.utilisation) for name, bus in figures.bus.items()}
+    for name, figure in shown.items():
         yield element("div", element("dt", name), element("dd", figure))
 
 
-def _lateness(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
-    limits = sorted({tolerance_ns(model) for model in numbers["models"].values()})
+def _lateness(statistics: Statistics, figures: Figures) -> Iterator[Element]:
+    limits = sorted({tolerance_ns(model) for model in figures.models.values()})
     names = ["tolerance"] if len(limits) == 1 else ["least tolerance", "greatest tolerance"]
     ends = dict.fromkeys((limits[0], limits[-1])) if limits else {}
     marks = [Mark(name, ns, "limit") for name, ns in zip(names, ends, strict=False)]
@@ -119,9 +121,9 @@ def _lateness(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[El
     yield distribution("lateness", caption, statistics.lateness(), marks)
 
 
-def _over_time(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[Element]:
+def _over_time(statistics: Statistics, figures: Figures) -> Iterator[Element]:
     run = stretches(statistics.timeline, statistics.cells[ELAPSED])
-    limit = min(map(tolerance_ns, numbers["models"].values()), default=None)
+    limit = min(map(tolerance_ns, figures.models.values()), default=None)
     charts = lateness_over_time(run, limit), load_over_time(run)
     drawn = [chart for chart in charts if chart is not None]
     yield from drawn
@@ -132,32 +134,3 @@ def _over_time(statistics: Statistics, numbers: Mapping[str, Any]) -> Iterator[E
 def _steps(statistics: Statistics) -> Iterator[Element]:
     caption = "Whole steps: how many took how long, all models and their buses together"
     yield distribution("steps", caption, statistics.step_times())
-
-
-def _deadlines(numbers: Mapping[str, Any]) -> Iterator[Element]:
-    deadlines = numbers["deadlines"]
-    if not deadlines:
-        yield element("p", "The board puts no deadline on a path.")
-        return
-    rows = [
-        [path, *(f"{counted[key]:,}" for key in ("samples", "answers")), _missed(counted)]
-        for path, counted in deadlines.items()
-    ]
-    yield table("Deadlines on a path", ["path", "samples", "answers", "missed"], rows)
-
-
-def _missed(counted: Mapping[str, int]) -> str:
-    """Of a path that was not enabled, nothing."""
-    return f"{counted['misses']:,}" if counted["answers"] > 0 else "not enabled"
-
-
-def _buses(numbers: Mapping[str, Any]) -> Iterator[Element]:
-    if not numbers["bus"]:
-        yield element("p", "No bus was counted.")
-        return
-    head = ["bus", "busy", "transactions", "bytes", "errors", "retries"]
-    rows = (
-        [name, share(bus["utilisation"]), *(f"{bus[key]:,}" for key in head[2:])]
-        for name, bus in numbers["bus"].items()
-    )
-    yield table("Buses", head, rows)

@@ -5,7 +5,7 @@ from math import ceil, floor, log10
 from typing import NamedTuple, Protocol
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.statistics.page.words import round_duration
+from firmware_runtime.statistics.number_formats import round_duration
 
 _MOST_WORDS = 6
 _MOST_STEPS = 6

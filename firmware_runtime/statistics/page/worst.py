@@ -5,13 +5,14 @@ models' own times and the rest follow one another and add up to it. Garbage coll
 the wire lie somewhere within that time, so they are a second, thinner bar on the same scale.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
+from firmware_runtime.statistics.figures import WorstActivation
+from firmware_runtime.statistics.number_formats import NOTHING, duration_us, instant
 from firmware_runtime.statistics.page.markup import element
 from firmware_runtime.statistics.page.plot import picture
-from firmware_runtime.statistics.page.words import NOTHING, duration_us, instant
 
 _COLOURS = 8
 _LANES = ((0, 20), (24, 8))
@@ -45,7 +46,7 @@ _ABOUT = (
 )
 
 
-def worst_activations(worst: Sequence[Mapping[str, Any]]) -> list[Element]:
+def worst_activations(worst: Sequence[WorstActivation]) -> list[Element]:
     """A list of them, the worst first."""
     if not worst:
         return [element("p", "No activation has been kept: none took any time.")]
@@ -54,28 +55,28 @@ def worst_activations(worst: Sequence[Mapping[str, Any]]) -> list[Element]:
     return [element("p", _ABOUT), element("ol", *bars, class_="worst-list")]
 
 
-def in_row(activation: Mapping[str, Any], colours: Colours) -> list[Cause]:
+def in_row(activation: WorstActivation, colours: Colours) -> list[Cause]:
     """What followed one another from the deadline to the end of the step."""
-    causes = activation["causes"]
-    models = causes["models_us"]
-    rest = activation["step_us"] - sum(models.values())
+    causes = activation.causes
+    models = causes.models_us
+    rest = activation.step_us - sum(models.values())
     return _spent(
-        Cause("steps before", causes["behind_us"], "behind"),
-        Cause("waking", causes["wake_us"], "waking"),
+        Cause("steps before", causes.behind_us, "behind"),
+        Cause("waking", causes.wake_us, "waking"),
         *(Cause(path, us, colours[path]) for path, us in models.items()),
         Cause("kernel and accounting", rest, "rest"),
     )
 
 
-def within(activation: Mapping[str, Any]) -> list[Cause]:
+def within(activation: WorstActivation) -> list[Cause]:
     """What took place somewhere in that time."""
-    causes = activation["causes"]
+    causes = activation.causes
     devices = (
         Cause(f"{bus} {address}", us, f"wire{number % 2}")
-        for bus, addresses in causes["bus_us"].items()
+        for bus, addresses in causes.bus_us.items()
         for number, (address, us) in enumerate(addresses.items())
     )
-    return _spent(Cause("garbage", causes["garbage_us"], "garbage"), *devices)
+    return _spent(Cause("garbage", causes.garbage_us, "garbage"), *devices)
 
 
 def _spent(*causes: Cause) -> list[Cause]:
@@ -83,16 +84,15 @@ def _spent(*causes: Cause) -> list[Cause]:
     return [cause for cause in causes if cause.us >= 0.001]
 
 
-def _activation(number: int, activation: Mapping[str, Any], colours: Colours) -> Element:
+def _activation(number: int, activation: WorstActivation, colours: Colours) -> Element:
     lanes = in_row(activation, colours), within(activation)
-    whole = max(activation["lateness_us"] + activation["step_us"], *map(_sum, lanes), 0.001)
+    whole = max(activation.lateness_us + activation.step_us, *map(_sum, lanes), 0.001)
     shapes = [
         shape
         for lane, place in zip(lanes, _LANES, strict=True)
         for shape in _lane(lane, place, whole)
     ]
-    model = NOTHING if activation["model"] is None else str(activation["model"])
-    title = f"{model} at {instant(activation['t_ns'])}"
+    title = f"{activation.model or NOTHING} at {instant(activation.t_ns)}"
     said = ", ".join(f"{cause.name} {duration_us(cause.us)}" for lane in lanes for cause in lane)
     return element(
         "li",
@@ -107,8 +107,8 @@ def _sum(causes: Sequence[Cause]) -> float:
     return sum(cause.us for cause in causes)
 
 
-def _how_late(activation: Mapping[str, Any]) -> str:
-    late, step = duration_us(activation["lateness_us"]), duration_us(activation["step_us"])
+def _how_late(activation: WorstActivation) -> str:
+    late, step = duration_us(activation.lateness_us), duration_us(activation.step_us)
     return f" {late} late, step {step}"
 
 

@@ -6,7 +6,6 @@ run starts its counters at zero, as a restart of any program does.
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from prometheus_client.core import (
     CounterMetricFamily,
@@ -16,6 +15,8 @@ from prometheus_client.core import (
 )
 from prometheus_client.metrics_core import Metric
 
+from firmware_runtime.statistics.conditions import Conditions
+from firmware_runtime.statistics.figures import BusFigures, ModelFigures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
 from firmware_runtime.statistics.layout import BUS
 from firmware_runtime.statistics.statistics import Statistics
@@ -86,47 +87,51 @@ class Families:
 
     def add(self, board: str, statistics: Statistics) -> None:
         """Take up one board."""
-        found = statistics.as_json()
-        run = found["conditions"]["run"]
-        is_running = run["state"] == "running"
+        figures = statistics.figures()
+        run = figures.conditions.run
+        is_running = run.state == "running"
         self._up.add_metric([board], is_running)
-        self._armed.add_metric([board], run["armed"])
-        self._guarded.add_metric([board], run["guarded"])
-        self._overloaded.add_metric([board], run["overloaded_s"] is not None)
+        self._armed.add_metric([board], run.armed)
+        self._guarded.add_metric([board], run.guarded)
+        self._overloaded.add_metric([board], run.overloaded_s is not None)
         age_ns = statistics.heartbeat_age_ns
         if is_running and age_ns is not None:
             self._age.add_metric([board], age_ns / SECOND)
-        self._run.add_metric([board], _information(found["conditions"]))
-        self._elapsed.add_metric([board], run["elapsed_s"])
-        if run["cpu_s"] is not None:
-            self._cpu.add_metric([board], run["cpu_s"])
-        self._steps.add_metric([board], run["steps"])
-        self._dropped.add_metric([board], run["inputs_dropped"])
+        self._run.add_metric([board], _information(figures.conditions))
+        self._elapsed.add_metric([board], run.elapsed_s)
+        if run.cpu_s is not None:
+            self._cpu.add_metric([board], run.cpu_s)
+        self._steps.add_metric([board], run.steps)
+        self._dropped.add_metric([board], run.inputs_dropped)
         _add(self._step, [board], statistics.step_times())
-        for name, missed in found["deadline_misses"].items():
+        for name, missed in figures.deadline_misses.items():
             self._misses.add_metric([board, name], missed)
-        for path, kinds in found["faults"].items():
+        for path, kinds in figures.faults.items():
             for kind, counted in kinds.items():
-                self._faults.add_metric([board, path, kind], counted["count"])
-        self._add_models(board, statistics, found["models"])
-        self._add_buses(board, statistics, found["bus"])
+                self._faults.add_metric([board, path, kind], counted.count)
+        self._add_models(board, statistics, figures.models)
+        self._add_buses(board, statistics, figures.bus)
 
-    def _add_models(self, board: str, statistics: Statistics, models: Mapping[str, Any]) -> None:
+    def _add_models(
+        self, board: str, statistics: Statistics, models: Mapping[str, ModelFigures]
+    ) -> None:
         for index, (path, model) in enumerate(models.items()):
             for outcome in _OUTCOMES:
-                self._activations.add_metric([board, path, outcome], model[outcome])
-            self._overruns.add_metric([board, path], model["overruns"])
-            self._episodes.add_metric([board, path], model["episodes"])
-            self._irregular.add_metric([board, path], model["irregular"])
-            self._reactions.add_metric([board, path], model["reactions"])
-            self._waiting.add_metric([board, path], model["waiting"])
+                self._activations.add_metric([board, path, outcome], getattr(model, outcome))
+            self._overruns.add_metric([board, path], model.overruns)
+            self._episodes.add_metric([board, path], model.episodes)
+            self._irregular.add_metric([board, path], model.irregular)
+            self._reactions.add_metric([board, path], model.reactions)
+            self._waiting.add_metric([board, path], model.waiting)
             _add(self._late, [board, path], statistics.lateness_of(index))
             _add(self._own, [board, path], statistics.own_time_of(index))
 
-    def _add_buses(self, board: str, statistics: Statistics, buses: Mapping[str, Any]) -> None:
+    def _add_buses(
+        self, board: str, statistics: Statistics, buses: Mapping[str, BusFigures]
+    ) -> None:
         for index, (name, bus) in enumerate(buses.items()):
             for counter, family in self._bus.items():
-                family.add_metric([board, name], bus[counter])
+                family.add_metric([board, name], getattr(bus, counter))
             busy_ns = statistics.cells[statistics.layout.bus(index) + BUS.index("busy_ns")]
             self._busy.add_metric([board, name], busy_ns / SECOND)
 
@@ -149,6 +154,6 @@ def _add(family: HistogramMetricFamily, labels: list[str], histogram: Histogram)
     family.add_metric(labels, [*counts, ("+Inf", sum(buckets))], histogram.sum / SECOND)
 
 
-def _information(conditions: Mapping[str, Any]) -> dict[str, str]:
-    known = {name: conditions.get(name) for name in _INFORMATION}
-    return {name: str(value) for name, value in known.items() if value is not None}
+def _information(conditions: Conditions) -> dict[str, str]:
+    known = {name: conditions.text(name) for name in _INFORMATION}
+    return {name: text for name, text in known.items() if text is not None}

@@ -1,71 +1,100 @@
 """Two runs side by side: what they were run under, then every figure of both, with its ratio."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
+from msgspec import Struct, to_builtins
+from msgspec.structs import asdict
+
 from firmware_runtime.statistics.comparison import differing_conditions
+from firmware_runtime.statistics.figures import Activations, Figures
+from firmware_runtime.statistics.number_formats import NOT_KNOWN
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.text.faults import faults_total
-from firmware_runtime.statistics.text.summary import on_time
-
-_DISTRIBUTION = ("p50", "p90", "p99", "p999", "max", "mean")
-_COUNTERS = ("scheduled", "run", "skipped", "coalesced", "overruns", "episodes")
 
 
-def difference_json(first: Statistics, second: Statistics) -> dict[str, Any]:
-    """Both runs' figures, each with the second by the first; null where that is not defined."""
-    found = [run.as_json() for run in (first, second)]
-    figures = [dict(_figures(each)) for each in found]
-    names = dict.fromkeys([*figures[0], *figures[1]])
-    return {
-        "conditions": {
-            name: {"a": a, "b": b} for name, (a, b) in differing_conditions([first, second]).items()
+class Pair(Struct, frozen=True):
+    """A condition of both runs."""
+
+    a: Any
+    b: Any
+
+
+class Compared(Struct, frozen=True):
+    """A figure of both runs; `ratio` is b / a, None where that is not defined."""
+
+    a: float | None
+    b: float | None
+    ratio: float | None
+
+
+class Difference(Struct, frozen=True):
+    """What two runs differ in, by the figure's name; of the conditions only those that differ."""
+
+    conditions: dict[str, Pair]
+    figures: dict[str, Compared]
+
+    def as_json(self) -> dict[str, Any]:
+        """As `stats --diff A B --json` prints it."""
+        printed: dict[str, Any] = to_builtins(self)
+        return printed
+
+
+def difference_of(first: Statistics, second: Statistics) -> Difference:
+    """Both runs' figures."""
+    figures = [dict(_figures(run.figures())) for run in (first, second)]
+    conditions = differing_conditions([first, second])
+    return Difference(
+        {name: Pair(*values) for name, values in conditions.items()},
+        {
+            name: _compared(*(each.get(name) for each in figures))
+            for name in dict.fromkeys([*figures[0], *figures[1]])
         },
-        "figures": {name: _compared(*(each.get(name) for each in figures)) for name in names},
-    }
+    )
 
 
-def difference_text(difference: Mapping[str, Any]) -> Iterator[str]:
-    """Lines for what `difference_json` gives."""
-    if difference["conditions"]:
+def difference_text(difference: Difference) -> Iterator[str]:
+    """The difference in lines."""
+    if difference.conditions:
         yield "not under the same conditions, so the figures do not compare as they are:"
-        for name, values in difference["conditions"].items():
-            yield f"  {name}: {values['a']} | {values['b']}"
+        for name, values in difference.conditions.items():
+            yield f"  {name}: {values.a} | {values.b}"
     else:
         yield "under the same conditions"
     yield ""
-    width = max(map(len, difference["figures"]), default=0)
+    width = max(map(len, difference.figures), default=0)
     yield f"  {'':{width}} {'a':>14} {'b':>14} {'b / a':>8}"
-    for name, each in difference["figures"].items():
-        ratio = "-" if each["ratio"] is None else f"{each['ratio']:.3f}"
-        yield f"  {name:{width}} {_number(each['a']):>14} {_number(each['b']):>14} {ratio:>8}"
+    for name, each in difference.figures.items():
+        ratio = NOT_KNOWN if each.ratio is None else f"{each.ratio:.3f}"
+        yield f"  {name:{width}} {_number(each.a):>14} {_number(each.b):>14} {ratio:>8}"
 
 
-def _figures(statistics: Mapping[str, Any]) -> Iterator[tuple[str, float | None]]:
-    yield "elapsed_s", statistics["conditions"]["run"]["elapsed_s"]
-    yield "on_time", on_time(statistics)
-    for name in _COUNTERS:
-        yield name, statistics[name]
-    for kind in ("lateness_us", "step_us"):
-        for name in _DISTRIBUTION:
-            yield f"{kind}.{name}", statistics[kind][name]
-    for path, missed in statistics["deadline_misses"].items():
+def _figures(figures: Figures) -> Iterator[tuple[str, float | None]]:
+    yield "elapsed_s", figures.conditions.run.elapsed_s
+    yield "on_time", figures.on_time
+    for name in Activations.__struct_fields__:
+        yield name, getattr(figures, name)
+    for kind, times in (("lateness_us", figures.lateness_us), ("step_us", figures.step_us)):
+        for name, us in asdict(times).items():
+            yield f"{kind}.{name}", us
+    for path, missed in figures.deadline_misses.items():
         yield f"deadline_misses.{path}", missed
-    yield "faults", faults_total(statistics)
-    for path, kinds in statistics["faults"].items():
+    yield "faults", figures.faults_total
+    for path, kinds in figures.faults.items():
         for kind, fault in kinds.items():
-            yield f"faults.{path}.{kind}", fault["count"]
-    for bus, counted in statistics["bus"].items():
-        for name in ("errors", "retries", "utilisation"):
-            yield f"bus.{bus}.{name}", counted[name]
+            yield f"faults.{path}.{kind}", fault.count
+    for name, bus in figures.bus.items():
+        yield f"bus.{name}.errors", bus.errors
+        yield f"bus.{name}.retries", bus.retries
+        yield f"bus.{name}.utilisation", bus.utilisation
 
 
-def _compared(first: float | None, second: float | None) -> dict[str, float | None]:
-    defined = first is not None and second is not None and first != 0
-    return {"a": first, "b": second, "ratio": second / first if defined else None}  # type: ignore[operator] # both are numbers where it is defined
+def _compared(first: float | None, second: float | None) -> Compared:
+    if first is None or second is None or first == 0:
+        return Compared(first, second, None)
+    return Compared(first, second, second / first)
 
 
 def _number(value: float | None) -> str:
     if value is None:
-        return "-"
+        return NOT_KNOWN
     return str(value) if isinstance(value, int) else f"{value:.6g}"

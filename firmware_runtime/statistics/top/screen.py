@@ -2,16 +2,17 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any
 
 from rich.console import ConsoleDimensions, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
+from firmware_runtime.statistics.number_formats import microseconds, percent
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.text.faults import fault_lines, faults_total
-from firmware_runtime.statistics.text.statistics import causes_text, deadline_text, microseconds
+from firmware_runtime.statistics.text.sentences import fault_lines
+from firmware_runtime.statistics.text.statistics import causes_text, deadline_text
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.statistics.top.table import models_table
 
@@ -29,57 +30,55 @@ def screen(
     now: Statistics, lately: Statistics, size: ConsoleDimensions, *, paused: bool
 ) -> RenderableType:
     """The whole picture; `lately` is what came since the last one."""
-    found = now.as_json()
-    return Group(*_parts(now, lately, found, size, paused=paused))
+    return Group(*_parts(now, lately, now.figures(), size, paused=paused))
 
 
 def _parts(
     now: Statistics,
     lately: Statistics,
-    found: dict[str, Any],
+    figures: Figures,
     size: ConsoleDimensions,
     *,
     paused: bool,
 ) -> Iterable[RenderableType]:
-    shown = min(len(list(fault_lines(found))), _FAULTS)
-    width, first = size.width, summary(found)
+    shown = min(len(list(fault_lines(figures))), _FAULTS)
+    width, first = size.width, summary(figures)
     room = size.height - _OTHER_ROWS - shown - (len(first) - 1) // width
-    rows = max(min(len(found["models"]), room - _FEWEST_BARS), 1)
-    yield Text(first, style=_style(found))
-    yield _facts(found)
-    if found["models"]:
+    rows = max(min(len(figures.models), room - _FEWEST_BARS), 1)
+    yield Text(first, style=_style(figures))
+    yield _facts(figures)
+    if figures.models:
         yield Text()
-        yield models_table(found["models"], lately.as_json()["models"], width, rows)
+        yield models_table(figures.models, lately.figures().models, width, rows)
         yield Text()
         yield _histogram(now, lately, width, max(room - rows, _FEWEST_BARS))
         yield _sparkline(now, width)
     yield Text()
-    yield from _faults(found)
-    yield from _worst(found)
+    yield from _faults(figures)
+    yield from _worst(figures)
     yield Text()
     keys = "q quit  space go on" if paused else "q quit  space pause"
     yield Text(f"{keys}  {'paused' if paused else ''}", style="dim")
 
 
-def _style(found: dict[str, Any]) -> str:
+def _style(figures: Figures) -> str:
     """Red when something is wrong, green while all is well."""
-    state = found["conditions"]["run"]["state"]
-    if state in {"died", "failed", "overrun"}:
+    if figures.conditions.run.state in {"died", "failed", "overrun"}:
         return "bold red"
-    wrong = found["overruns"] + found["skipped"] + faults_total(found)
+    wrong = figures.overruns + figures.skipped + figures.faults_total
     return "bold green" if wrong == 0 else "bold yellow"
 
 
-def _facts(found: dict[str, Any]) -> Text:
+def _facts(figures: Figures) -> Text:
     """Where, how long, and what the bus carries."""
-    run = found["conditions"]["run"]
-    cpu = "-" if run["cpu_s"] is None else f"{run['cpu_s'] / max(run['elapsed_s'], 1e-9):.1%}"
+    run = figures.conditions.run
+    cpu = percent(None if run.cpu_s is None else run.cpu_s / max(run.elapsed_s, 1e-9))
     parts = [
-        str(found["conditions"].get("board", "")),
-        f"{run['elapsed_s']:.0f} s",
+        figures.conditions.text("board") or "",
+        f"{run.elapsed_s:.0f} s",
         f"cpu {cpu}",
-        *(f"{name} {bus['errors']} errors" for name, bus in found["bus"].items()),
-        *(f"{name}: {deadline_text(counted)}" for name, counted in found["deadlines"].items()),
+        *(f"{name} {bus.errors} errors" for name, bus in figures.bus.items()),
+        *(f"{name}: {deadline_text(counted)}" for name, counted in figures.deadlines.items()),
     ]
     return Text("  ".join(parts), style="dim", overflow="ellipsis", no_wrap=True)
 
@@ -132,16 +131,16 @@ def _sparks(values: Sequence[int], largest: int) -> str:
     return "".join(_SPARKS[value * (len(_SPARKS) - 1) // max(largest, 1)] for value in values)
 
 
-def _faults(found: dict[str, Any]) -> Iterable[Text]:
-    for line in list(fault_lines(found))[-_FAULTS:]:
+def _faults(figures: Figures) -> Iterable[Text]:
+    for line in list(fault_lines(figures))[-_FAULTS:]:
         yield Text(f"fault: {line}", style="yellow", overflow="ellipsis", no_wrap=True)
 
 
-def _worst(found: dict[str, Any]) -> Iterable[Text]:
-    for worst in found["worst"][:_WORST]:
+def _worst(figures: Figures) -> Iterable[Text]:
+    for worst in figures.worst[:_WORST]:
         yield Text(
-            f"{worst['t_ns'] / 1e9:9.2f} s  {worst['model']} {microseconds(worst['lateness_us'])}"
-            f" late, step {microseconds(worst['step_us'])}: {causes_text(worst['causes'])}",
+            f"{worst.t_ns / 1e9:9.2f} s  {worst.model} {microseconds(worst.lateness_us)}"
+            f" late, step {microseconds(worst.step_us)}: {causes_text(worst.causes)}",
             overflow="ellipsis",
             no_wrap=True,
         )

@@ -1,11 +1,21 @@
-"""Numbers as a reader says them: spans of time in the unit that reads best, shares in percent."""
+"""How numbers are written for people: spans of time, shares, rates, counts.
+
+What is not known is a dash. A terminal has plain letters (`46.1 us`, `-`, `13.0%`), the page has
+typeset ones (`46.1 µs`, en dash, `13.0 %`).
+"""
 
 from typing import Any, Final
 
 NOTHING: Final = "\N{EN DASH}"
+"""What is not known, on the page."""
+NOT_KNOWN: Final = "-"
+"""The same in a terminal."""
 _MICRO: Final = "\N{MICRO SIGN}s"
 _UNITS: Final = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, _MICRO), (1, "ns"))
 _DECIMALS: Final = {"s": 2, "ms": 2, _MICRO: 1, "ns": 0}
+_IN_TERMINAL: Final = ((1e6, "s"), (1e3, "ms"))
+_IN_COLUMN: Final = (("us", 1.0), ("ms", 1e3), ("s", 1e6))
+_TENS: Final = 10.0
 
 
 def duration(ns: float | None) -> str:
@@ -16,6 +26,37 @@ def duration(ns: float | None) -> str:
         if ns >= size:
             return f"{ns / size:.{_DECIMALS[unit]}f} {unit}"
     return "0 s" if ns == 0 else f"{ns:.1f} ns"
+
+
+def microseconds(us: float | None) -> str:
+    """A measured span in a terminal: `46.1 us`, `2.10 ms`."""
+    if us is None:
+        return NOT_KNOWN
+    for size, unit in _IN_TERMINAL:
+        if us >= size:
+            return f"{us / size:.2f} {unit}"
+    return f"{us:.1f} us"
+
+
+def milliseconds(us: float | None) -> str:
+    """A span to two digits, such as `0.18 ms`."""
+    if us is None:
+        return NOT_KNOWN
+    value = us / 1000
+    return f"{value:.2g} ms" if value < _TENS else f"{value:.0f} ms"
+
+
+def three_digits(us: float | None) -> str:
+    """A span for a narrow column: `46.1 us`, `2.1 ms`."""
+    if us is None:
+        return NOT_KNOWN
+    unit, size = next((each for each in _IN_COLUMN if us < 999.5 * each[1]), _IN_COLUMN[-1])
+    return f"{us / size:.3g} {unit}"
+
+
+def percent(part: float | None) -> str:
+    """A share in a terminal."""
+    return NOT_KNOWN if part is None else f"{part:.1%}"
 
 
 def duration_us(us: float | None) -> str:
@@ -53,9 +94,14 @@ def share(part: float | None) -> str:
     return f"{part * 100:.{2 if part < 0.01 else 1}f} %"
 
 
-def rate(period_us: float) -> str:
-    """How often, of a period."""
-    return f"{1e6 / period_us:.4g} Hz" if period_us > 0 else NOTHING
+def rate(period_us: float | None) -> str:
+    """How often a model is due; one without a period has events."""
+    return "events" if period_us is None else hertz(1e6 / period_us)
+
+
+def hertz(rate_hz: float) -> str:
+    """A rate in four digits."""
+    return f"{rate_hz:.4g} Hz"
 
 
 def count(number: int, noun: str = "", plural: str = "") -> str:

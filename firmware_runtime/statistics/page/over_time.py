@@ -1,16 +1,19 @@
-"""Lateness over the time of a run, as a chart: mean and largest, what was late or skipped."""
+"""Charts over the time of a run: lateness, what was late or skipped, and load.
 
-from collections.abc import Callable, Sequence
+The timeline is fine at its end and coarse before: a chart draws a span as wide as it was long.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
+from firmware_runtime.statistics.number_formats import count, duration, instant, passed, share
+from firmware_runtime.statistics.page.markup import chart, legend, table
 from firmware_runtime.statistics.page.plot import Plot
-from firmware_runtime.statistics.page.scales import CountScale, LogScale, TimeScale
-from firmware_runtime.statistics.page.stretch import Stretch, time_scale
-from firmware_runtime.statistics.page.tables import chart, legend, table
-from firmware_runtime.statistics.page.words import count, duration, instant, passed
+from firmware_runtime.statistics.page.scales import CountScale, LogScale, ShareScale, TimeScale
 from firmware_runtime.statistics.timeline import Span
 
-_HEIGHT = 170
+_LATENESS_HEIGHT = 170
 _ABOVE = 8
 _LANE = 24
 _LANES: tuple[tuple[str, Callable[[Span], int]], ...] = (
@@ -18,6 +21,49 @@ _LANES: tuple[tuple[str, Callable[[Span], int]], ...] = (
     ("skipped", lambda span: span.skipped),
 )
 """The strips under the plot, by class of the style sheet, with what they count."""
+_LOAD_HEIGHT = 120
+_LEAST = 10
+"""A span of which less than this part has passed says little about a load: it is left out."""
+
+_Load: TypeAlias = tuple[str, str, Callable[[Span], int]]
+_LOADS: tuple[_Load, ...] = (
+    ("blue", "processor", lambda span: span.cpu_ns),
+    ("bus", "buses together", lambda span: span.bus_ns),
+)
+
+
+class Stretch(NamedTuple):
+    """A span of the timeline, as much of it as had passed when the file was read."""
+
+    span: Span
+    covered: int
+    """ns."""
+
+    @property
+    def sides(self) -> tuple[int, int]:
+        """Where it begins and where it ends, in ns of the run."""
+        return self.span.begin_ns, self.span.begin_ns + self.covered
+
+    @property
+    def begin(self) -> str:
+        """When it began, in words."""
+        return instant(self.span.begin_ns)
+
+    @property
+    def mean(self) -> int:
+        """The mean lateness of its activations, ns."""
+        return self.span.lateness_ns // max(self.span.activations, 1)
+
+
+def stretches(spans: Sequence[Span], elapsed: int) -> list[Stretch]:
+    """The timeline up to the last instant that was written."""
+    covered = ((span, min(span.width_ns, elapsed - span.begin_ns)) for span in spans)
+    return [Stretch(span, passed) for span, passed in covered if passed > 0]
+
+
+def time_scale(run: Sequence[Stretch]) -> TimeScale:
+    """The time from the first span's begin to the last one's end."""
+    return TimeScale(run[0].sides[0], run[-1].sides[1])
 
 
 def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Element | None:
@@ -29,15 +75,17 @@ def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Elem
     largest = max((each.span.lateness_max_ns for each in shown), default=0)
     if largest == 0:
         return None
-    plot = _plot(run, shown, tolerance_ns)
+    plot = _lateness_plot(run, shown, tolerance_ns)
     caption = "Lateness over time"
     svg = plot.svg("over-time", caption, _lateness_said(shown, largest))
     keys = legend(("tint", "largest"), ("mean", "mean"), ("late", "late"), ("skipped", "skipped"))
     return chart(svg, caption, keys, _lateness_table(shown))
 
 
-def _plot(run: Sequence[Stretch], shown: Sequence[Stretch], tolerance_ns: int | None) -> Plot:
-    plot = Plot(_HEIGHT, above=_ABOVE, below=2 * _LANE + 10)
+def _lateness_plot(
+    run: Sequence[Stretch], shown: Sequence[Stretch], tolerance_ns: int | None
+) -> Plot:
+    plot = Plot(_LATENESS_HEIGHT, above=_ABOVE, below=2 * _LANE + 10)
     values = [ns for each in shown for ns in (each.mean, each.span.lateness_max_ns) if ns > 0]
     limits = [] if tolerance_ns is None else [tolerance_ns]
     across, up = time_scale(run), LogScale([*values, *limits])
@@ -124,3 +172,36 @@ def _lateness_table(run: Sequence[Stretch]) -> Element:
             for each in run
         ),
     )
+
+
+def load_over_time(run: Sequence[Stretch]) -> Element | None:
+    """How busy the processor and the buses were; None where neither was counted."""
+    run = [each for each in run if each.covered * _LEAST >= each.span.width_ns] or run
+    loads = [load for load in _LOADS if any(load[2](each.span) > 0 for each in run)]
+    if not loads:
+        return None
+    plot = Plot(_LOAD_HEIGHT, above=8)
+    busiest = max(load[2](each.span) / each.covered for load in loads for each in run)
+    across, up = time_scale(run), ShareScale(busiest)
+    plot.axes(across, up)
+    for css, _, spent in loads:
+        for each in run:
+            begin, end = (across.place(at) for at in each.sides)
+            down = plot.down(up.place(spent(each.span) / each.covered))
+            plot.line((begin, down), (end, down), f"line {css}")
+    names = " and ".join(words for _, words, _ in loads)
+    caption = f"Load over time: {names}"
+    svg = plot.svg("load", caption, f"The busiest span has {share(busiest)}.")
+    keys = legend(*((css, words) for css, words, _ in loads))
+    return chart(svg, caption, keys, _load_table(run, loads))
+
+
+def _load_table(run: Sequence[Stretch], loads: Sequence[_Load]) -> Element:
+    head = ["from", "for", "steps", *(words for _, words, _ in loads)]
+    return table("Load by span", head, _load_rows(run, loads))
+
+
+def _load_rows(run: Sequence[Stretch], loads: Sequence[_Load]) -> Iterator[list[str]]:
+    for each in run:
+        shares = [share(spent(each.span) / each.covered) for _, _, spent in loads]
+        yield [each.begin, passed(each.covered), f"{each.span.steps:,}", *shares]

@@ -1,0 +1,167 @@
+"""The statistics of a run as one typed definition, and the JSON that `stats` prints.
+
+Text, `top`, page, Prometheus, comparison and traces go by it. Names are the keys of the JSON.
+Of a new figure there is its definition here, the cell in which the loop writes it (`layout`),
+the line in `statistics` that brings it here, and wherever it is shown.
+"""
+
+from typing import Any, Literal
+
+from msgspec import Struct, convert, json, to_builtins
+
+from firmware_runtime.statistics.conditions import SETTINGS, Conditions
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.histogram import Distribution
+from firmware_runtime.statistics.rows import DeadlineRow
+
+SCHEMA = 1
+_LEAST_IRREGULAR, _SHARE_IRREGULAR = 3, 10
+
+
+class Activations(Struct, frozen=True):
+    """What became of activations; those that are waiting are scheduled and nothing else yet."""
+
+    scheduled: int
+    run: int
+    skipped: int
+    coalesced: int
+    overruns: int
+    episodes: int
+
+
+class ModelFigures(Activations, frozen=True):
+    """One model; its own time is `step_us`."""
+
+    last_late_t_ns: int | None
+    kind: Literal["event", "periodic"]
+    period_us: float | None
+    tolerance_us: float
+    policy: str | None
+    waiting: int
+    """Due, and not had their turn yet."""
+    reactions: int
+    irregular: int
+    """Activations of a periodic model that came at another time than its period says."""
+    returned_after_us: float | None
+    lateness_us: Distribution
+    step_us: Distribution
+    load: float | None
+    """Own time by the time of the run."""
+
+    @property
+    def keeps_period(self) -> bool:
+        """Whether its behaviour agrees with the period it states.
+
+        A shift of the phase now and then contradicts none: a bring-up that was repeated, a chip
+        that was silent. One in a tenth of the activations does.
+        """
+        seldom = self.irregular * _SHARE_IRREGULAR <= self.run
+        return self.irregular < _LEAST_IRREGULAR or seldom
+
+
+class BusFigures(Struct, frozen=True):
+    """One bus; `utilisation` is its time on the wire by the time of the run."""
+
+    transactions: int
+    bytes: int
+    errors: int
+    retries: int
+    utilisation: float | None
+
+
+class FaultFigures(Struct, frozen=True):
+    """Faults of one kind that a model reported; `last` is the sentence of the last one."""
+
+    count: int
+    first_s: float | None
+    last_s: float | None
+    last: str
+
+
+class Causes(Struct, frozen=True):
+    """Where an activation's time went; what is on the wire is within the models' own time."""
+
+    wake_us: float
+    behind_us: float
+    garbage_us: float
+    bus_us: dict[str, dict[str, float]]
+    """By bus and device address."""
+    models_us: dict[str, float]
+
+
+class WorstActivation(Struct, frozen=True):
+    """One of the activations with the largest sum of lateness and step time."""
+
+    t_ns: int
+    model: str | None
+    lateness_us: float
+    step_us: float
+    causes: Causes
+
+
+class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
+    """All figures of a run; counts are summed and lateness is merged over its models."""
+
+    deadline_misses: dict[str, int]
+    deadlines: dict[str, DeadlineRow]
+    lateness_us: Distribution
+    step_us: Distribution
+    """Of whole steps."""
+    models: dict[str, ModelFigures]
+    bus: dict[str, BusFigures]
+    faults: dict[str, dict[str, FaultFigures]]
+    """By model and kind; a model without faults is not there."""
+    worst: list[WorstActivation]
+    """The worst first."""
+    conditions: Conditions
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the run was in virtual time, in which nothing can be late."""
+        return self.conditions.is_virtual
+
+    @property
+    def on_time(self) -> float | None:
+        """Share of the scheduled activations that ran without an overrun; None before the first."""
+        return None if self.scheduled == 0 else (self.run - self.overruns) / self.scheduled
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The rate of the fastest periodic model, None if there is no such model."""
+        periods = [each.period_us for each in self.models.values() if each.period_us]
+        return 1e6 / min(periods) if periods else None
+
+    @property
+    def waiting(self) -> int:
+        """Activations of all models that are due and have not had their turn."""
+        return sum(model.waiting for model in self.models.values())
+
+    @property
+    def faults_total(self) -> int:
+        """How many faults all models have reported."""
+        return sum(each.count for kinds in self.faults.values() for each in kinds.values())
+
+    @property
+    def not_keeping_period(self) -> list[str]:
+        """Paths of the models that do not come back at the period that they state."""
+        return [path for path, model in self.models.items() if not model.keeps_period]
+
+    def as_json(self) -> dict[str, Any]:
+        """The JSON; spelling and meaning of its keys are what other programs rely on."""
+        return {**to_builtins(self), "conditions": self.conditions.as_json()}
+
+
+def figures_of(printed: str | bytes, source: str) -> Figures:
+    """The figures that `stats --json` printed at `source`, perhaps on another machine.
+
+    Raises StatisticsFileError that says which key is not as expected.
+    """
+    try:
+        found = json.decode(printed, type=dict[str, Any])
+        conditions = convert(found.get("conditions"), dict[str, Any])
+        apart = {name: conditions.pop(name, {}) for name in (SETTINGS, "run")}
+        return convert({**found, "conditions": {"stated": conditions, **apart}}, Figures)
+    except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
+        raise StatisticsFileError(
+            f"{source}: {error}; expected what `stats --json` prints, of schema {SCHEMA}"
+        ) from error
