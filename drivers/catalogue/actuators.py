@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
+from drivers.catalogue.identity import MD25_IDENTITY, PCA9685_IDENTITY
 from drivers.catalogue.trial import Actuator, OnBus, OnPort, Option, Options, Quantity, Reading
 from drivers.chips import md25, pca9685, sabertooth
 from drivers.chips.h_bridge import HBridge
@@ -174,58 +175,60 @@ _BOTH: Final = (
     _speed("left", "the left motor's speed", default=0.0),
     _speed("right", "the right motor's speed", default=0.0),
 )
-ACTUATORS: Final = (
-    OnBus(
-        name="pca9685",
-        title="PCA9685: one of its 16 outputs",
-        address=0x40,
-        addresses=PWM_ADDRESSES,
-        build=_pwm_output,
-        options=(
-            _channel("channel", "the output"),
-            Option("duty", float, "share of the time it is on, 0 to 1", least=0, most=1),
-            Option(
-                "pulse-us", float, "or how long it is on in every cycle, us", least=0, most=42e3
-            ),
-            Option(
-                "frequency-hz",
-                float,
-                f"cycles a second; default {DUTY_HZ:g}, with --pulse-us {PULSE_HZ:g}",
-            ),
-            Option("osc-hz", float, "frequency of its oscillator", pca9685.NOMINAL_OSC_HZ),
+PCA9685: Final = OnBus(
+    name="pca9685",
+    title="PCA9685: one of its 16 outputs",
+    address=0x40,
+    addresses=PWM_ADDRESSES,
+    moves=True,
+    build=_pwm_output,
+    options=(
+        _channel("channel", "the output"),
+        Option("duty", float, "share of the time it is on, 0 to 1", least=0, most=1),
+        Option("pulse-us", float, "or how long it is on in every cycle, us", least=0, most=42e3),
+        Option(
+            "frequency-hz",
+            float,
+            f"cycles a second; default {DUTY_HZ:g}, with --pulse-us {PULSE_HZ:g}",
         ),
+        Option("osc-hz", float, "frequency of its oscillator", pca9685.NOMINAL_OSC_HZ),
     ),
-    OnBus(
-        name="h_bridge",
-        title="a motor on an H-bridge behind a PCA9685",
-        address=0x40,
-        addresses=PWM_ADDRESSES,
-        build=_bridge,
-        options=(
-            _speed("speed", "its speed", default=None),
-            _channel("pwm", "the output that makes it fast"),
-            _channel("in1", "the output that turns it forward"),
-            _channel("in2", "the output that turns it back"),
-            Option("frequency-hz", float, "cycles a second", DUTY_HZ),
-        ),
+    identity=PCA9685_IDENTITY,
+)
+H_BRIDGE: Final = OnBus(
+    name="h_bridge",
+    title="a motor on an H-bridge behind a PCA9685",
+    address=0x40,
+    addresses=PWM_ADDRESSES,
+    moves=True,
+    build=_bridge,
+    options=(
+        _speed("speed", "its speed", default=None),
+        _channel("pwm", "the output that makes it fast"),
+        _channel("in1", "the output that turns it forward"),
+        _channel("in2", "the output that turns it back"),
+        Option("frequency-hz", float, "cycles a second", DUTY_HZ),
     ),
-    OnBus(
-        name="md25",
-        title="MD25: two motors",
-        address=0x58,
-        addresses=md25.ADDRESSES,
-        build=_md25,
-        options=_BOTH,
-    ),
-    OnPort(
-        name="sabertooth",
-        title="Sabertooth: two motors",
-        baud=9600,
-        build=_sabertooth,
-        options=(
-            *_BOTH,
-            Option("switches", int, "its address, 128 to 135", sabertooth.ADDRESSES[0]),
-            Option("stored-baud", bool, "it stores its rate and wants no autobaud byte", False),
-        ),
+)
+MD25: Final = OnBus(
+    name="md25",
+    title="MD25: two motors",
+    address=0x58,
+    addresses=md25.ADDRESSES,
+    moves=True,
+    build=_md25,
+    options=_BOTH,
+    identity=MD25_IDENTITY,
+)
+SABERTOOTH: Final = OnPort(
+    name="sabertooth",
+    title="Sabertooth: two motors",
+    baud=9600,
+    moves=True,
+    build=_sabertooth,
+    options=(
+        *_BOTH,
+        Option("switches", int, "its address, 128 to 135", sabertooth.ADDRESSES[0]),
+        Option("stored-baud", bool, "it stores its rate and wants no autobaud byte", False),
     ),
 )

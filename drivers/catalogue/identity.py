@@ -4,10 +4,11 @@ Reading a register takes its number to be written first. That sets a pointer, an
 of none of these chips. Nothing else is ever written.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Final, NamedTuple, Protocol
+from typing import Final, Protocol
 
+from drivers.catalogue.trial import Identity
 from drivers.chips import ads1115, ak8963, cmps12, hmc5883l, md25, mpu9250, pca9685, srf08
 from drivers.chips.ads1115 import Ads1115
 from drivers.chips.ak8963 import Ak8963
@@ -16,59 +17,8 @@ from drivers.chips.hmc5883l import Hmc5883l
 from drivers.chips.md25 import Md25
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.srf08 import Srf08
-from firmware_runtime.hal.errors import HalError, NotReady, WrongDevice
+from firmware_runtime.hal.errors import NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus
-
-
-class Identity(NamedTuple):
-    """A chip, where it may be, and the question that tells.
-
-    `evidence` reads, and returns what it saw, in words; it raises WrongDevice if that is no such
-    chip, and other errors of the bus. Only an identity register makes it `certain`.
-    """
-
-    chip: str
-    """As boards name it."""
-    addresses: Collection[int]
-    evidence: Callable[[I2cBus, int], str]
-    certain: bool = False
-    usable: bool = True
-    """Whether a driver can do something with it there."""
-
-
-class Recognition(NamedTuple):
-    """What answers at an address: the chips it is or could be, and a sentence."""
-
-    chips: tuple[str, ...]
-    certain: bool
-    what: str
-
-
-def recognise(bus: I2cBus, address: int) -> Recognition:
-    """Ask an address that answers what it is. Raises no error of the bus: those are told."""
-    asked = [identity for identity in IDENTITIES if address in identity.addresses]
-    if not asked:
-        return Recognition((), False, "answers; no chip with a driver here lives at this address")
-    found: list[tuple[Identity, str]] = []
-    refuted: list[str] = []
-    for identity in asked:
-        try:
-            found.append((identity, identity.evidence(bus, address)))
-        except HalError as error:
-            refuted.append(f"no {identity.chip}: {str(error).rpartition(f' on {bus.name}: ')[2]}")
-    certain = [each for each in found if each[0].certain]
-    chips = tuple(identity.chip for identity, _ in certain or found if identity.usable)
-    if certain:
-        sentences = [f"{identity.chip}: {evidence}" for identity, evidence in certain]
-    elif found:
-        sentences = [
-            f"could be {identity.chip} (no identity register): {evidence}"
-            for identity, evidence in found
-        ]
-    else:
-        sentences = ["answers", *refuted]
-    return Recognition(chips, bool(certain), "; ".join(sentences))
-
 
 # What each is asked ------------------------------------------------------------------------------
 
@@ -149,28 +99,35 @@ def _by_address_alone(_bus: I2cBus, _address: int) -> str:
     return "it is sold as HMC5883L and lives here; no driver can read it"
 
 
-IDENTITIES: Final[tuple[Identity, ...]] = (
-    Identity("AK8963", (ak8963.ADDRESS,), _by_driver(Ak8963, ak8963.WIA, 1, "WIA"), certain=True),
-    Identity("QMC5883L", (0x0D,), _by_address_alone, usable=False),
-    Identity(
-        "HMC5883L",
-        (hmc5883l.ADDRESS,),
-        _by_driver(
-            lambda bus, _: Hmc5883l(bus),
-            hmc5883l.IDENTITY_A,
-            len(hmc5883l.IDENTITY),
-            "its identity",
-        ),
-        certain=True,
-    ),
-    Identity("QMC5883P", (0x2C,), _by_address_alone, usable=False),
-    Identity("PCA9685", (*range(0x40, 0x48), *cmps12.ADDRESSES), _pwm),
-    Identity("ADS1115", ads1115.ADDRESSES, _by_driver(Ads1115, ads1115.CONFIG, 2, "Config")),
-    Identity("MD25", md25.ADDRESSES, _by_driver(Md25, md25.REVISION, md25.SETTINGS.size)),
-    Identity("CMPS12", cmps12.ADDRESSES, _by_driver(Cmps12, cmps12.VERSION, cmps12.IDENTITY.size)),
-    Identity("MPU-9250", (0x68, 0x69), _inertial, certain=True),
-    Identity("the all-call address of every PCA9685", (ALL_CALL,), _all_call, usable=False),
-    Identity("SRF08", range(0x70, 0x78), _sonar),
+AK8963_IDENTITY: Final = Identity(
+    "AK8963", (ak8963.ADDRESS,), _by_driver(Ak8963, ak8963.WIA, 1, "WIA"), certain=True
 )
-"""In order of addresses. A PCA9685 can be strapped to any from 0x40 on; where other chips that take
-a first byte for more than a pointer are usual, it is not asked."""
+HMC5883L_IDENTITY: Final = Identity(
+    "HMC5883L",
+    (hmc5883l.ADDRESS,),
+    _by_driver(
+        lambda bus, _: Hmc5883l(bus), hmc5883l.IDENTITY_A, len(hmc5883l.IDENTITY), "its identity"
+    ),
+    certain=True,
+)
+PCA9685_IDENTITY: Final = Identity("PCA9685", (*range(0x40, 0x48), *cmps12.ADDRESSES), _pwm)
+"""It can be strapped to any address from 0x40 on; where other chips that take a first byte for more
+than a pointer are usual, it is not asked."""
+ADS1115_IDENTITY: Final = Identity(
+    "ADS1115", ads1115.ADDRESSES, _by_driver(Ads1115, ads1115.CONFIG, 2, "Config")
+)
+MD25_IDENTITY: Final = Identity(
+    "MD25", md25.ADDRESSES, _by_driver(Md25, md25.REVISION, md25.SETTINGS.size)
+)
+CMPS12_IDENTITY: Final = Identity(
+    "CMPS12", cmps12.ADDRESSES, _by_driver(Cmps12, cmps12.VERSION, cmps12.IDENTITY.size)
+)
+MPU9250_IDENTITY: Final = Identity("MPU-9250", (0x68, 0x69), _inertial, certain=True)
+SRF08_IDENTITY: Final = Identity("SRF08", range(0x70, 0x78), _sonar)
+
+WITHOUT_A_DRIVER: Final = (
+    Identity("QMC5883L", (0x0D,), _by_address_alone, usable=False),
+    Identity("QMC5883P", (0x2C,), _by_address_alone, usable=False),
+    Identity("the all-call address of every PCA9685", (ALL_CALL,), _all_call, usable=False),
+)
+"""What may answer beside the chips that can be tried out."""

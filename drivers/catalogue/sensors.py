@@ -4,6 +4,14 @@ import math
 from functools import partial
 from typing import Final
 
+from drivers.catalogue.identity import (
+    ADS1115_IDENTITY,
+    AK8963_IDENTITY,
+    CMPS12_IDENTITY,
+    HMC5883L_IDENTITY,
+    MPU9250_IDENTITY,
+    SRF08_IDENTITY,
+)
 from drivers.catalogue.trial import OnBus, OnPort, Option, Options, Quantity, Reading, Sensor
 from drivers.chips import ads1115, ak8963, cmps12, hmc5883l, maxbotix, srf08
 from drivers.chips.ads1115 import Ads1115, Ads1115Settings
@@ -112,74 +120,78 @@ def _voltage(bus: I2cBus, address: int, options: Options) -> Sensor:
     )
 
 
-SENSORS: Final = (
-    OnBus(
-        name="mpu9250",
-        title="MPU-9250: acceleration, rate, field, temperature",
-        address=0x68,
-        addresses=INERTIAL_ADDRESSES,
-        build=_inertial,
-        options=(_MOUNTING,),
+MPU9250: Final = OnBus(
+    name="mpu9250",
+    title="MPU-9250: acceleration, rate, field, temperature",
+    address=0x68,
+    addresses=INERTIAL_ADDRESSES,
+    build=_inertial,
+    options=(_MOUNTING,),
+    identity=MPU9250_IDENTITY,
+)
+AK8963: Final = OnBus(
+    name="ak8963",
+    title="AK8963, the magnetometer in an MPU-9250, through its bypass: field",
+    address=ak8963.ADDRESS,
+    addresses=(ak8963.ADDRESS,),
+    build=_magnetometer,
+    options=(Option("imu-address", partial(int, base=0), "the MPU-9250's address", "0x68"),),
+    identity=AK8963_IDENTITY,
+)
+SRF08: Final = OnBus(
+    name="srf08",
+    title="SRF08 sonar: distance",
+    address=srf08.SHIPPED_AT,
+    addresses=srf08.ADDRESSES,
+    build=_sonar,
+    options=(
+        Option("max-range-m", float, "farthest echo that is waited for", 6.0),
+        Option("gain", int, "greatest gain, 0 to 31", 31),
     ),
-    OnBus(
-        name="ak8963",
-        title="AK8963, the magnetometer in an MPU-9250, through its bypass: field",
-        address=ak8963.ADDRESS,
-        addresses=(ak8963.ADDRESS,),
-        build=_magnetometer,
-        options=(Option("imu-address", partial(int, base=0), "the MPU-9250's address", "0x68"),),
+    identity=SRF08_IDENTITY,
+)
+MAXBOTIX: Final = OnPort(
+    name="maxbotix",
+    title="MaxBotix serial sonar: distance",
+    baud=maxbotix.BAUD,
+    build=_serial_sonar,
+    options=(
+        Option("family", str, "which frames it sends", "xl", choices=tuple(maxbotix.FAMILIES)),
     ),
-    OnBus(
-        name="srf08",
-        title="SRF08 sonar: distance",
-        address=srf08.SHIPPED_AT,
-        addresses=srf08.ADDRESSES,
-        build=_sonar,
-        options=(
-            Option("max-range-m", float, "farthest echo that is waited for", 6.0),
-            Option("gain", int, "greatest gain, 0 to 31", 31),
+)
+CMPS12: Final = OnBus(
+    name="cmps12",
+    title="CMPS12 or CMPS14 compass: bearing",
+    address=cmps12.SHIPPED_AT,
+    addresses=cmps12.ADDRESSES,
+    build=_compass,
+    identity=CMPS12_IDENTITY,
+)
+HMC5883L: Final = OnBus(
+    name="hmc5883l",
+    title="HMC5883L magnetometer: field",
+    address=hmc5883l.ADDRESS,
+    addresses=(hmc5883l.ADDRESS,),
+    build=_field_sensor,
+    options=(Option("range-gauss", float, "full scale in gauss", 1.3), _MOUNTING),
+    identity=HMC5883L_IDENTITY,
+)
+ADS1115: Final = OnBus(
+    name="ads1115",
+    title="ADS1115 analog-to-digital converter: voltage",
+    address=ads1115.ADDRESSES[0],
+    addresses=ads1115.ADDRESSES,
+    build=_voltage,
+    options=(
+        Option(
+            "inputs",
+            str,
+            "one input against ground, or two",
+            "AIN0",
+            choices=tuple(ads1115.CODES_OF_INPUTS),
         ),
+        Option("full-scale-v", float, "full scale in V", 4.096),
+        Option("rate-sps", int, "conversions a second", 128),
     ),
-    OnPort(
-        name="maxbotix",
-        title="MaxBotix serial sonar: distance",
-        baud=maxbotix.BAUD,
-        build=_serial_sonar,
-        options=(
-            Option("family", str, "which frames it sends", "xl", choices=tuple(maxbotix.FAMILIES)),
-        ),
-    ),
-    OnBus(
-        name="cmps12",
-        title="CMPS12 or CMPS14 compass: bearing",
-        address=cmps12.SHIPPED_AT,
-        addresses=cmps12.ADDRESSES,
-        build=_compass,
-    ),
-    OnBus(
-        name="hmc5883l",
-        title="HMC5883L magnetometer: field",
-        address=hmc5883l.ADDRESS,
-        addresses=(hmc5883l.ADDRESS,),
-        build=_field_sensor,
-        options=(Option("range-gauss", float, "full scale in gauss", 1.3), _MOUNTING),
-    ),
-    OnBus(
-        name="ads1115",
-        title="ADS1115 analog-to-digital converter: voltage",
-        address=ads1115.ADDRESSES[0],
-        addresses=ads1115.ADDRESSES,
-        build=_voltage,
-        options=(
-            Option(
-                "inputs",
-                str,
-                "one input against ground, or two",
-                "AIN0",
-                choices=tuple(ads1115.CODES_OF_INPUTS),
-            ),
-            Option("full-scale-v", float, "full scale in V", 4.096),
-            Option("rate-sps", int, "conversions a second", 128),
-        ),
-    ),
+    identity=ADS1115_IDENTITY,
 )

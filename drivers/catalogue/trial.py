@@ -86,6 +86,22 @@ Options: TypeAlias = Mapping[str, Any]
 """Values of a chip's options, by their names with underscores for dashes."""
 
 
+class Identity(NamedTuple):
+    """A chip, where it may be, and the question that tells.
+
+    `evidence` reads, and returns what it saw, in words; it raises WrongDevice if that is no such
+    chip, and other errors of the bus. Only an identity register makes it `certain`.
+    """
+
+    chip: str
+    """As boards name it."""
+    addresses: Collection[int]
+    evidence: Callable[[I2cBus, int], str]
+    certain: bool = False
+    usable: bool = True
+    """Whether a driver can do something with it there."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnBus:
     """A chip on an I2C bus; `build` raises SettingError for options that do not fit."""
@@ -97,6 +113,10 @@ class OnBus:
     addresses: Collection[int]
     build: Callable[[I2cBus, int, Options], Sensor | Actuator]
     options: Sequence[Option] = ()
+    moves: bool = False
+    """Whether `build` makes an `Actuator`; else a `Sensor`."""
+    identity: Identity | None = None
+    """How it is recognised; None for what is a part of another chip, or cannot be told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +128,8 @@ class OnPort:
     baud: int
     build: Callable[[SerialPort, Options], Sensor | Actuator]
     options: Sequence[Option] = ()
+    moves: bool = False
+    """Whether `build` makes an `Actuator`; else a `Sensor`."""
 
 
 Triable: TypeAlias = OnBus | OnPort

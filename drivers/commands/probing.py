@@ -7,7 +7,7 @@ run drives, kept from other runs while it is asked.
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from drivers.catalogue.identity import recognise
+from drivers.catalogue.recognition import recognise
 from firmware_runtime.board.faults import Device
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.errors import BusInUse, HalError

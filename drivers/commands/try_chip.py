@@ -7,8 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
-from drivers.catalogue.actuators import ACTUATORS
-from drivers.catalogue.table import CHIPS
+from drivers.catalogue.table import chips
 from drivers.catalogue.trial import Actuator, OnBus, Option, Sensor, Triable
 from drivers.commands.readings import Readings
 from drivers.commands.single import BUS, PORT, Now, single
@@ -56,15 +55,15 @@ class _Pace:
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line, with one of its own for every chip."""
     summary = "Read a sensor live, or move one output for a moment."
-    chips = verbs.add_parser("try", help=summary, description=summary).add_subparsers(
+    names = verbs.add_parser("try", help=summary, description=summary).add_subparsers(
         required=True, metavar="CHIP"
     )
-    for chip in CHIPS.values():
-        verb = add_verb(chips, chip.name, f"Try {chip.title}.", partial(execute, chip))
+    for chip in chips().values():
+        verb = add_verb(names, chip.name, f"Try {chip.title}.", partial(execute, chip))
         _add_place(verb, chip)
         for option in chip.options:
             _add_option(verb, option)
-        _add_time(verb, moves=chip in ACTUATORS)
+        _add_time(verb, moves=chip.moves)
         verb.add_argument("--doubles", action="store_true", help="on a double of the chip instead")
         verb.add_argument("--json", action="store_true", help="print each reading as a JSON line")
 
@@ -73,6 +72,9 @@ def execute(chip: Triable, arguments: argparse.Namespace) -> int:
     """Read it, or move it once that is agreed to."""
     try:
         with single(chip, arguments) as (tried, now):
+            if isinstance(tried, Actuator) != chip.moves:
+                fault = f"it builds {type(tried).__name__}, and moves is {chip.moves}"
+                raise ConfigError(f"try {chip.name}", [f"{fault}; expected the two to agree"])
             if isinstance(tried, Sensor):
                 return _read(tried, arguments, now)
             return _move(tried, arguments, now)

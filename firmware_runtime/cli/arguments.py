@@ -23,10 +23,13 @@ def add_verb(
     return verb
 
 
-def add_board(verb: argparse.ArgumentParser) -> None:
+def add_board(verb: argparse.ArgumentParser, *, required: bool = True) -> None:
     """Add BOARD and --set."""
     verb.add_argument(
-        "board", metavar="BOARD", help="a board's name, or the path of a board.toml or its folder"
+        "board",
+        metavar="BOARD",
+        nargs=None if required else "?",
+        help="a board's name, or the path of a board.toml or its folder",
     )
     verb.add_argument(
         "--set",

@@ -13,6 +13,7 @@ RESTART, all channels run again with the values they hold.
 
 from collections.abc import Callable
 
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.i2c import GENERAL_CALL
 from sim_doubles.chips.pca9685_mode1 import Mode1Rules
 from sim_doubles.chips.pca9685_output import ALL_LOW, STEPS, OutputLatch, disabled_duties
@@ -89,6 +90,14 @@ class Pca9685Double(Target):
     def duties(self) -> tuple[float, ...]:
         """What the load sees of each output: the fraction of time it is high."""
         return self._duties
+
+    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
+        """The duty of each output, by its number."""
+        return {str(channel): duty for channel, duty in enumerate(self.duties)}
+
+    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
+        """Never: duties stay until the host says otherwise."""
+        return NEVER
 
     def duty(self, channel: int) -> float:
         """Return what the load sees of one output: the fraction of time it is high."""

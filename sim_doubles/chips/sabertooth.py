@@ -94,6 +94,14 @@ class SabertoothDouble(SerialTarget):
         """How fast motors 1 and 2 turn now."""
         return self.motors.speeds_rad_s(self._now())
 
+    def levels(self, at: int) -> dict[str, float]:
+        """How fast motors 1 and 2 turn at an instant, in rad/s."""
+        return dict(zip("12", self.motors.speeds_rad_s(at), strict=True))
+
+    def next_change_at(self, at: int) -> int:
+        """The next step of a ramp, or the instant at which silence stops the motors."""
+        return self.motors.next_change_at(at)
+
     def turned_rad(self, at: int) -> tuple[float, float]:
         """Return how far motors 1 and 2 have turned at `at` since the double was made."""
         return self.motors.turned_rad(at)

@@ -1,29 +1,31 @@
 """One chip alone, as a double: on a bus or port of its own, in a world that swings gently.
 
-For trying a chip's driver out with no hardware. Names are those of the command line's chips.
+For trying a chip's driver out with no hardware. These are entry points, by the names of the command
+line's chips; what needs no world is its class.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
+from sim_doubles.chip_doubles import chip_double
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.maxbotix import MaxbotixDouble
-from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
-from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import Now
+from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialLineDouble
+from sim_doubles.served.server import RealClock
 
+BUS_HZ: Final = 400_000
 PERIOD_S: Final = 10.0
 GRAVITY: Final = 9.80665
 FIELD_LEVEL_T, FIELD_UP_T = 20e-6, -40e-6
@@ -55,31 +57,61 @@ def _distance_m(at: int) -> float:
     return 1.0 + _angle(at)
 
 
-def _inertial(now: Now, address: int) -> Sequence[Target]:
+def mpu9250(now: Now, address: int = 0x68) -> Sequence[Target]:
+    """An MPU-9250 with its magnetometer, which answers while the bypass is open."""
     magnetometer = Ak8963Double(now, _field)
     return Mpu9250Double(now, _inertia, address, magnetometer=magnetometer).targets
 
 
-ON_BUS: Final[Mapping[str, Callable[[Now, int], Sequence[Target]]]] = MappingProxyType(
-    {
-        "mpu9250": _inertial,
-        "ak8963": lambda now, _: _inertial(now, 0x68),
-        "srf08": lambda now, address: [
-            Srf08Double(now, address, echoes=lambda at: [_distance_m(at)])
-        ],
-        "cmps12": lambda now, address: [
-            Cmps12Double(now, address, bearing_deg=lambda at: 90 - math.degrees(_angle(at)))
-        ],
-        "hmc5883l": lambda now, _: [Hmc5883lDouble(now, _field)],
-        "ads1115": lambda now, address: [Ads1115Double(now, address, inputs=_voltages)],
-        "pca9685": lambda now, address: [Pca9685Double(now, address)],
-        "h_bridge": lambda now, address: [Pca9685Double(now, address)],
-        "md25": lambda now, address: [Md25Double(now, address)],
-    }
-)
-ON_PORT: Final[Mapping[str, Callable[[Now], SerialTarget]]] = MappingProxyType(
-    {
-        "maxbotix": lambda now: MaxbotixDouble(now, _distance_m),
-        "sabertooth": SabertoothDouble,
-    }
-)
+def ak8963(now: Now, address: int = 0x0C) -> Sequence[Target]:
+    """The magnetometer in an MPU-9250 at 0x68, which must open its bypass."""
+    _only_at(0x0C, address)
+    return mpu9250(now)
+
+
+def srf08(now: Now, address: int = 0x70) -> Srf08Double:
+    """A sonar before a wall that comes and goes."""
+    return Srf08Double(now, address, echoes=lambda at: [_distance_m(at)])
+
+
+def cmps12(now: Now, address: int = 0x60) -> Cmps12Double:
+    """A compass on a turntable that turns to and fro about west."""
+    return Cmps12Double(now, address, bearing_deg=lambda at: 90 - math.degrees(_angle(at)))
+
+
+def hmc5883l(now: Now, address: int = 0x1E) -> Hmc5883lDouble:
+    """A magnetometer on the same turntable."""
+    _only_at(0x1E, address)
+    return Hmc5883lDouble(now, _field)
+
+
+def ads1115(now: Now, address: int = 0x48) -> Ads1115Double:
+    """A converter with two voltages about 1 V, 3.3 V and ground at its inputs."""
+    return Ads1115Double(now, address, inputs=_voltages)
+
+
+def maxbotix(now: Now) -> MaxbotixDouble:
+    """A sonar on a serial line before the same wall."""
+    return MaxbotixDouble(now, _distance_m)
+
+
+def sabertooth(now: Now) -> SabertoothDouble:
+    """A motor driver with its switches as shipped."""
+    return SabertoothDouble(now)
+
+
+def _only_at(address: int, wanted: int) -> None:
+    if wanted != address:
+        raise ValueError(f"address: 0x{wanted:02x}, expected 0x{address:02x}, which is fixed")
+
+
+def single(name: str, address: int | None) -> tuple[I2cBusDouble | SerialLineDouble, RealClock]:
+    """The line of one chip's double in real time, and its clock. Raises ConfigError.
+
+    `address` is None for a chip on a serial line.
+    """
+    clock, chip = RealClock(), chip_double(name)
+    if address is None:
+        return SerialLineDouble("double", clock, chip.on_port(clock)), clock
+    targets = chip.on_bus(clock, address)
+    return I2cBusDouble("double", clock, targets, bus_hz=BUS_HZ, reach=clock.reach), clock

@@ -19,7 +19,7 @@ from typing import Self
 
 import msgspec
 
-from sim_doubles.rigs.rig import DoublesRig
+from sim_doubles.rigs.rig import ServedRig
 from sim_doubles.served.errors import ServingError
 
 _encode = msgspec.json.Encoder().encode
@@ -31,7 +31,7 @@ class OutputLog:
     Raises ServingError if the file cannot be made or written.
     """
 
-    def __init__(self, path: Path, rig: DoublesRig) -> None:
+    def __init__(self, path: Path, rig: ServedRig) -> None:
         self._path = path
         self._rig = rig
         self._at = 0

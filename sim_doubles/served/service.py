@@ -27,16 +27,19 @@ from firmware_runtime.hal.served.packets import (
 )
 from sim_doubles.clock import Now
 from sim_doubles.faults import AdapterError, FaultScript
-from sim_doubles.rigs.rig import DoublesRig
+from sim_doubles.rigs.rig import ServedRig
 from sim_doubles.served.output_log import OutputLog
 
 T = TypeVar("T")
 
 
 class DoublesService:
-    """One board's doubles. While a question is answered, only wire time passes on their clock."""
+    """The doubles of a board, or of single chips.
 
-    def __init__(self, board: str, rig: DoublesRig, now: Now, log: OutputLog) -> None:
+    While a question is answered, only wire time passes on their clock.
+    """
+
+    def __init__(self, board: str, rig: ServedRig, now: Now, log: OutputLog) -> None:
         self._board = board
         self._rig = rig
         self._now = now

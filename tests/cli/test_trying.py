@@ -5,9 +5,7 @@ from typing import Any
 
 import pytest
 
-from drivers.catalogue.actuators import ACTUATORS
-from drivers.catalogue.sensors import SENSORS
-from drivers.catalogue.table import CHIPS
+from drivers.catalogue.table import chips
 from drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
@@ -15,9 +13,9 @@ from drivers.commands.trying import Watch, drive, switch_off, take
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from sim_doubles.chip_doubles import chip_double, names
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.rigs.singles import ON_BUS, ON_PORT
 from sim_doubles.serial_line import SerialLineDouble
 from tests.support.trial_pace import TrialPace
 
@@ -42,18 +40,18 @@ class Rig:
     """One chip, its double and its line, on one clock."""
 
     def __init__(self, name: str, pace: TrialPace, **said: Any) -> None:  # noqa: ANN401
-        chip = CHIPS[name]
+        chip = chips()[name]
         options = {option.name.replace("-", "_"): option.default for option in chip.options}
         options |= {"imu_address": 0x68} | said
         self.pace = pace
         self.name = name
         self._ramp = SECOND if name == "md25" else 200 * MILLISECOND
         if isinstance(chip, OnBus):
-            self.doubles: Sequence[Any] = ON_BUS[name](pace.clock, chip.address)
+            self.doubles: Sequence[Any] = chip_double(name).on_bus(pace.clock, chip.address)
             self.bus = I2cBusDouble("double", pace.clock, self.doubles, reach=pace.clock.reach)
             self.chip = chip.build(self.bus, chip.address, options)
         else:
-            target = ON_PORT[name](pace.clock)
+            target = chip_double(name).on_port(pace.clock)
             self.doubles = [target]
             self.chip = chip.build(SerialLineDouble("double", pace.clock, target), options)
         self.shown: list[tuple[int, Reading]] = []
@@ -79,7 +77,7 @@ class Rig:
         return drive(self.actuator, self.pace, span, self.show)
 
     def stop_from_elsewhere(self) -> None:
-        chip = CHIPS[self.name]
+        chip = chips()[self.name]
         assert isinstance(chip, OnBus)
         if self.name == "md25":
             Md25(self.bus, chip.address).stop()
@@ -99,9 +97,8 @@ class Rig:
 
 
 def test_every_chip_of_the_table_has_a_double() -> None:
-    assert {*ON_BUS, *ON_PORT} == set(CHIPS) == {*KEYS, *MOVES}
-    assert {chip.name for chip in SENSORS} == set(KEYS)
-    assert {chip.name for chip in ACTUATORS} == set(MOVES)
+    assert set(names()) == set(chips()) == {*KEYS, *MOVES}
+    assert {chip.name for chip in chips().values() if chip.moves} == set(MOVES)
 
 
 @pytest.mark.parametrize("name", sorted(KEYS))

@@ -12,8 +12,7 @@ import pytest
 
 import drivers.chips
 import sim_doubles.chips
-from drivers.catalogue.identity import IDENTITIES
-from drivers.catalogue.table import CHIPS
+from drivers.catalogue.table import chips, identities
 from drivers.chips.ads1115 import Ads1115
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.md25 import Md25
@@ -249,6 +248,6 @@ def test_every_driver_can_be_tried_and_those_on_a_bus_be_recognised() -> None:
     modules = {
         path.stem for path in Path(drivers.chips.__path__[0]).glob("*.py")
     } - PARTS_OF_DRIVERS
-    assert set(CHIPS) == modules | {"h_bridge"}
-    recognised = {identity.chip.lower().replace("-", "") for identity in IDENTITIES}
+    assert set(chips()) == modules | {"h_bridge"}
+    recognised = {identity.chip.lower().replace("-", "") for identity in identities()}
     assert modules - ON_SERIAL_LINES <= recognised

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.catalogue.identity import recognise
+from drivers.catalogue.recognition import recognise
 from firmware_runtime.hal.errors import NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double

@@ -1,0 +1,94 @@
+"""Doubles of single chips by name: ours and those of other packages, found by entry point.
+
+An entry point of the group `firmware_runtime.chip_doubles` is a function, or the double's class:
+
+    make(now, address=0x40)    a chip on an I2C bus: a target, or several
+    make(now)                  a chip on a serial line: a serial target
+
+The default of `address` is where a new chip is. One that has a fixed address, or only some, raises
+ValueError for another.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Protocol, runtime_checkable
+
+from firmware_runtime.entry_points import installed
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.spelling import did_you_mean
+from sim_doubles.clock import Now
+from sim_doubles.i2c_target import Target
+from sim_doubles.serial_target import SerialTarget
+
+GROUP = "firmware_runtime.chip_doubles"
+
+
+@runtime_checkable
+class Driving(Protocol):
+    """A double with outputs: what a chip moves or switches, for logs."""
+
+    def levels(self, at: int) -> Mapping[str, float]:
+        """How each output stands at an instant, not in the past: a share of its time, or rad/s."""
+
+    def next_change_at(self, at: int) -> int:
+        """The first instant after `at` at which an output changes by itself; else NEVER."""
+
+
+@runtime_checkable
+class Sampling(Protocol):
+    """A double that takes samples by itself, whether or not it is spoken to."""
+
+    def catch_up(self) -> None:
+        """Take the samples that are due by now."""
+
+
+class ChipDouble(NamedTuple):
+    """How to make the double of a kind of chip."""
+
+    name: str
+    make: Callable[..., object]
+    address: int | None
+    """Where a new chip is; None for a chip on a serial line."""
+
+    def on_bus(self, now: Now, address: int) -> Sequence[Target]:
+        """The targets to put on a bus; the first is the chip's own. Raises ConfigError."""
+        try:
+            made = self.make(now, address=address)
+        except ValueError as error:
+            raise ConfigError(f"{self.name}@0x{address:02x}", [str(error)]) from error
+        return (made,) if isinstance(made, Target) else tuple(_targets(self.name, made))
+
+    def on_port(self, now: Now) -> SerialTarget:
+        """The target at the end of a serial line. Raises ConfigError."""
+        made = self.make(now)
+        if not isinstance(made, SerialTarget):
+            raise _of_another_kind(self.name, "a SerialTarget", made)
+        return made
+
+
+def names() -> list[str]:
+    """The chips that have a double, in alphabetical order."""
+    return sorted(each.name for each in installed(GROUP))
+
+
+def chip_double(name: str) -> ChipDouble:
+    """The double of that name. Raises ConfigError if there is none."""
+    for each in installed(GROUP):
+        if each.name == name:
+            make = each.load()
+            parameter = inspect.signature(make).parameters.get("address")
+            return ChipDouble(name, make, None if parameter is None else parameter.default)
+    known = names()
+    fault = f"no double of that name; expected one of {', '.join(known)}{did_you_mean(name, known)}"
+    raise ConfigError(name, [fault])
+
+
+def _targets(name: str, made: object) -> Sequence[Target]:
+    if isinstance(made, Sequence) and made and all(isinstance(each, Target) for each in made):
+        return made
+    raise _of_another_kind(name, "a Target or several", made)
+
+
+def _of_another_kind(name: str, expected: str, made: object) -> ConfigError:
+    fault = f"its entry point makes {type(made).__name__}, expected {expected}"
+    return ConfigError(name, [fault])

@@ -1,0 +1,151 @@
+"""Single chips without a board: those on I2C on one bus, each other one on a port of its own."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
+
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.line_time import WireClock
+from sim_doubles.chip_doubles import ChipDouble, Driving, Sampling, chip_double
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
+from sim_doubles.serial_line import SerialLineDouble
+
+BUS: Final = "i2c1"
+BUS_HZ: Final = 400_000
+LEAST, LARGEST = 0x08, 0x77
+"""The addresses that the I2C specification leaves to chips."""
+
+
+class Placed(NamedTuple):
+    """A chip's double, and where it is."""
+
+    chip: ChipDouble
+    address: int | None
+
+    @property
+    def name(self) -> str:
+        """What it is called in logs: `pca9685@0x40`, or the name alone on a port."""
+        return self.chip.name if self.address is None else f"{self.chip.name}@0x{self.address:02x}"
+
+
+def placed(words: Sequence[str]) -> list[Placed]:
+    """The chips that `NAME` or `NAME@ADDRESS` mean. Raises ConfigError with every fault."""
+    found: list[Placed] = []
+    faults: list[str] = []
+    for word in words:
+        try:
+            found.append(_placed(word))
+        except ConfigError as error:
+            faults += [f"--chip {word}: {fault}" for fault in error.faults]
+    if faults:
+        raise ConfigError("doubles", faults)
+    return found
+
+
+def _placed(word: str) -> Placed:
+    name, at, text = word.partition("@")
+    chip = chip_double(name)
+    if not at:
+        return Placed(chip, chip.address)
+    if chip.address is None:
+        raise ConfigError(name, ["on a serial line, which has no address; expected the name alone"])
+    try:
+        address = int(text, 0)
+    except ValueError:
+        address = -1
+    if not LEAST <= address <= LARGEST:
+        raise ConfigError(name, [f"address {text!r}, expected 0x{LEAST:02x} to 0x{LARGEST:02x}"])
+    return Placed(chip, address)
+
+
+class ChipsRig:
+    """The doubles of some chips, each in the world that it brings with it.
+
+    Raises ConfigError for an address that a chip cannot have, and for two chips at one.
+    """
+
+    def __init__(self, chips: Sequence[Placed], clock: WireClock) -> None:
+        self._now = clock
+        made = _on_bus(chips, clock)
+        served = {each.name: each.chip.on_port(clock) for each in _on_ports(chips)}
+        parts: list[tuple[str, object]] = [*served.items()]
+        parts += [(name, target) for name, targets in made.items() for target in targets]
+        self._driving = {name: part for name, part in parts if isinstance(part, Driving)}
+        self._sampling = [part for _, part in parts if isinstance(part, Sampling)]
+        targets = [target for targets in made.values() for target in targets]
+        bus = I2cBusDouble(BUS, clock, targets, bus_hz=BUS_HZ, reach=clock.reach)
+        self.buses = {BUS: bus} if targets else {}
+        self.ports = {name: SerialLineDouble(name, clock, each) for name, each in served.items()}
+
+    @property
+    def enable(self) -> EnableLine | None:
+        """None: no pin of a chip is wired to anything."""
+        return None
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of each driving chip are on."""
+        at = self._now()
+        return {
+            name: sum(level != 0 for level in part.levels(at).values())
+            for name, part in self._driving.items()
+        }
+
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
+        """Nothing: chips alone have no task."""
+        return {}
+
+    def catch_up(self) -> None:
+        """Let sensors that sample by themselves take what they have to."""
+        for part in self._sampling:
+            part.catch_up()
+
+    def levels(self, at: int) -> dict[str, float]:
+        """How each output stands at an instant, by chip and output: `pca9685@0x40.3`."""
+        return {
+            f"{name}.{output}": level
+            for name, part in self._driving.items()
+            for output, level in part.levels(at).items()
+        }
+
+    def next_change_at(self, at: int) -> int:
+        """The first instant after `at` at which an output changes by itself."""
+        return min((part.next_change_at(at) for part in self._driving.values()), default=NEVER)
+
+
+def _on_bus(chips: Sequence[Placed], clock: WireClock) -> dict[str, Sequence[Target]]:
+    """The targets of each chip. Raises ConfigError with every address that cannot be."""
+    made: dict[str, Sequence[Target]] = {}
+    faults: list[str] = []
+    taken: dict[int, str] = {}
+    for name, chip, stated in [(each.name, each.chip, each.address) for each in chips]:
+        if stated is None:
+            continue
+        try:
+            made[name] = chip.on_bus(clock, stated)
+        except ConfigError as error:
+            faults += [f"--chip {name}: {fault}" for fault in error.faults]
+            continue
+        for address in sorted({stated, getattr(made[name][0], "address", stated)}):
+            if address in taken:
+                faults.append(f"--chip {name}: 0x{address:02x} is that of {taken[address]} already")
+            taken[address] = name
+    if faults:
+        raise ConfigError("doubles", faults)
+    return made
+
+
+def _on_ports(chips: Sequence[Placed]) -> Sequence[Placed]:
+    """The chips on ports. Raises ConfigError for two of a kind: ports are called as chips are."""
+    on_ports = [each for each in chips if each.address is None]
+    names = [each.name for each in on_ports]
+    faults = [
+        f"--chip {name}: given twice; expected one of a kind on a serial line"
+        for name in dict.fromkeys(names)
+        if names.count(name) > 1
+    ]
+    if faults:
+        raise ConfigError("doubles", faults)
+    return on_ports

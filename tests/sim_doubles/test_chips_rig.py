@@ -1,0 +1,96 @@
+"""Doubles of single chips: which words mean which, what cannot be, what they do on one bus."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import pytest
+
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import ConfigError
+from sim_doubles import chip_doubles
+from sim_doubles.chip_doubles import chip_double, names
+from sim_doubles.clock import ManualClock
+from sim_doubles.rigs.chips import BUS, ChipsRig, placed
+
+
+def rig(*words: str) -> ChipsRig:
+    return ChipsRig(placed(words), ManualClock())
+
+
+def faults(*words: str) -> Sequence[str]:
+    with pytest.raises(ConfigError) as refused:
+        rig(*words)
+    return refused.value.faults
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_chip_has_a_usual_address_or_a_port(name: str) -> None:
+    made = rig(name)
+    address = chip_double(name).address
+    if address is None:
+        assert list(made.ports) == [name]
+        assert made.buses == {}
+    elif name != "ak8963":  # behind a closed bypass
+        made.buses[BUS].read(address, 1)
+
+
+def test_a_chip_can_be_at_another_address_beside_one_of_its_kind() -> None:
+    bus = rig("pca9685", "pca9685@0x41", "mpu9250@105").buses[BUS]
+    assert bus.write_read(0x41, b"\xfe", 1) == b"\x1e"
+    assert bus.write_read(0x40, b"\xfe", 1) == b"\x1e"
+    assert bus.write_read(0x69, b"\x75", 1) == b"\x71"
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["pca9865"], ["did you mean pca9685"]),
+        (["mpu9250@zz"], ["'zz'"]),
+        (["pca9685@0x80"], ["'0x80'"]),
+        (["maxbotix@0x40"], ["no address"]),
+        (["hmc5883l@0x20"], ["0x1e, which is fixed"]),
+        (["ak8963@0x0d"], ["0x0c, which is fixed"]),
+        (["pca9685@0x20"], ["expected 0x40 to 0x7f"]),
+        (["pca9685", "pca9685"], ["0x40 is that of pca9685@0x40 already"]),
+        (["pca9685", "h_bridge@64"], ["0x40"]),
+        (["mpu9250", "ak8963"], ["0x68"]),
+        (["maxbotix", "maxbotix"], ["given twice"]),
+        (["x", "cmps12@", "md25@0"], ["--chip x", "--chip cmps12@", "--chip md25@0"]),
+        (["hmc5883l@0x20", "md25", "md25"], ["hmc5883l", "0x58"]),
+    ],
+)
+def test_what_cannot_be_is_refused_all_at_once(words: list[str], named: list[str]) -> None:
+    found = faults(*words)
+    assert len(found) == len(named)
+    for fault, part in zip(found, named, strict=True):
+        assert part in fault
+
+
+def test_outputs_are_called_by_chip_and_output() -> None:
+    made = rig("pca9685@0x41", "sabertooth", "mpu9250")
+    bus = made.buses[BUS]
+    for message in (b"\x00\x20", b"\x0e\x00\x00\x00\x08"):
+        bus.write(0x41, message)
+    levels = made.levels(0)
+    assert len(levels) == 18
+    assert {name for name, level in levels.items() if level} == {"pca9685@0x41.2"}
+    assert levels["pca9685@0x41.2"] == 0.5
+    assert made.outputs == {"pca9685@0x41": 1, "sabertooth": 0}
+    assert made.next_change_at(0) == NEVER
+    assert (made.enable, made.result(1, {})) == (None, {})
+
+
+class EntryPoint(NamedTuple):
+    name: str
+    made: object
+
+    def load(self) -> object:
+        return lambda _now, address=0x20: (address, self.made)[1]
+
+
+@pytest.mark.parametrize("made", [None, [], ["x"], "abc"])
+def test_an_entry_point_that_makes_no_target_is_refused(
+    made: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(chip_doubles, "installed", lambda _: [EntryPoint("mine", made)])
+    assert "expected a Target or several" in faults("mine")[0]
