@@ -1,4 +1,4 @@
-"""What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
+"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,6 +13,7 @@ from drivers.chips.hmc5883l import Hmc5883l
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import prescale_for
 from drivers.chips.srf08 import Srf08
+from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
@@ -22,12 +23,6 @@ from firmware_runtime.ecdpp.model_file import read_model
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 from firmware_runtime.hal.i2c import Message
-
-SETTINGS = DetectiveSettings
-RETUNABLE = ("treads.speed", "radar_motor.duty")
-"""Limits that a running robot takes up."""
-DOUBLES_RUN_S = 240.0
-"""How long a run on doubles may take when nobody says; it ends in front of the target."""
 
 _SONARS = ("radar_sonar", "body_sonar")
 _COMPASSES = ("radar_compass", "body_compass")
@@ -175,3 +170,15 @@ def _absent(settings: DetectiveSettings) -> Lines:
         {name: AbsentBus(name) for name in settings.buses},
         {name: AbsentPort(name) for name in settings.ports},
     )
+
+
+BOARD = BoardDefinition(
+    settings=DetectiveSettings,
+    build=build,
+    devices=devices,
+    loads=loads,
+    faults=faults,
+    event_model=event_model,
+    retunable=("treads.speed", "radar_motor.duty"),
+    doubles_run_s=240.0,  # at most; it ends in front of the target
+)

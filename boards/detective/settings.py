@@ -6,15 +6,9 @@ from msgspec import Meta
 
 from firmware_runtime.board.settings import (
     Address,
-    ArmingSettings,
-    BusSettings,
+    BoardSettings,
     Channel,
-    ExecutiveSettings,
-    GuardSettings,
-    ModelPolicy,
     NotNegative,
-    OutputEnableSettings,
-    PathDeadlineSettings,
     PortSettings,
     Positive,
     Seconds,
@@ -145,12 +139,10 @@ class ArenaTable(Settings, frozen=True):
     body_compass_stuck_s: SecondsOrNone | None = None
 
 
-class DetectiveSettings(Settings, frozen=True):
+class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     """The whole file."""
 
     board: Literal["detective"]
-    description: str
-    buses: dict[str, BusSettings]
     model: ModelTable
     mission: MissionTable
     radar_sonar: SonarTable
@@ -161,9 +153,3 @@ class DetectiveSettings(Settings, frozen=True):
     treads: TreadsTable
     world: ArenaTable
     ports: dict[str, PortSettings] = {}
-    executive: ExecutiveSettings = ExecutiveSettings()
-    arming: ArmingSettings = ArmingSettings()
-    guard: GuardSettings = GuardSettings()
-    output_enable: OutputEnableSettings | None = None
-    overruns: dict[str, ModelPolicy] = {}
-    deadlines: tuple[PathDeadlineSettings, ...] = ()

@@ -1,4 +1,4 @@
-"""What the registry asks of a board: its schema, its faults, its bus load, and the robot itself."""
+"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
 from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
@@ -6,23 +6,11 @@ from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import duty_burst, prescale_for
 from drivers.thrust_pairs import MOTORS
+from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
-
-SETTINGS = TachobotSettings
-RETUNABLE = (
-    "controller.*.kp",
-    "controller.*.ki",
-    "controller.*.kd",
-    "controller.*.anti_windup",
-    "thrust_pairs.slew_per_s",
-    "thrust_pairs.timeout_s",
-)
-"""Gains and limits that a running robot takes up."""
-DOUBLES_RUN_S = 10.0
-"""How long a run on doubles takes when nobody says."""
 
 
 def faults(settings: TachobotSettings) -> list[str]:
@@ -133,3 +121,21 @@ def _friction_faults(settings: TachobotSettings) -> list[str]:
         f"world.coulomb_friction_nm ({world.coulomb_friction_nm} N m)"
     )
     return [] if world.static_friction_nm >= world.coulomb_friction_nm else [sentence]
+
+
+BOARD = BoardDefinition(
+    settings=TachobotSettings,
+    build=build,
+    devices=devices,
+    loads=loads,
+    faults=faults,
+    retunable=(
+        "controller.*.kp",
+        "controller.*.ki",
+        "controller.*.kd",
+        "controller.*.anti_windup",
+        "thrust_pairs.slew_per_s",
+        "thrust_pairs.timeout_s",
+    ),
+    doubles_run_s=10.0,
+)

@@ -6,16 +6,10 @@ from msgspec import Meta
 
 from firmware_runtime.board.settings import (
     Address,
-    ArmingSettings,
-    BusSettings,
+    BoardSettings,
     Channel,
-    ExecutiveSettings,
     Fraction,
-    GuardSettings,
-    ModelPolicy,
     NotNegative,
-    OutputEnableSettings,
-    PathDeadlineSettings,
     Positive,
     Seconds,
     SecondsOrNone,
@@ -136,24 +130,16 @@ class WorldSettings(Settings, frozen=True):
     seed: Annotated[int, Meta(ge=0)]
 
 
-class TachobotSettings(Settings, frozen=True):
+class TachobotSettings(BoardSettings, frozen=True, kw_only=True):
     """The whole file."""
 
     board: Literal["tachobot"]
-    description: str
-    buses: dict[str, BusSettings]
     imu: ImuSettings
     thrust_pairs: ThrustPairsSettings
     controller: ControllerSettings
     world: WorldSettings
     esc: EscSettings | None = None
     """Demanded in mode `free`; in mode `platform` nothing is coupled to it, there or not."""
-    executive: ExecutiveSettings = ExecutiveSettings()
-    arming: ArmingSettings = ArmingSettings()
-    guard: GuardSettings = GuardSettings()
-    output_enable: OutputEnableSettings | None = None
-    overruns: dict[str, ModelPolicy] = {}
-    deadlines: tuple[PathDeadlineSettings, ...] = ()
 
     @property
     def esc_in_use(self) -> EscSettings | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
@@ -77,7 +77,7 @@ def _boards(arguments: argparse.Namespace) -> list[str]:
     if arguments.board is not None:
         chosen_board(arguments.board)  # one that is named must be sound
         return [arguments.board]
-    known = registry.names()
+    known = kinds.names()
     if arguments.doubles is None:
         return known
     kind = chosen_board(arguments.doubles).name

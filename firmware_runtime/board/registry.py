@@ -1,8 +1,7 @@
-"""Finds boards: installed kinds by their entry points, a user's own copy by its file.
+"""Reads boards: an installed kind by its name, a user's own copy by its file.
 
-A kind of board is a package with `board.toml` and a module `definition` beside it, made known by an
-entry point of the group `firmware_runtime.boards`. The boards that come with the project are found
-the same way.
+A kind of board is a package's `BoardDefinition` with board.toml beside it, made known by an entry
+point, see `definition` and `kinds`. The boards that come with the project are found the same way.
 """
 
 import hashlib
@@ -12,60 +11,32 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
-from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
-from typing import Any, Protocol
+from typing import Any
 
 from firmware_runtime.board import strict
+from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, executive_faults, overrun_faults
+from firmware_runtime.board.kinds import (
+    FILE,
+    blamed_on,
+    broken,
+    definition,
+    entry_point_of,
+    names,
+    shipped_file,
+)
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.settings import (
-    ArmingSettings,
-    BusSettings,
-    ExecutiveSettings,
-    GuardSettings,
-    ModelPolicy,
-    OutputEnableSettings,
-    PathDeadlineSettings,
-    PortSettings,
-)
+from firmware_runtime.board.settings import BoardSettings, PortSettings
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
-from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.system.whole_file import read_file
 
-FILE = "board.toml"
-GROUP = "firmware_runtime.boards"
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
-
-
-class BoardSettings(Protocol):
-    """What every board's settings hold, whatever else they hold."""
-
-    @property
-    def board(self) -> str: ...  # noqa: D102 -- the names say it, see firmware_runtime.board.settings
-    @property
-    def description(self) -> str: ...  # noqa: D102
-    @property
-    def buses(self) -> dict[str, BusSettings]: ...  # noqa: D102
-    @property
-    def executive(self) -> ExecutiveSettings: ...  # noqa: D102
-    @property
-    def arming(self) -> ArmingSettings: ...  # noqa: D102
-    @property
-    def guard(self) -> GuardSettings: ...  # noqa: D102
-    @property
-    def output_enable(self) -> OutputEnableSettings | None: ...  # noqa: D102
-    @property
-    def overruns(self) -> dict[str, ModelPolicy]: ...  # noqa: D102
-    @property
-    def deadlines(self) -> tuple[PathDeadlineSettings, ...]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,20 +72,6 @@ class Board:
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
 
-def names() -> list[str]:
-    """The kinds of board that are installed, in alphabetical order."""
-    return sorted(entry_point.name for entry_point in installed(GROUP))
-
-
-def shipped_file(kind: str) -> Path:
-    """The board.toml of an installed kind. Raises ConfigError if its package is not to be found."""
-    module = _entry_point(kind).module
-    found = find_spec(module)
-    if found is None or found.origin is None:
-        raise ConfigError(kind, [f"entry point {module}: no such module; expected its package"])
-    return Path(found.origin).with_name(FILE)
-
-
 def load(board: str, assignments: Sequence[str] = ()) -> Board:
     """Read a board by name, or by the path of a board.toml or of its folder.
 
@@ -127,7 +84,7 @@ def load(board: str, assignments: Sequence[str] = ()) -> Board:
         raise ConfigError(str(source), faults)
     strict.override(table, assignments, faults)
     if table.get("board") in names():
-        drop_replaced(table, _definition(table["board"]).SETTINGS, _assigned(assignments))
+        drop_replaced(table, definition(table["board"]).settings, _assigned(assignments))
     return _board(source, assignments, table, faults)
 
 
@@ -184,20 +141,23 @@ def _board(
         found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
         fault = f"{found}: expected one of {_listing()}"
         raise ConfigError(str(source), [*faults, fault])
-    definition = _definition(kind)
+    defined = definition(kind)
     name = table.get("name", kind)
     if not (isinstance(name, str) and _NAME.fullmatch(name)):
         faults.append(
             f"name: {strict.shown(name)}: expected small letters, digits, - and _, 63 at most"
         )
     stated = {key: value for key, value in table.items() if key != "name"}
-    settings = strict.convert(stated, definition.SETTINGS, faults)
+    settings = strict.convert(stated, defined.settings, faults)
     if settings is None:
         raise ConfigError(str(source), faults)
     faults += executive_faults(settings.executive, settings.guard)
-    faults += [*overrun_faults(settings.overruns), *definition.faults(settings)]
-    loads = {} if faults else definition.loads(settings)
-    faults += [fault for load_ in loads.values() if (fault := load_.fault())]
+    faults += overrun_faults(settings.overruns)
+    with blamed_on(entry_point_of(kind), "definition"):
+        faults += defined.faults(settings)
+        loads = {} if faults else defined.loads(settings)
+        devices = defined.devices(settings)
+    faults += [sentence for each in loads.values() if (sentence := each.fault())]
     if faults:
         raise ConfigError(str(source), faults)
     return Board(
@@ -207,25 +167,16 @@ def _board(
         assignments=assignments,
         settings=settings,
         table=table,
-        devices=definition.devices(settings),
+        devices=devices,
         loads=loads,
-        doubles_run_s=definition.DOUBLES_RUN_S,
+        doubles_run_s=defined.doubles_run_s,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],
         ports=getattr(settings, "ports", {}),
-        build=lambda lines: definition.build(settings, lines),
-        event_model=_event_model(definition, settings),
-        retunable=definition.RETUNABLE,
+        build=lambda lines: _built(defined, settings, lines),
+        event_model=_event_model(defined, settings),
+        retunable=defined.retunable,
         fingerprint=_fingerprint(source, assignments),
     )
-
-
-def _definition(kind: str) -> ModuleType:
-    definition: ModuleType = _entry_point(kind).load()
-    return definition
-
-
-def _entry_point(kind: str) -> EntryPoint:
-    return next(entry_point for entry_point in installed(GROUP) if entry_point.name == kind)
 
 
 def _assigned(assignments: Sequence[str]) -> set[str]:
@@ -234,11 +185,21 @@ def _assigned(assignments: Sequence[str]) -> set[str]:
     return {".".join(key[:depth]) for key in keys for depth in range(1, len(key) + 1)}
 
 
+def _built(defined: BoardDefinition[Any], settings: BoardSettings, lines: Lines) -> Robot:
+    """The robot that a package builds. Raises ConfigError for whatever goes wrong in it."""
+    entry_point = entry_point_of(settings.board)
+    with blamed_on(entry_point, "build"):
+        robot = defined.build(settings, lines)
+    if not isinstance(robot, Robot):
+        found = f"build returned {type(robot).__name__}"
+        raise broken(entry_point, f"{found}; expected a firmware_runtime.board.robot.Robot")
+    return robot
+
+
 def _event_model(
-    definition: ModuleType, settings: object
+    defined: BoardDefinition[Any], settings: BoardSettings
 ) -> Callable[[Path | None], Component] | None:
-    build: Callable[[object, Path | None], Component] | None
-    build = getattr(definition, "event_model", None)
+    build = defined.event_model
     return None if build is None else lambda model_file: build(settings, model_file)
 
 

@@ -40,8 +40,8 @@ class Rig(Doubles, Protocol):
     """Doubles in this process, and the world behind them."""
 
     @property
-    def shown(self) -> OutPort[float]:
-        """The port whose values a person wants to see over time."""
+    def shown(self) -> OutPort[float] | None:
+        """The port whose values a person wants to see over time, if there is one."""
 
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe beside the robot's own models."""

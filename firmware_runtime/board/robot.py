@@ -11,25 +11,31 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.hal.errors import HalError
 
 
+def _keep(_settings: object) -> None:
+    """Nothing is retunable."""
+
+
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """What a board's wiring makes of settings and buses."""
+    """What a board's wiring makes of settings and buses: a model, probes and stops, and more."""
 
     model: Coupled
     probe: Sequence[Callable[[], None]]
     """In order: silences what could interfere, then asks each chip who it is. Raises HalError."""
     stop: Sequence[Callable[[], None]]
     """Each writes one chip's safe state, which is full-off, not neutral. Raises HalError."""
-    result: Callable[[], dict[str, object]]
+    result: Callable[[], dict[str, object]] = dict
     """How the run ended, by what the robot itself knows; None where it knows nothing."""
-    ended: OutPort[Ending] | None
+    ended: OutPort[Ending] | None = None
     """Where the model says that its task is over, if it ever does."""
-    ends_on_failure: bool
+    ends_on_failure: bool = True
     """Whether a task that failed ends the run; otherwise it goes on with everything stopped."""
-    retune: Callable[[Any], None]
+    retune: Callable[[Any], None] = _keep
     """Takes up gains and limits from new settings of the board, while the robot runs."""
-    warnings: Sequence[str]
+    warnings: Sequence[str] = ()
     """What works less well than it should, found while the chips were brought up."""
+    shown: OutPort[float] | None = None
+    """The port whose values a person wants to see over time; on doubles the rig has the say."""
     still_on: Sequence[Callable[[], str | None]] = ()
     """Each reads one chip back: what it still drives, in a sentence. Raises HalError."""
     unseen: Sequence[str] = ()

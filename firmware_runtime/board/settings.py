@@ -131,3 +131,22 @@ class ExecutiveSettings(Settings, frozen=True):
     """How many of the worst activations are kept."""
     recorded_spans: Annotated[int, Meta(ge=0, le=1_000_000)] = 32_768
     """Entries of the flight recorder, one for each function of a model that ran; 0 for none."""
+
+
+class BoardSettings(Settings, frozen=True, kw_only=True):
+    """What every board's file holds; a board's own schema is derived from it, with `kw_only=True`.
+
+    A file may also have a key `name`, the robot's own where two are of one kind; that key is no
+    setting.
+    """
+
+    board: str
+    """The kind: the name of the entry point."""
+    description: str
+    buses: dict[str, BusSettings]
+    executive: ExecutiveSettings = ExecutiveSettings()
+    arming: ArmingSettings = ArmingSettings()
+    guard: GuardSettings = GuardSettings()
+    output_enable: OutputEnableSettings | None = None
+    overruns: dict[str, ModelPolicy] = {}
+    deadlines: tuple[PathDeadlineSettings, ...] = ()

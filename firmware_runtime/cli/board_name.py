@@ -2,12 +2,12 @@
 
 import argparse
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds
 
 
 def add_board_name(verb: argparse.ArgumentParser, otherwise: str | None = None) -> None:
     """Add BOARD; it may be left out if there is something that is meant otherwise."""
-    names = registry.names()
+    names = kinds.names()
     about = f"{' or '.join(names)}"
     verb.add_argument(
         "board",

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.host.installation.places import SETTINGS
@@ -40,5 +40,5 @@ def _tell_once(what: str) -> None:
 def settings_in_force(board: str) -> Path | None:
     """The user's copy of the settings of a board of that name, if there is one."""
     copy = Path(os.environ.get(PLACE) or SETTINGS, f"{board}.toml")
-    is_there = board in registry.names() and os.path.exists(copy)  # noqa: PTH110
+    is_there = board in kinds.names() and os.path.exists(copy)  # noqa: PTH110
     return copy if is_there else None

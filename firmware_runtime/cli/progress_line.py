@@ -93,8 +93,7 @@ def progress_shown(
     if terminal is None:
         yield
         return
-    shown = None if session.rig is None else session.rig.shown
-    ProgressLine(session.executive, terminal, until, shown)
+    ProgressLine(session.executive, terminal, until, session.shown)
     messages.terminal = terminal
     try:
         yield

@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator
+from math import isfinite
 from typing import Any
 
 from firmware_runtime.cli.chart import Series, chart
@@ -37,9 +38,8 @@ class Report:
             duration_s = session.board.doubles_run_s
         self.until = NEVER if duration_s is None else seconds(duration_s)
         self._shown = Series()
-        if not self._json and session.rig is not None:
-            port = session.rig.shown
-            session.executive.simulator.listen(port, self._remember)
+        if not self._json and session.shown is not None:
+            session.executive.simulator.listen(session.shown, self._remember)
 
     def begin(self) -> None:
         """Say what runs, for how long, and on what."""
@@ -92,10 +92,9 @@ class Report:
             yield f"failed: {outcome.reason}"
         elif session.arming is not None and not session.arming.was_armed:
             yield f"never armed, so nothing was driven: {session.arming.reason}"
-        if session.rig is not None:
-            until = session.world_now()
+        if session.shown is not None:
             yield ""
-            yield from chart(self._shown.points, session.rig.shown.path, until)
+            yield from chart(self._shown.points, session.shown.path, session.world_now())
         yield ""
         for name, value in session.result().items():
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
@@ -107,5 +106,5 @@ class Report:
         yield from statistics_text(session.executive.statistics.figures())
 
     def _remember(self, at: int, value: object) -> None:
-        if isinstance(value, float):
+        if isinstance(value, float) and isfinite(value):  # a sonar without an echo says inf
             self._shown.add(at, value)

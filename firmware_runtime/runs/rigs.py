@@ -3,10 +3,13 @@
 Only the board's own rig is imported, by its entry point.
 """
 
+from importlib.metadata import EntryPoint
+from inspect import getattr_static
 from pathlib import Path
 
+from firmware_runtime.board.kinds import blamed_on, broken
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Rig
+from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.line_time import WireClock
@@ -14,28 +17,41 @@ from firmware_runtime.hal.served.client import ServedDoubles, look
 from firmware_runtime.hal.served.connection import Connection
 
 GROUP = "firmware_runtime.rigs"
+_DEMANDED = tuple(name for part in (Doubles, Rig) for name in vars(part) if name[0] != "_")
+"""What a rig has, by its protocol; looked up without asking a property for its value."""
 
 
 def rig_for(board: Board, clock: WireClock) -> Rig:
     """The board's doubles, on their buses and tied to their world, on this clock.
 
-    Raises ConfigError if the board has no rig, or for a world that cannot be, such as a start
-    within a wall.
+    Raises ConfigError if the board has no rig, for one that is broken, and for a world that cannot
+    be, such as a start within a wall.
     """
-    for entry_point in installed(GROUP):
-        if entry_point.name == board.kind:
-            try:
-                rig: Rig = entry_point.load()(board.settings, clock)
-            except ValueError as error:
-                raise ConfigError(str(board.source), [f"world: {error}"]) from error
-            return rig
-    fault = f"{board.kind} has no rig, so it cannot run on doubles; expected an entry point"
-    raise ConfigError(board.name, [f"{fault} {board.kind!r} of the group {GROUP}"])
+    entry_point = _entry_point(board)
+    if entry_point is None:
+        fault = f"{board.kind} has no rig, so it cannot run on doubles; expected an entry point"
+        raise ConfigError(board.name, [f"{fault} {board.kind!r} of the group {GROUP}"])
+    with blamed_on(entry_point, "import"):
+        build = entry_point.load()
+    with blamed_on(entry_point, "rig"):
+        try:
+            rig: Rig = build(board.settings, clock)
+        except ValueError as error:
+            raise ConfigError(str(board.source), [f"world: {error}"]) from error
+    if missing := [name for name in _DEMANDED if getattr_static(rig, name, ...) is ...]:
+        raise broken(entry_point, f"no {', '.join(missing)}; see firmware_runtime.board.rig.Rig")
+    if bare := [*(board.settings.buses.keys() - rig.buses), *(board.ports.keys() - rig.ports)]:
+        raise broken(entry_point, f"no doubles of {', '.join(bare)}; expected all lines of a board")
+    return rig
 
 
 def has_rig(board: Board) -> bool:
     """Whether the board can run on doubles."""
-    return any(entry_point.name == board.kind for entry_point in installed(GROUP))
+    return _entry_point(board) is not None
+
+
+def _entry_point(board: Board) -> EntryPoint | None:
+    return next((each for each in installed(GROUP) if each.name == board.kind), None)
 
 
 def served_doubles(board: Board, path: Path, *, alone: bool = True) -> ServedDoubles:

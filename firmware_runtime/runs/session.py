@@ -110,6 +110,11 @@ class Session:
         return None if self.arming is None or self.arming.is_free else self.arming
 
     @property
+    def shown(self) -> OutPort[float] | None:
+        """The port whose values a person wants to see over time, if there is one."""
+        return self.robot.shown if self.rig is None else self.rig.shown
+
+    @property
     def has_failed(self) -> bool:
         """Whether the robot itself ended the run because something went wrong."""
         return self.ending is not None and self.ending.failed

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from firmware_runtime.board.registry import names
+from firmware_runtime.board.kinds import names
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.scaffold.names import class_name, name_fault
 from firmware_runtime.scaffold.package import write_package

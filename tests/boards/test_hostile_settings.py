@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.strict import DEEPEST
 from firmware_runtime.errors import ConfigError
@@ -50,7 +50,7 @@ def keys_of(table: dict[str, Any], before: str = "") -> list[str]:
     return found
 
 
-KEYS = {name: keys_of(dict(registry.load(name).table)) for name in registry.names()}
+KEYS = {name: keys_of(dict(registry.load(name).table)) for name in kinds.names()}
 NUMBERS = st.integers().map(str) | st.floats().map(repr)
 WORDS = st.text(st.characters(exclude_characters="\0"), max_size=20)
 

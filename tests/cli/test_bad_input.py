@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import sim_doubles.rigs.tachobot
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 LONG = "x" * 5000
@@ -72,7 +72,7 @@ def test_a_speed_controller_is_judged_where_there_is_one(
 def test_mode_free_demands_a_speed_controller_and_mode_platform_does_not(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
-    shipped = registry.shipped_file("tachobot").read_text()
+    shipped = kinds.shipped_file("tachobot").read_text()
     before, _, rest = shipped.partition("[esc]")
     own = tmp_path / "board.toml"
     own.write_text(before + "[controller]" + rest.partition("[controller]")[2])
@@ -168,7 +168,7 @@ def test_malformed_toml_is_refused_with_its_line(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
     copy = tmp_path / "board.toml"
-    original = registry.shipped_file("tachobot").read_text()
+    original = kinds.shipped_file("tachobot").read_text()
     copy.write_text(original.replace("[controller.yaw]", "[controller.yaw"))
     ended = command("run", copy, "--doubles")
     assert ended.status == 2
@@ -179,7 +179,7 @@ def test_malformed_toml_is_refused_with_its_line(
 def test_a_users_own_copy_of_a_board_file_is_taken(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
-    original = registry.shipped_file("tachobot").read_text()
+    original = kinds.shipped_file("tachobot").read_text()
     (tmp_path / "board.toml").write_text(original)
     assert str(tmp_path) in command("check", tmp_path).out
 

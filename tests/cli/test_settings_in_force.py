@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.cli.chosen_board import PLACE
 
 pytestmark = pytest.mark.slow
 
-SHIPPED = {name: registry.load(name).source for name in registry.names()}
+SHIPPED = {name: registry.load(name).source for name in kinds.names()}
 
 
 @pytest.fixture

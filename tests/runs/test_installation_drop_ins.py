@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.host.installation.drop_in import device_nodes, drop_in
 from firmware_runtime.host.installation.errors import InstallationRefused
 from firmware_runtime.host.installation.places import GUARD, RUNTIME
@@ -23,7 +23,7 @@ def lines(service: str, board: str, assignments: Sequence[str] = ()) -> list[str
     return [line for line in text.splitlines() if not line.startswith("#")]
 
 
-@pytest.mark.parametrize("board", registry.names())
+@pytest.mark.parametrize("board", kinds.names())
 def test_a_run_may_open_its_bus_and_keep_the_processor_awake(board: str) -> None:
     assert lines(RUNTIME, board) == [
         "[Service]",
@@ -35,7 +35,7 @@ def test_a_run_may_open_its_bus_and_keep_the_processor_awake(board: str) -> None
     ]
 
 
-@pytest.mark.parametrize("board", registry.names())
+@pytest.mark.parametrize("board", kinds.names())
 def test_its_guard_comes_first_and_opens_the_bus_only(board: str) -> None:
     assert lines(GUARD, board) == [
         "[Service]",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.installation.errors import StepFailed
 from firmware_runtime.host.installation.places import settings_path
@@ -44,7 +44,7 @@ def uninstall(board: str, root: Path, *, purge: bool = False) -> list[str]:
     return told
 
 
-@pytest.mark.parametrize("board", registry.names())
+@pytest.mark.parametrize("board", kinds.names())
 def test_every_file_of_a_board_is_written(tmp_path: Path, board: str) -> None:
     told = install(board, tmp_path)
     assert files_below(tmp_path).keys() == SHARED | of_board(board)

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from drivers.thrust_pairs import ThrustPairs
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.reloading import NEEDED, PATIENCE, Reloading
 from firmware_runtime.runs.session import Session
 from firmware_runtime.system.notices import Notices
 
-SHIPPED = registry.shipped_file("tachobot")
+SHIPPED = kinds.shipped_file("tachobot")
 
 
 class Rig:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.host.installation.places import (
     GUARD,
@@ -41,7 +41,7 @@ class Unit(RawConfigParser):
 @pytest.fixture
 def root(tmp_path: Path) -> Path:
     """A system with both boards installed, and what their units refer to."""
-    for board in registry.names():
+    for board in kinds.names():
         install(board, tmp_path)
     units = tmp_path / "usr/lib/systemd/system"
     units.mkdir(parents=True)
@@ -62,7 +62,7 @@ def analyze(*words: object) -> subprocess.CompletedProcess[str]:
 
 
 @with_systemd
-@pytest.mark.parametrize("board", registry.names())
+@pytest.mark.parametrize("board", kinds.names())
 def test_systemd_finds_no_fault_in_the_units(root: Path, board: str) -> None:
     units = [f"{service}@{board}.service" for service in SERVICES]
     verified = analyze("verify", "--man=no", f"--root={root}", *units)
@@ -88,7 +88,7 @@ def test_a_board_without_priority_is_no_fault_either(root: Path) -> None:
 
 
 @with_systemd
-@pytest.mark.parametrize("board", registry.names())
+@pytest.mark.parametrize("board", kinds.names())
 @pytest.mark.parametrize("service", SERVICES)
 def test_a_service_is_exposed_to_little(root: Path, board: str, service: str) -> None:
     unit = f"{service}@{board}.service"

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds
 
 _MD25 = """driver = "md25"
 bus = "i2c1"
@@ -25,7 +25,7 @@ _CHANGES = (
 
 def second_choice_board(folder: Path) -> Path:
     """Write it: Sabertooth and MaxBotix on serial ports, an HMC5883L for the body's compass."""
-    text = registry.shipped_file("detective").read_text()
+    text = kinds.shipped_file("detective").read_text()
     for first, second in _CHANGES:
         assert first in text
         text = text.replace(first, second)

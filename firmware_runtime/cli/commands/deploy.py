@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.deployment.commands import Commands
@@ -128,7 +128,7 @@ def _deploy(order: Order, commands: Commands) -> int:
 def _demand_sound(arguments: argparse.Namespace) -> None:
     """Raises ConfigError with everything that is wrong with the command line."""
     faults = [fault] if (fault := fault_of_host(arguments.host)) else []
-    known = registry.names()
+    known = kinds.names()
     if arguments.board not in known:
         faults.append(
             f"{arguments.board!r}: no board; expected {' or '.join(known)}, "

@@ -51,5 +51,5 @@ def _model(board: registry.Board, *, whole: bool) -> Component:
     """The model that event files run on, where there is one, else the robot."""
     if board.event_model is not None and not whole:
         return board.event_model(None)
-    buses = {name: AbsentBus(name) for name in board.loads}
+    buses = {name: AbsentBus(name) for name in board.settings.buses}
     return board.build(Lines(buses, {name: AbsentPort(name) for name in board.ports})).model

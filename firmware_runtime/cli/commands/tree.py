@@ -19,7 +19,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print the tree; no bus is opened."""
     board = chosen_board(arguments.board, arguments.assignments)
-    buses = {name: AbsentBus(name) for name in board.loads}
+    buses = {name: AbsentBus(name) for name in board.settings.buses}
     ports = {name: AbsentPort(name) for name in board.ports}
     robot = board.build(Lines(buses, ports))
     print(tree(robot.model))

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from firmware_runtime.board.registry import Board, BoardSettings
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.host.doctor import (
     clock,
     gpio,

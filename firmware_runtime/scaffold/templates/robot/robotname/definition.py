@@ -3,6 +3,7 @@
 from drivers import dc_motor
 from drivers.chips import srf08
 from drivers.chips.pca9685 import prescale_for
+from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
@@ -13,12 +14,6 @@ from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 from robotname.result import result
 from robotname.settings import RobotNameSettings
 from robotname.wiring import RobotName
-
-SETTINGS = RobotNameSettings
-RETUNABLE = ("controller.kp", "controller.ki", "controller.kd", "controller.max_drive")
-"""Keys that a running robot takes up."""
-DOUBLES_RUN_S = 20.0
-"""How long a run on doubles takes when nothing else is asked for."""
 
 
 def devices(settings: RobotNameSettings) -> tuple[Device, ...]:
@@ -68,8 +63,17 @@ def build(settings: RobotNameSettings, lines: Lines) -> Robot:
         stop=(model.pwm_chip.stop_all,),
         still_on=(model.pwm_chip.still_on,),
         result=lambda: result(settings.controller, model.controller.tracker.motion),
-        ended=None,
-        ends_on_failure=True,
         retune=lambda changed: model.controller.retune(changed.controller),
-        warnings=(),
+        shown=model.sonar.distance_out,
     )
+
+
+BOARD = BoardDefinition(
+    settings=RobotNameSettings,
+    build=build,
+    devices=devices,
+    loads=loads,
+    faults=faults,
+    retunable=("controller.kp", "controller.ki", "controller.kd", "controller.max_drive"),
+    doubles_run_s=20.0,
+)

@@ -6,15 +6,9 @@ from msgspec import Meta
 
 from firmware_runtime.board.settings import (
     Address,
-    ArmingSettings,
-    BusSettings,
+    BoardSettings,
     Channel,
-    ExecutiveSettings,
-    GuardSettings,
-    ModelPolicy,
     NotNegative,
-    OutputEnableSettings,
-    PathDeadlineSettings,
     Positive,
     Seconds,
     Settings,
@@ -64,19 +58,11 @@ class WorldTable(Settings, frozen=True):
     lag_s: Positive
 
 
-class RobotNameSettings(Settings, frozen=True):
+class RobotNameSettings(BoardSettings, frozen=True, kw_only=True):
     """The whole file."""
 
     board: Literal["robotname"]
-    description: str
-    buses: dict[str, BusSettings]
     sonar: SonarTable
     motor: MotorTable
     controller: ControllerTable
     world: WorldTable
-    executive: ExecutiveSettings = ExecutiveSettings()
-    arming: ArmingSettings = ArmingSettings()
-    guard: GuardSettings = GuardSettings()
-    output_enable: OutputEnableSettings | None = None
-    overruns: dict[str, ModelPolicy] = {}
-    deadlines: tuple[PathDeadlineSettings, ...] = ()

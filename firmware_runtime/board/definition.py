@@ -1,0 +1,102 @@
+"""The contract of a board: what a package says of a kind of robot, and what it may leave out.
+
+An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`, such as
+`rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
+module instead: then `SETTINGS` and `build` are looked up there, and whichever of `devices`,
+`loads`, `faults`, `RETUNABLE`, `DOUBLES_RUN_S` and `event_model` there are.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Generic, TypeVar
+
+from msgspec import Struct
+
+from firmware_runtime.board.faults import Device
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.settings import BoardSettings
+from firmware_runtime.devs.component import Component
+from firmware_runtime.errors import SettingError
+from firmware_runtime.hal.budget import BusLoad
+
+S = TypeVar("S")
+DOUBLES_RUN_S = 10.0
+
+_WORDS = {"SETTINGS": "settings", "RETUNABLE": "retunable", "DOUBLES_RUN_S": "doubles_run_s"}
+"""How a module calls what is no function."""
+_FUNCTIONS = ("build", "devices", "loads", "faults", "event_model")
+
+
+def _nothing(_settings: object) -> tuple[()]:
+    return ()
+
+
+def _no_loads(settings: Any) -> dict[str, BusLoad]:  # noqa: ANN401 -- any board's settings
+    """Each bus, with nothing asked of it."""
+    return {
+        name: BusLoad(name, round(bus.speed_hz), (), bus.overhead_ns)
+        for name, bus in settings.buses.items()
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardDefinition(Generic[S]):
+    """A kind of robot. `settings` and `build` are demanded; the rest has defaults.
+
+    The functions are called with the settings as read from board.toml. Raises SettingError for what
+    is no schema of a board or no function.
+    """
+
+    settings: type[S]
+    """The schema of board.toml: derived from `firmware_runtime.board.settings.BoardSettings`."""
+    build: Callable[[S, Lines], Robot]
+    """The robot on these lines; sends nothing yet."""
+    devices: Callable[[S], Sequence[Device]] = _nothing
+    """Every chip on an I2C bus that the board needs; for `doctor`, `probe` and `deploy`."""
+    loads: Callable[[S], Mapping[str, BusLoad]] = _no_loads
+    """What recurs on each bus; not called where `faults` finds any."""
+    faults: Callable[[S], Sequence[str]] = _nothing
+    """Everything wrong that no single value shows, a sentence each, with its key."""
+    event_model: Callable[[S, Path | None], Component] | None = None
+    """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
+    retunable: Sequence[str] = ()
+    """Keys that a running robot takes up by `Robot.retune`; `*` stands for any word."""
+    doubles_run_s: float = DOUBLES_RUN_S
+    """How long a run on doubles takes unless `--for` says."""
+
+    def __post_init__(self) -> None:
+        _check_schema(self.settings)
+        for name in _FUNCTIONS:
+            value = getattr(self, name)
+            if not (callable(value) or (name == "event_model" and value is None)):
+                raise SettingError(f"{name}: {value!r}: expected a function")
+
+
+def _check_schema(schema: object) -> None:
+    """Refuse what a board.toml cannot be read by."""
+    if not (isinstance(schema, type) and issubclass(schema, Struct)):
+        raise SettingError(f"settings: {schema!r}: expected a subclass of BoardSettings")
+    missing = set(BoardSettings.__struct_fields__) - set(schema.__struct_fields__)
+    if missing:
+        without = f"{schema.__name__} has no {', '.join(sorted(missing))}"
+        raise SettingError(f"settings: {without}; expected a subclass of BoardSettings")
+
+
+def definition_of(found: object) -> BoardDefinition[Any]:
+    """The definition that an entry point leads to, or that its module spells out.
+
+    Raises SettingError for anything else, and for a module without `SETTINGS` or `build`.
+    """
+    if isinstance(found, BoardDefinition):
+        return found
+    if not isinstance(found, ModuleType):
+        raise SettingError(f"{type(found).__name__}: expected a BoardDefinition or a module")
+    missing = [name for name in ("SETTINGS", "build") if not hasattr(found, name)]
+    if missing:
+        raise SettingError(f"module {found.__name__} has no {' and no '.join(missing)}")
+    words = _WORDS | {name: name for name in _FUNCTIONS}
+    stated = {to: getattr(found, name) for name, to in words.items() if hasattr(found, name)}
+    return BoardDefinition(**stated)

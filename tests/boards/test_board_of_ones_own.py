@@ -1,0 +1,227 @@
+"""A board of another package: what its definition may leave out, and how a broken one is named."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.board import kinds, registry
+from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.runs.rigs import has_rig, rig_for
+from firmware_runtime.runs.session import Session
+from tests.support.installed_here import installed_here
+
+TOML = """board = "heron"
+description = "nothing but a model"
+[buses.i2c1]
+device = "/dev/i2c-1"
+speed_hz = 100_000
+"""
+SMALL = """
+from firmware_runtime.board.definition import BoardDefinition
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.settings import BoardSettings
+from firmware_runtime.devs.coupled import Coupled
+
+class HeronSettings(BoardSettings, frozen=True, kw_only=True):
+    pass
+
+def build(settings, lines):
+    return Robot(model=Coupled("heron"), probe=(), stop=())
+"""
+OBJECT = SMALL + "\nBOARD = BoardDefinition(settings=HeronSettings, build=build)\n"
+MODULE = SMALL + "\nSETTINGS = HeronSettings\n"
+BOARD = "[firmware_runtime.boards]\nheron = heron.definition:BOARD\n"
+BARE = "[firmware_runtime.boards]\nheron = heron.definition\n"
+RIG = "[firmware_runtime.rigs]\nheron = heron.rig:HeronRig\n"
+
+
+class Heron:
+    """Installs the package of the board `heron`."""
+
+    def __init__(self, site: Path, stack: ExitStack) -> None:
+        self._site = site
+        self._stack = stack
+
+    def install(
+        self, definition: str, entries: str = BOARD, rig: str = "", provider: str | None = None
+    ) -> Path:
+        """Write and install it; returns its folder."""
+        files = {"board.toml": TOML, "definition.py": definition, "rig.py": rig}
+        self._site = self._site.with_name(f"{self._site.name}-{provider}")
+        return self._stack.enter_context(
+            installed_here(self._site, "heron", files, entries, provider=provider)
+        )
+
+
+@pytest.fixture
+def heron(tmp_path: Path) -> Iterator[Heron]:
+    with ExitStack() as stack:
+        yield Heron(tmp_path / "site", stack)
+
+
+@pytest.mark.parametrize(
+    ("definition", "entries"), [(OBJECT, BOARD), (MODULE, BARE)], ids=["object", "module"]
+)
+def test_settings_and_build_are_enough(heron: Heron, definition: str, entries: str) -> None:
+    heron.install(definition, entries)
+    assert "heron" in kinds.names()
+    board = registry.load("heron")
+    assert (board.devices, board.retunable, board.doubles_run_s) == ((), (), 10.0)
+    assert (board.event_model, board.warnings) == (None, [])
+    assert board.loads["i2c1"].utilisation == 0.0
+
+
+def test_a_module_may_spell_out_what_an_object_states(heron: Heron) -> None:
+    heron.install(MODULE + "RETUNABLE = ('a.b',)\nDOUBLES_RUN_S = 3.0\n", BARE)
+    board = registry.load("heron")
+    assert (board.retunable, board.doubles_run_s) == (("a.b",), 3.0)
+
+
+def test_a_robot_of_two_kinds_of_names_is_read_from_a_file_of_its_own(
+    heron: Heron, tmp_path: Path
+) -> None:
+    heron.install(OBJECT)
+    (tmp_path / "left.toml").write_text(f'name = "left"\n{TOML}')
+    board = registry.load(str(tmp_path / "left.toml"))
+    assert (board.name, board.kind) == ("left", "heron")
+
+
+BROKEN = {
+    "no such object": ("", BOARD),
+    "not a board": ("BOARD = 3", BOARD),
+    "an error of syntax": ("def", BOARD),
+    "an import that fails": ("import no_such_module", BOARD),
+    "an import that exits": ("raise SystemExit(0)", BOARD),
+    "no such module": (OBJECT, BOARD.replace("definition", "elsewhere")),
+    "no such package": (OBJECT, BOARD.replace("heron.definition", "no_such_package.definition")),
+    "a module without settings": (SMALL, BARE),
+    "a module without build": (MODULE.replace("build", "make"), BARE),
+    "settings that are none": (MODULE + "SETTINGS = dict", BARE),
+    "settings without buses": (
+        MODULE + "import msgspec\nclass Bare(msgspec.Struct):\n    board: str\nSETTINGS = Bare",
+        BARE,
+    ),
+    "faults that are no function": (MODULE + "faults = []", BARE),
+    "faults that raise": (MODULE + "def faults(settings):\n    return 1 / 0", BARE),
+    "devices that raise": (MODULE + "def devices(settings):\n    return settings.imu", BARE),
+    "loads that raise": (MODULE + "def loads(settings):\n    raise KeyError('i2c9')", BARE),
+}
+
+
+@pytest.mark.parametrize(("definition", "entries"), BROKEN.values(), ids=BROKEN)
+def test_a_broken_definition_is_one_sentence_with_its_packages_name(
+    heron: Heron, capsys: pytest.CaptureFixture[str], definition: str, entries: str
+) -> None:
+    heron.install(definition, entries)
+    assert main(["check", "heron"]) == 2
+    said = capsys.readouterr().err
+    assert "of the package heron" in said
+    assert "Traceback" not in said
+    assert registry.load("tachobot").name == "tachobot"
+
+
+def test_where_in_a_package_it_broke_is_said(heron: Heron) -> None:
+    folder = heron.install("import msgspec\n\nraise OSError('no file')", BOARD)
+    with pytest.raises(ConfigError) as caught:
+        registry.load("heron")
+    assert f"{folder / 'definition.py'}, line 3" in caught.value.faults[0]
+
+
+@pytest.mark.parametrize(
+    "build", ["raise TypeError('no')", "return None", "return settings.wheels"]
+)
+def test_a_build_that_breaks_is_named(heron: Heron, build: str) -> None:
+    heron.install(f"{MODULE}\ndef build(settings, lines):\n    {build}\n", BARE)
+    with pytest.raises(ConfigError) as caught:
+        registry.load("heron").build(None)  # type: ignore[arg-type]
+    assert caught.value.where == "board heron of the package heron"
+
+
+def test_a_broken_board_does_not_keep_the_others_from_being_listed(
+    heron: Heron, capsys: pytest.CaptureFixture[str]
+) -> None:
+    heron.install("1 / 0")
+    assert main(["boards"]) == 2
+    printed = capsys.readouterr()
+    assert "tachobot" in printed.out
+    assert "of the package heron" in printed.err
+
+
+def test_two_packages_that_provide_one_kind_are_both_named(heron: Heron) -> None:
+    heron.install(OBJECT)
+    heron.install(OBJECT, provider="egret")
+    with pytest.raises(ConfigError) as caught:
+        registry.load("heron")
+    assert "egret and heron" in caught.value.faults[0]
+
+
+def test_without_a_rig_every_use_of_doubles_says_so(
+    heron: Heron, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    heron.install(OBJECT)
+    assert not has_rig(registry.load("heron"))
+    assert main(["check", "heron"]) == 0
+    for words in (
+        ["run", "heron", "--doubles"],
+        ["doubles", "serve", "heron", "--socket", str(tmp_path / "socket")],
+        ["probe", "--doubles", "heron"],
+    ):
+        assert main(words) == 2, words
+        assert "has no rig" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "rig",
+    [
+        *("", "HeronRig = 3", "1 / 0", "class HeronRig:\n    pass"),
+        "class HeronRig:\n    def __init__(self, settings, clock):\n        settings.world",
+        "class HeronRig:\n    def __init__(self, settings, clock):\n        pass",
+    ],
+)
+def test_a_broken_rig_is_named(heron: Heron, rig: str) -> None:
+    heron.install(OBJECT, BOARD + RIG, rig)
+    with pytest.raises(ConfigError) as caught:
+        rig_for(registry.load("heron"), WorldClock())
+    assert caught.value.where == "rig heron of the package heron"
+
+
+RIG_OF_NOTHING = """
+from sim_doubles.rigs.buses import buses_of
+
+class HeronRig:
+    ports = outputs = {}
+    enable = shown = None
+    def __init__(self, settings, clock):
+        self.buses = buses_of(settings.buses, {"i2c1": []}, clock)
+    def attach(self, robot):
+        pass
+    def result(self, elapsed, own):
+        return dict(own)
+    def catch_up(self):
+        pass
+    def levels(self, at):
+        return {}
+    def next_change_at(self, at):
+        return at
+"""
+
+
+def test_a_rig_may_show_nothing(heron: Heron) -> None:
+    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING)
+    session = Session(registry.load("heron"), VirtualClock(), doubles=True, statistics_path=None)
+    assert session.executive.run(SECOND).error is None
+    assert (session.shown, session.result()) == (None, {})
+    session.close()
+
+
+def test_a_rig_without_one_of_the_boards_buses_is_named(heron: Heron) -> None:
+    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING.replace('{"i2c1": []}', "{}"))
+    with pytest.raises(ConfigError) as caught:
+        rig_for(registry.load("heron"), WorldClock())
+    assert "i2c1" in caught.value.faults[0]
