@@ -6,12 +6,12 @@ from drivers.chips import ads1115
 from drivers.chips.ads1115 import Ads1115, Ads1115Settings
 from drivers.chips.step import Step
 from sim_doubles.chips.ads1115 import Ads1115Double
+from sim_doubles.contract.row import Row
 from sim_doubles.i2c_target import Target
-from tests.support.chip_row import Row
 
 
 class Ads1115Row(Row):
-    module = "ads1115"
+    name = "ads1115"
     traffic = ads1115.TRAFFIC
     address = 0x4A
     wrong_identity = (0x01, 0x42)

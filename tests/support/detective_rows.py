@@ -13,13 +13,13 @@ from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.srf08 import Srf08Double
+from sim_doubles.contract.row import MILLISECOND, Row, each
 from sim_doubles.i2c_target import Target
-from tests.support.chip_row import MILLISECOND, Row, each
 
 
 class Srf08Row(Row):
     keeps_nothing = True
-    module = "srf08"
+    name = "srf08"
     traffic = srf08.TRAFFIC
     address = 0x75
     wrong_identity = (0x00, 0xFF)
@@ -57,7 +57,7 @@ class Srf08Row(Row):
 
 class Cmps12Row(Row):
     keeps_nothing = True
-    module = "cmps12"
+    name = "cmps12"
     traffic = cmps12.TRAFFIC
     address = 0x62
     wrong_identity = (0x02, 0xE2)
@@ -93,7 +93,7 @@ class Cmps12Row(Row):
 
 class Hmc5883lRow(Row):
     told_as = "was reset"
-    module = "hmc5883l"
+    name = "hmc5883l"
     traffic = hmc5883l.TRAFFIC
     address = 0x1E
     wrong_identity = (0x0B, 0x35)
@@ -140,7 +140,7 @@ class Hmc5883lRow(Row):
 
 class Md25Row(Row):
     told_as = "was reset"
-    module = "md25"
+    name = "md25"
     traffic = md25.TRAFFIC
     address = 0x5A
     wrong_identity = (0x0F, 0x7F)

@@ -10,13 +10,13 @@ from drivers.chips.step import Step
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.contract.row import MILLISECOND, Row, Vector, each
 from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
-from tests.support.chip_row import MILLISECOND, Row, Vector, each
 
 
 class Pca9685Row(Row):
-    module = "pca9685"
+    name = "pca9685"
     address = 0x41
     wrong_identity = (0x05, 0x61)
 
@@ -47,7 +47,7 @@ class Pca9685Row(Row):
 
 
 class Mpu9250Row(Row):
-    module = "mpu9250"
+    name = "mpu9250"
     address = 0x69
     wrong_identity = (0x75, 0x68)
 
@@ -89,7 +89,7 @@ class Mpu9250Row(Row):
 
 
 class Ak8963Row(Row):
-    module = "ak8963"
+    name = "ak8963"
     address = 0x0C
     wrong_identity = (0x00, 0x49)
 

@@ -1,10 +1,9 @@
 """One row of the chip contract: how to wire a driver and its double, use them and sweep them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from typing import ClassVar, TypeAlias
+from collections.abc import Callable, Iterator, Sequence
+from typing import ClassVar, Protocol, TypeAlias
 
-from drivers.chips.step import Step
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.clock import ManualClock
@@ -16,13 +15,26 @@ Vector: TypeAlias = tuple[float, float, float]
 MILLISECOND = 1_000_000
 
 
+class Step(Protocol):
+    """One step of a driver's bring-up, as `drivers.chips.step` has it."""
+
+    @property
+    def action(self) -> Callable[[], None]:
+        """At most a few short transactions."""
+
+    @property
+    def wait_ns(self) -> int:
+        """The wait that the chip needs after."""
+
+
 class Row(ABC):
     """A chip's driver and double on one bus, with a clock on which only the wire takes time."""
 
-    module: ClassVar[str]
+    name: ClassVar[str]
+    """The chip, as its driver's module is called."""
     address: ClassVar[int]
-    wrong_identity: ClassVar[tuple[int, int]]
-    """A register and what it reads on another chip."""
+    wrong_identity: ClassVar[tuple[int, int] | None]
+    """A register and what it reads on another chip; None if nothing tells one from another."""
     traffic: ClassVar[Sequence[Sequence[Message]]] = ()
     """What the driver says one use costs, if it says so."""
     keeps_nothing: ClassVar[bool] = False
@@ -50,7 +62,7 @@ class Row(ABC):
         """Make the double, and what it needs beside it."""
 
     @abstractmethod
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> Sequence[Step]:
         """Give the driver's bring-up."""
 
     @abstractmethod
@@ -74,6 +86,7 @@ class Row(ABC):
         """List what the double objects to."""
 
     def bring_up(self) -> None:
+        """Take the steps, each with its wait."""
         for step in self.steps():
             step.action()
             self.clock.advance(step.wait_ns)
