@@ -9,15 +9,18 @@ Source: Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), Winter Simulati
 
 import math
 
-import numpy as np
-
 from drivers.thrust_pairs import Forces
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.models.motion import Motion
 
-T = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.5, -0.5, 0.5, -0.5]])
-T_PSEUDO_INVERSE = np.linalg.pinv(T)
-_ROWS = tuple(tuple(float(round(each, 12)) + 0.0 for each in row) for row in T_PSEUDO_INVERSE)
+T = ((1.0, 0.0, -1.0, 0.0), (0.0, -1.0, 0.0, 1.0), (0.5, -0.5, 0.5, -0.5))
+"""Rows x, y and yaw, a column a pair."""
+T_PSEUDO_INVERSE = tuple(
+    tuple(row[pair] / sum(each * each for each in row) for row in T) for pair in range(4)
+)
+"""The rows of T are at right angles to each other: so it is the transpose, each row of T divided
+by its square. Without numpy, whose import takes longer than to switch all outputs off."""
+_LARGEST_YAW = max(abs(row[2]) for row in T_PSEUDO_INVERSE)
 
 
 class Allocation(Atomic):
@@ -80,10 +83,10 @@ class Allocation(Atomic):
 
 def allocate(x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float) -> Forces:
     """Forces for body commands in N, none beyond `pair_thrust_n`; x and y give way to yaw."""
-    largest_yaw = pair_thrust_n / max(abs(row[2]) for row in _ROWS)
+    largest_yaw = pair_thrust_n / _LARGEST_YAW
     yaw_n = max(-largest_yaw, min(largest_yaw, yaw_n))
-    turning = [row[2] * yaw_n for row in _ROWS]
-    moving = [row[0] * x_n + row[1] * y_n for row in _ROWS]
+    turning = [row[2] * yaw_n for row in T_PSEUDO_INVERSE]
+    moving = [row[0] * x_n + row[1] * y_n for row in T_PSEUDO_INVERSE]
     share = 1.0
     for turn, move in zip(turning, moving, strict=True):
         if abs(turn + move) > pair_thrust_n:

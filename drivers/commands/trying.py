@@ -7,7 +7,7 @@ from drivers.catalogue.trial import Actuator, Reading, Sensor
 from drivers.chips.step import Step
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.switching_off import SwitchingOff
+from firmware_runtime.executive.switching_off import SwitchOffRetry
 from firmware_runtime.hal.errors import HalError, NotReady
 
 KEEP_SWITCHING_OFF = 2 * SECOND
@@ -129,7 +129,7 @@ def switch_off(actuator: Actuator) -> list[str]:
     def nothing(_now: int) -> None:
         """Between two attempts there is nothing else to do."""
 
-    return SwitchingOff(attempt, MonotonicClock(), KEEP_SWITCHING_OFF, nothing).run()
+    return SwitchOffRetry(attempt, MonotonicClock(), KEEP_SWITCHING_OFF, nothing).run()
 
 
 def take(steps: Iterable[Step], pace: Pace) -> bool:

@@ -41,6 +41,13 @@ def add_board(verb: argparse.ArgumentParser, *, required: bool = True) -> None:
     )
 
 
+def add_doubles(verb: argparse.ArgumentParser) -> None:
+    """Add --doubles PATH, of doubles that are served."""
+    verb.add_argument(
+        "--doubles", type=Path, metavar="PATH", help="on the doubles that are served at PATH"
+    )
+
+
 def add_output_log(verb: argparse.ArgumentParser) -> None:
     """Add --log, which goes nowhere unless given."""
     verb.add_argument(

@@ -26,8 +26,7 @@ from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.runs.control import ControlError
 from firmware_runtime.spelling import did_you_mean
-from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.trace_file import TraceFileError
+from firmware_runtime.statistics.errors import StatisticsFileError, TraceFileError
 from firmware_runtime.status import Status
 from firmware_runtime.system.priority import come_first
 

@@ -47,7 +47,7 @@ from firmware_runtime.executive.process import (
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.readiness import Readiness
-from firmware_runtime.executive.switching_off import SwitchingOff
+from firmware_runtime.executive.switching_off import SwitchOffRetry
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.statistics.companions import Companion
@@ -86,7 +86,7 @@ class Executive:
         self._readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock() if world_now is None else world_now
         self.world_now.tolerance = self._profiler.accounting.tolerance
-        self._switching_off = SwitchingOff(
+        self._switching_off = SwitchOffRetry(
             make_safe, clock, configuration.switch_off_for, self._go_on_ending
         )
         self._configuration = configuration

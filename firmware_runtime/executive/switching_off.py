@@ -16,7 +16,7 @@ OFF_AGAIN_EVERY = 20 * MILLISECOND
 """Ns until outputs that could not be switched off are switched off again."""
 
 
-class SwitchingOff:
+class SwitchOffRetry:
     """Calls `make_safe` until it fails no more, for `keep_trying` ns of `clock` at most.
 
     `make_safe` returns what failed, one sentence each. `between` is called with the present

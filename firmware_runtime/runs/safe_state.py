@@ -35,7 +35,7 @@ WATCH = SECOND // 2
 """Ns for which outputs must have stayed off where somebody drives, or may."""
 
 
-class SwitchingOff:
+class SafeState:
     """Switches off what some boards mean, the first of them as its file has it.
 
     `doubles` is where they are served, None on the real robot; `statistics` is where a run of

@@ -19,13 +19,9 @@ import msgspec
 
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.trace import trace
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.statistics.errors import TraceFileError
 
 _encode = msgspec.json.Encoder().encode
-
-
-class TraceFileError(FirmwareRuntimeError):
-    """A trace cannot be written where it was asked for."""
 
 
 class TraceFile:

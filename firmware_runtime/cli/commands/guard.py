@@ -9,7 +9,7 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_doubles, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.executive.clocks import MonotonicClock
@@ -45,13 +45,6 @@ def add_to(verbs: SubParsers) -> None:
     add_doubles(verb)
     verb.add_argument(
         "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
-
-
-def add_doubles(verb: argparse.ArgumentParser) -> None:
-    """Add --doubles PATH."""
-    verb.add_argument(
-        "--doubles", type=Path, metavar="PATH", help="on the doubles that are served at PATH"
     )
 
 

@@ -8,15 +8,14 @@ from pathlib import Path
 from time import monotonic_ns
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_doubles, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.commands.guard import add_doubles
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.runs_under_way import folders_of_runs
-from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SwitchingOff
+from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
 from firmware_runtime.runs.settings_in_force import (
     forget_settings,
     kept_for,
@@ -53,14 +52,14 @@ def execute(arguments: argparse.Namespace) -> int:
     A signal ends the trying again, but never between two chips.
     """
     meant, statistics, faults = _what_is_meant(arguments)
-    switching = SwitchingOff(meant, arguments.doubles, statistics)
+    safe_state = SafeState(meant, arguments.doubles, statistics)
     with until_signal() as signal:
-        failed = _switch_off(switching, lambda: signal.wait(BETWEEN / SECOND))
-    warnings = switching.warnings()
-    if not failed and switching.is_over:
-        for path in {*switching.statistics_found, statistics}:
+        failed = _switch_off(safe_state, lambda: signal.wait(BETWEEN / SECOND))
+    warnings = safe_state.warnings()
+    if not failed and safe_state.is_over:
+        for path in {*safe_state.statistics_found, statistics}:
             forget_settings(path)
-    switching.close()
+    safe_state.close()
     for sentence in (*faults, *warnings, *(f"not made safe: {each}" for each in failed)):
         tell(f"firmware-runtime: {sentence}", sys.stderr)
     if not failed:
@@ -68,20 +67,20 @@ def execute(arguments: argparse.Namespace) -> int:
     return Status.NOT_SAFE if failed else Status.OK
 
 
-def _switch_off(switching: SwitchingOff, wait: Callable[[], bool]) -> list[str]:
+def _switch_off(safe_state: SafeState, wait: Callable[[], bool]) -> list[str]:
     """Return what is on, or may be; `wait` lets some time pass, and ends it if a signal came."""
     give_up_at = monotonic_ns() + PATIENCE
-    switching.take_right()
-    failed = switching.make_safe()
-    switching.find_runs()
-    while failed or not switching.has_acknowledged():
+    safe_state.take_right()
+    failed = safe_state.make_safe()
+    safe_state.find_runs()
+    while failed or not safe_state.has_acknowledged():
         if monotonic_ns() >= give_up_at or wait():
             break
-        failed = switching.make_safe()
+        failed = safe_state.make_safe()
     if failed:
         return failed
-    failed = switching.make_safe()  # a write that was under way is over by now
-    return failed or switching.stays_off(give_up_at + WATCH, wait)
+    failed = safe_state.make_safe()  # a write that was under way is over by now
+    return failed or safe_state.stays_off(give_up_at + WATCH, wait)
 
 
 def _what_is_meant(arguments: argparse.Namespace) -> tuple[list[Board], Path | None, list[str]]:
