@@ -81,7 +81,11 @@ if TYPE_CHECKING:
     from firmware_runtime.models.pid import Pid, PidGains
     from firmware_runtime.models.state_diagram import StateDiagram
     from firmware_runtime.models.state_table import Arrow, State, StateTableError
+    from firmware_runtime.runs.model_alone import open_model, run
+    from firmware_runtime.runs.open_run import OpenRun
+    from firmware_runtime.runs.result import RunResult
     from firmware_runtime.statistics.errors import StatisticsFileError
+    from firmware_runtime.statistics.figures import Figures, ModelFigures
     from firmware_runtime.statistics.reader import read_statistics
     from firmware_runtime.statistics.statistics import RunState, Statistics
 
@@ -125,6 +129,12 @@ _WHERE: Final = {
     "Outcome": "executive.outcome",
     "ActivationPolicy": "executive.policy",
     "ProcessSettings": "executive.process",
+    "open_model": "runs.model_alone",
+    "run": "runs.model_alone",
+    "OpenRun": "runs.open_run",
+    "RunResult": "runs.result",
+    "Figures": "statistics.figures",
+    "ModelFigures": "statistics.figures",
     "read_statistics": "statistics.reader",
     "RunState": "statistics.statistics",
     "Statistics": "statistics.statistics",
@@ -201,6 +211,7 @@ __all__ = [
     "Ending",
     "Executive",
     "Fault",
+    "Figures",
     "FirmwareRuntimeError",
     "HalError",
     "I2cBus",
@@ -213,11 +224,13 @@ __all__ = [
     "Message",
     "ModelError",
     "ModelFailure",
+    "ModelFigures",
     "ModelTimeError",
     "MonotonicClock",
     "Motion",
     "NoAcknowledge",
     "NotReady",
+    "OpenRun",
     "OutPort",
     "Outcome",
     "OutputChangedState",
@@ -229,6 +242,7 @@ __all__ = [
     "PortTypeError",
     "ProcessSettings",
     "Robot",
+    "RunResult",
     "RunState",
     "ScaledClock",
     "SelectError",
@@ -247,7 +261,9 @@ __all__ = [
     "WrongDevice",
     "always_enabled",
     "format_time",
+    "open_model",
     "read_statistics",
+    "run",
     "seconds",
     "trace",
     "tree",

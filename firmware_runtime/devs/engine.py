@@ -98,11 +98,15 @@ class Engine(ABC):
 
     def inject(self, port: InPort[T], value: T) -> None:
         """Put one value into an input port of the root; it arrives with the next `advance`."""
+        self.check_input(port, value)
+        self._injected.append((self._entrances[port], value))
+
+    def check_input(self, port: InPort[T], value: T) -> None:
+        """Raise ModelError unless the port is an input of the root that carries such a value."""
         if port not in self._entrances:
             raise ModelError(f"{port.path}: not an input port of {self.root.path}")
         if not carries(port.type, type(value)):
             raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
-        self._injected.append((self._entrances[port], value))
 
     def advance(self, at: int) -> None:
         """Work off instant `at`: inputs, and what is due. Not before `now`, not past `next_at`.

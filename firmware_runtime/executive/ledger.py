@@ -16,10 +16,13 @@ from firmware_runtime.statistics.layout import (
     ACKNOWLEDGED,
     ARMED,
     CPU,
+    ELAPSED,
+    HEARTBEAT,
     INPUTS_DROPPED,
     STATE,
     STEP_HISTOGRAM,
     STEPS,
+    WRITTEN,
     YIELDED,
 )
 from firmware_runtime.statistics.statistics import RunState
@@ -30,7 +33,8 @@ from firmware_runtime.statistics.worst_list import WorstList
 class Ledger:
     """Writes steps, idle moments and the end of a run into the file.
 
-    `until` is the last instant that belongs to the run: what would be due later is not counted.
+    `until` is the last instant that belongs to the run, as `go_on` says for one that has paused:
+    what would be due later is not counted.
     `cpu_time` reads the processor time that the process has used, in ns.
     """
 
@@ -64,6 +68,7 @@ class Ledger:
         self._previous_end = 0
         self._cpu_time = cpu_time
         self._cpu_time_before = cpu_time()
+        self._paused_with: int | None = None
         profiler.accounting.count_in(cells, layout)
         profiler.faults.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
@@ -119,6 +124,23 @@ class Ledger:
         self._progress.idle()
         self.file.open_section()
         self.file.close_section(now)
+
+    def pause(self, now: int) -> None:
+        """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""
+        file = self.file
+        self._paused_with = self._cpu_time()
+        file.open_section()
+        self._read_counters()
+        file.cells[ELAPSED] = now
+        file.cells[HEARTBEAT] = file.cells[WRITTEN] = 0
+        file.close_section_as_it_was()
+
+    def go_on(self, until: int) -> None:
+        """The run goes on, or begins, to instant `until`; processor time of a pause is not its."""
+        self._until = until
+        if self._paused_with is not None:
+            self._cpu_time_before += self._cpu_time() - self._paused_with
+            self._paused_with = None
 
     def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""

@@ -15,6 +15,9 @@ comes while the loop is late is not merged with the overdue events.
 
 The end is always the same: outputs are made safe, whatever happened, and again while that fails
 (`switching_off`); models exit; statistics say how it ended; what the system granted is given back.
+
+A run may also pause: the clock stands still, statistics and outputs stay as they are, what the
+system granted is given back until it goes on. What passes meanwhile is no time of the run.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,10 +25,12 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import process_time_ns
+from typing import TypeVar
 
 from msgspec import to_builtins
 
 from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
@@ -58,13 +63,16 @@ from firmware_runtime.statistics.layout import ELAPSED, YIELDED
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.timeline import Lately
 
+T = TypeVar("T")
+
 DEFAULT = Configuration()
 
 
 class Executive:
     """Runs one model, once.
 
-    `make_safe` puts the outputs into their safe state and returns what failed, one sentence each.
+    `make_safe` puts the outputs into their safe state and returns what failed, one sentence each;
+    it may be left out for a model that drives nothing.
     `inbox` takes values for the root's input ports from anywhere in the process; `world_now` is the
     time of the lines and of a world that lives in it. Raises ConfigError when policies or deadlines
     name what the model has not.
@@ -74,7 +82,7 @@ class Executive:
         self,
         root: Component,
         clock: Clock,
-        make_safe: Callable[[], list[str]],
+        make_safe: Callable[[], list[str]] = list,
         configuration: Configuration = DEFAULT,
         world_now: WorldClock | None = None,
     ) -> None:
@@ -95,7 +103,9 @@ class Executive:
         self._granted: Settings = {}
         self._ledger = self._open_ledger({}, NEVER)
         self.hooks: list[Hook] = []
-        self._started = False
+        self._paused: Outcome | None = None
+        self._reached = 0
+        self._has_begun = self._is_over = False
         self._stop: Outcome | None = None
 
     @property
@@ -166,16 +176,55 @@ class Executive:
 
         An error is in the outcome, not raised; only SystemExit and its like go on to the caller.
         """
-        if self._started:
+        if self._has_begun:
             raise RuntimeError("executive: a run cannot be repeated; expected a new executive")
-        self._started = True
+        return self._run_to(until, pauses=False)
+
+    def run_on(self, until: int) -> Outcome:
+        """Run up to and including instant `until` and pause there; again, go on to a later one.
+
+        Outputs stay as they are, and only `end` makes them safe. A run that does not reach `until`
+        has ended, as by `run`. The outcome is what it would be if the run ended now.
+        """
+        if self._is_over:
+            raise RuntimeError("executive: the run is over; expected a new executive")
+        return self._run_to(until, pauses=True)
+
+    def end(self) -> Outcome | None:
+        """End a run that is paused, as `run` does; None if it has not begun or is over."""
+        if self._paused is None:
+            return None
+        outcome, self._paused = self._paused, None
+        self.clock.start(self._reached)
+        return self._end(outcome)
+
+    def plan(self, at: int, port: InPort[T], value: T) -> None:
+        """Let a value arrive at an input port of the root at instant `at` of the run."""
+        self._arrivals.plan(at, port, value)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended; one that is paused has not."""
+        return self._is_over
+
+    @property
+    def reached(self) -> int:
+        """The instant at which the run paused or ended, ns; 0 before."""
+        return self._reached
+
+    def _run_to(self, until: int, *, pauses: bool) -> Outcome:
         configuration = self._configuration
         with in_force(configuration.process, self.clock) as granted:
             if granted["freeze_garbage"].granted:
                 self._collector = SlackCollector(self.clock.now)
             try:
                 self._granted = granted
-                self._ledger = self._open_ledger(granted, until, configuration.statistics_path)
+                if not self._has_begun:
+                    self._has_begun = True
+                    end = NEVER if pauses else until
+                    self._ledger = self._open_ledger(granted, end, configuration.statistics_path)
+                self._ledger.go_on(until)
+                self._paused = None
                 with self._profiler.garbage.measured():
                     outcome = self._loop(until)
             except KeyboardInterrupt:
@@ -183,6 +232,8 @@ class Executive:
             except BaseException as error:  # noqa: BLE001 -- whatever it is, outputs come first
                 reason = text_of(error) or type(error).__name__
                 outcome = Outcome(RunState.FAILED, reason, error)
+            if pauses and outcome.state is RunState.ENDED:
+                return self._pause(outcome)
             outcome = self._end(outcome)
         if outcome.error is not None and not isinstance(outcome.error, Exception):
             raise outcome.error
@@ -192,8 +243,8 @@ class Executive:
 
     def _loop(self, until: int) -> Outcome:
         accounting, progress = self._profiler.accounting, self.progress
-        self.clock.start(0)
-        if self._configuration.armed_at_start:
+        self.clock.start(self._reached)
+        if self._reached == 0 and self._configuration.armed_at_start:
             self.arm(armed=True, generation=0)
         at = self._next_at()
         while accounting.overrun == "" and progress.livelock == "":
@@ -212,7 +263,7 @@ class Executive:
             if at <= now and at <= until and at != NEVER:
                 at = self._work_off(at)
             elif now >= until:
-                return Outcome(RunState.ENDED, f"the run reached {format_time(until)}")
+                return Outcome(RunState.ENDED, _how_it_ended(until))
             else:
                 self._ledger.idle(now)
         return Outcome(RunState.OVERRUN, accounting.overrun or progress.livelock)
@@ -278,11 +329,23 @@ class Executive:
         cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing
         return Ledger(file, profiler, self.inbox, until, cpu_time, self.progress)
 
+    def _pause(self, outcome: Outcome) -> Outcome:
+        """Keep everything as it is until the run goes on or is ended."""
+        self._reached = self._ended_at()
+        self._ledger.pause(self._reached)
+        self._paused = outcome
+        return self._judged(outcome)
+
+    def _ended_at(self) -> int:
+        """The present instant; that of the last event where virtual time waited for nothing."""
+        if self.clock.now() == NEVER:
+            self.clock.start(self.simulator.now)
+        return self.clock.now()
+
     def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""
-        if self.clock.now() == NEVER:  # virtual time that waits for nothing
-            self.clock.start(self.simulator.now)
-        now = self.clock.now()
+        self._is_over = True
+        self._reached = now = self._ended_at()
         faults = self._switching_off.run()
         outcome = self._judged(outcome)
         failures = self.simulator.exit()
@@ -304,6 +367,10 @@ class Executive:
         """Let the world go on, and show that the loop is alive, while it still switches off."""
         self.world_now.begin(now, now)
         self._ledger.idle(self.cells[ELAPSED])  # the run itself is over
+
+
+def _how_it_ended(until: int) -> str:
+    return "nothing is due any more" if until == NEVER else f"the run reached {format_time(until)}"
 
 
 def _is_of_the_world(failure: Exception) -> bool:

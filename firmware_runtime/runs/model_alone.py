@@ -1,0 +1,83 @@
+"""A model alone on any clock: no board, no chips, nothing to switch off."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.listening import Listener
+from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import DEFAULT, Executive
+from firmware_runtime.runs.choices import ClockName, clock_faults, clock_name, clock_of, end_after
+from firmware_runtime.runs.open_run import OpenRun
+from firmware_runtime.runs.result import RunResult
+from firmware_runtime.statistics.companions import check_ending
+
+Inputs: TypeAlias = Iterable[tuple[float, InPort[Any], object]]
+"""What arrives at the model's input ports: at which second, where, and the value."""
+Listeners: TypeAlias = Mapping[OutPort[Any], Listener[Any]]
+"""What is called for every value that leaves a port: with the instant in ns, and the value."""
+
+_NO_LISTENERS: Listeners = MappingProxyType({})
+
+
+def open_model(
+    model: Component,
+    *,
+    clock: ClockName | Clock = "monotonic",
+    speed: float | None = None,
+    statistics: str | PathLike[str] | None = None,
+    configuration: Configuration = DEFAULT,
+) -> OpenRun:
+    """A model ready to run, once or in stretches; close it, or use it as a context manager.
+
+    `speed` is how many times as fast the scaled clock goes. `statistics` is where other processes,
+    such as `firmware-runtime top FILE`, can watch the run. `configuration` has overrun policies,
+    deadlines and what is asked of the system. Raises ConfigError, and ModelError for a model that
+    cannot be simulated.
+    """
+    if not isinstance(model, Component):
+        raise ConfigError("run", [f"{model!r}: expected a model, atomic or coupled"])
+    name = clock_name(clock, speed)
+    if faults := clock_faults(name, speed, doubles=True):
+        raise ConfigError("run", faults)
+    if statistics is not None:
+        check_ending(Path(statistics))
+        configuration = replace(configuration, statistics_path=Path(statistics))
+    return OpenRun(Executive(model, clock_of(clock, speed), configuration=configuration))
+
+
+def run(  # noqa: PLR0913 -- each may be left out, and has a name
+    model: Component,
+    *,
+    for_s: float | None = None,
+    clock: ClockName | Clock = "monotonic",
+    speed: float | None = None,
+    inputs: Inputs = (),
+    listen: Listeners = _NO_LISTENERS,
+    statistics: str | PathLike[str] | None = None,
+    configuration: Configuration = DEFAULT,
+) -> RunResult:
+    """Run a model for so many seconds of its time; without a number, until it is stopped.
+
+    Virtual time without a number ends when nothing is due any more. What the model is then can be
+    read from its attributes. Ctrl-C ends the run in order: one without a number returns, else
+    KeyboardInterrupt is raised. Raises ModelError for a bug in the model, and what `open_model`
+    does.
+    """
+    end_after(0, for_s)
+    with open_model(
+        model, clock=clock, speed=speed, statistics=statistics, configuration=configuration
+    ) as opened:
+        for at_s, into, value in inputs:
+            opened.plan(at_s, into, value)
+        for port, hear in listen.items():
+            opened.listen(port, hear)
+        result = opened.run(for_s)
+        return opened.close() or result

@@ -1,0 +1,162 @@
+"""A run in the hands of a program: run it for a while, look at it, put values in, go on."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from signal import Signals
+from types import TracebackType
+from typing import Final, NoReturn, Self, TypeVar
+
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.listening import Listener, Listening
+from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.runs.choices import end_after, positive
+from firmware_runtime.runs.result import RunResult
+from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.signals import stop_on_signals
+
+T = TypeVar("T")
+
+_BY_SIGNAL: Final = 128
+"""An exit status above this says by which signal a program ended."""
+
+
+class OpenRun:
+    """A model on its executive, open until `close`; a context manager.
+
+    Between two calls of `run` the run stands still: no time of its own passes. A run that a signal
+    stops is ended in order first. If it had a length, the program learns of it as of any signal: by
+    KeyboardInterrupt for SIGINT, by SystemExit for SIGTERM and SIGHUP; without one, a signal is its
+    end, and the result says which. Signals are taken in the main thread only.
+    """
+
+    def __init__(self, executive: Executive) -> None:
+        self._executive = executive
+        self._until = 0
+        self._is_closed = False
+
+    @property
+    def statistics(self) -> Figures:
+        """What has been counted so far."""
+        return self._executive.statistics.figures()
+
+    def run(self, for_s: float | None = None) -> RunResult:
+        """Run for so many seconds, or until it is over or stopped; again, go on from there.
+
+        Raises the ModelError of a bug in the model, ConfigError for a length that is none, and
+        RuntimeError for a run that is over. When it raises, the run has ended in order.
+        """
+        if self._is_closed or self._executive.is_over:
+            raise RuntimeError("the run is over; expected one that is open, and not stopped")
+        until = end_after(self._until, for_s)
+        with _signals_taken(self._executive) as taken:
+            outcome = self._run_to(until)
+        self._raise_what_failed(outcome)
+        if taken and for_s is not None:
+            self.close()
+            _raise_for(taken[0])
+        self._until = self._executive.reached if until == NEVER else until
+        return self._result(outcome)
+
+    def request_stop(self, reason: str = "on request") -> None:
+        """End the run after the step under way, for this reason; safe in any thread."""
+        self._executive.request_stop(reason)
+
+    def post(self, port: InPort[T], value: T) -> bool:
+        """Hand a value to an input port of the model, now; never blocks, safe in any thread.
+
+        Returns False, and the value is counted as dropped, when too many wait. Raises ModelError
+        for a port that is none of the model's own inputs, or a value that it does not carry.
+        """
+        self._executive.simulator.check_input(port, value)
+        return self._executive.inbox.post(port, value)
+
+    def plan(self, at_s: float, port: InPort[T], value: T) -> None:
+        """Let a value arrive at an input port at that second of the run; not while it runs.
+
+        Raises ModelError as `post` does, ConfigError for an instant that is none.
+        """
+        self._executive.simulator.check_input(port, value)
+        at = 0 if at_s == 0 else seconds(positive("at_s", at_s))
+        self._executive.plan(at, port, value)
+
+    def listen(self, port: OutPort[T], hear: Listener[T]) -> Listening:
+        """Call `hear(at, value)`, `at` in ns, for all that leaves a port of a model at any level.
+
+        What is returned ends it.
+        """
+        return self._executive.simulator.listen(port, hear)
+
+    def close(self) -> RunResult | None:
+        """End the run in order; None if it never began or is over. Closing twice is harmless.
+
+        Raises ModelError if a model's exit failed.
+        """
+        self._is_closed = True
+        outcome = self._executive.end()
+        if outcome is None:
+            return None
+        self._raise_what_failed(outcome)
+        return self._result(outcome)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _run_to(self, until: int) -> Outcome:
+        return self._executive.run_on(until)
+
+    def _raise_what_failed(self, outcome: Outcome) -> None:
+        """Raise the error of a run that has ended by one, or could not be ended in order."""
+        if outcome.error is not None:
+            for fault in outcome.faults:
+                outcome.error.add_note(fault)
+            raise outcome.error
+        if outcome.faults:
+            raise self._failure("; ".join(outcome.faults))
+
+    def _failure(self, faults: str) -> FirmwareRuntimeError:
+        """What to raise for a run that could not be ended in order."""
+        return ModelError(faults)
+
+    def _result(self, outcome: Outcome) -> RunResult:
+        reached = self._executive.reached
+        at = min(reached, self._until) if outcome.state is RunState.ENDED else reached
+        return RunResult(outcome.state, outcome.reason, at, self.statistics)
+
+
+@contextmanager
+def _signals_taken(executive: Executive) -> Iterator[list[str]]:
+    """Within the block, signals end the run; yields the names of those that came."""
+    taken: list[str] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield taken
+        return
+
+    def take(name: str) -> None:
+        taken.append(name)
+        executive.request_stop(name)
+
+    with stop_on_signals(take, give_up=executive.give_up):
+        yield taken
+
+
+def _raise_for(name: str) -> NoReturn:
+    """Raise what a program gets that this signal ends."""
+    if name == "SIGINT":
+        raise KeyboardInterrupt
+    raise SystemExit(_BY_SIGNAL + Signals[name])

@@ -1,0 +1,40 @@
+"""docs/first-model.md shows programs and what they print: they must."""
+
+import pytest
+
+from tests.support.pages import Example, examples, printed
+
+PAGE = "first-model.md"
+FIRST, *OTHERS = examples(PAGE)
+
+
+def lines_of_code(program: str) -> int:
+    return sum(1 for line in program.splitlines() if line.strip())
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_the_first_model_prints_what_the_page_says_in_real_time() -> None:
+    assert printed(FIRST.program) == FIRST.output
+
+
+@pytest.mark.slow
+def test_the_first_model_does_the_same_in_virtual_time() -> None:
+    in_virtual_time = FIRST.program.replace("for_s=3.0", 'for_s=3.0, clock="virtual"')
+    assert in_virtual_time != FIRST.program
+    assert printed(in_virtual_time) == FIRST.output
+
+
+def test_the_first_model_has_fifteen_lines_at_most() -> None:
+    assert lines_of_code(FIRST.program) <= 15
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize("example", OTHERS)
+def test_every_other_program_prints_what_the_page_says(example: Example) -> None:
+    assert printed(example.program) == example.output
+
+
+def test_there_are_other_programs() -> None:
+    assert len(OTHERS) == 2
