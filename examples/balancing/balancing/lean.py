@@ -31,7 +31,9 @@ class Lean(Atomic):
 
     def output(self) -> None:
         """Send the pitch."""
-        self.pitch_out.send(-(self.per_speed_rad * self.speed + self.per_place_rad_s * self.place_s))
+        self.pitch_out.send(
+            -(self.per_speed_rad * self.speed + self.per_place_rad_s * self.place_s)
+        )
 
     def internal(self) -> None:
         """Wait for the next drive."""

@@ -89,7 +89,9 @@ class BalancingRig:
 
     def _drive(self, bridge: BridgeTable) -> Drive:
         """What the bridge makes of its three inputs."""
-        pwm, in1, in2 = (self.pwm.duty(each) for each in (bridge.pwm_channel, bridge.in1, bridge.in2))
+        pwm, in1, in2 = (
+            self.pwm.duty(each) for each in (bridge.pwm_channel, bridge.in1, bridge.in2)
+        )
         sign = -1.0 if bridge.is_reversed else 1.0
         return Drive(sign * pwm * (in1 - in2), is_connected=pwm > 0.0 and (in1 > 0.0 or in2 > 0.0))
 

@@ -3,10 +3,12 @@
 from collections.abc import Callable, Iterator
 
 import pytest
-
 from balancing.rig import BalancingRig
+from balancing.wiring import Balancing
+
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
 from sim_doubles.faults import FaultScript, NackAddress
@@ -21,7 +23,8 @@ class Robot:
         board = registry.load("balancing", assignments)
         self.session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
         assert isinstance(self.session.rig, BalancingRig)
-        self.rig = self.session.rig
+        assert isinstance(self.session.robot.model, Balancing)
+        self.rig, self.model = self.session.rig, self.session.robot.model
 
     def run(self, until_s: float) -> dict[str, object]:
         """Run up to an instant, in s, and return how it ended; then all outputs are off."""
@@ -72,7 +75,9 @@ def test_lying_it_leaves_the_motors_alone(robot: Build) -> None:
     balancing = robot("world.start_pitch_rad=1.2", "world.held_s=10.0")
     balancing.run(3.0)
     assert balancing.rig.pwm.duties == (0.0,) * 16
-    assert balancing.session.robot.model.components["controller"].components["mode"].phase == "Lying"  # type: ignore[attr-defined]
+    assert (
+        balancing.session.robot.model.components["controller"].components["mode"].phase == "Lying"
+    )  # type: ignore[attr-defined]
 
 
 def test_an_imu_that_falls_silent_switches_the_motors_off(robot: Build) -> None:
@@ -81,7 +86,7 @@ def test_an_imu_that_falls_silent_switches_the_motors_off(robot: Build) -> None:
     balancing.rig.buses["i2c1"].faults = FaultScript([silent])
     balancing.run(6.0)
     assert balancing.rig.world.has_fallen
-    assert balancing.session.robot.model.components["left"].commanded == 0.0  # type: ignore[attr-defined]
+    assert balancing.model.left.commanded == 0.0
 
 
 def test_runs_are_equal(robot: Build) -> None:
@@ -98,6 +103,6 @@ def test_runs_are_equal(robot: Build) -> None:
     ],
 )
 def test_what_cannot_be_is_refused_by_its_key(assignment: str, key: str) -> None:
-    with pytest.raises(registry.ConfigError) as refused:
+    with pytest.raises(ConfigError) as refused:
         registry.load("balancing", [assignment])
     assert any(fault.startswith(key) for fault in refused.value.faults)
