@@ -91,7 +91,8 @@ $(VENV)/installed-run: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/installed-test: pyproject.toml | $(VENV)/bin/python
 	@echo "make: installing firmware-runtime and its test tools into $(VENV)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]' \
+		$(addprefix --editable ,$(wildcard examples/*))
 	@touch $@ $(VENV)/installed-run
 
 $(VENV)/installed-bench: pyproject.toml | $(VENV)/bin/python

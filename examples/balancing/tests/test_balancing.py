@@ -75,9 +75,7 @@ def test_lying_it_leaves_the_motors_alone(robot: Build) -> None:
     balancing = robot("world.start_pitch_rad=1.2", "world.held_s=10.0")
     balancing.run(3.0)
     assert balancing.rig.pwm.duties == (0.0,) * 16
-    assert (
-        balancing.session.robot.model.components["controller"].components["mode"].phase == "Lying"
-    )  # type: ignore[attr-defined]
+    assert balancing.model.controller.mode.phase == "Lying"
 
 
 def test_an_imu_that_falls_silent_switches_the_motors_off(robot: Build) -> None:
