@@ -15,7 +15,7 @@ from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.scan import ADDRESSES
 from sim_doubles import plugged
 
-__all__ = ["I2C"]
+__all__ = ["I2C", "SPI", "UART"]
 
 Readable: TypeAlias = "bytes | bytearray | memoryview | array[int]"
 Writable: TypeAlias = "bytearray | memoryview | array[int]"
@@ -111,6 +111,21 @@ class I2C:
         if not self._locked:
             raise RuntimeError("Function requires lock")
         return plugged.bus_at(self._path).transfer(address, messages)
+
+
+class _Absent:
+    """A bus that drivers name in their types and no double is on."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        raise NotImplementedError(f"busio.{type(self).__name__}: no double of it; expected I2C")
+
+
+class SPI(_Absent):
+    """SPI, in name only."""
+
+
+class UART(_Absent):
+    """A serial port, in name only; pyserial opens those of doubles (`sim_doubles.serial_pty`)."""
 
 
 def _part(buffer: Readable, start: int, end: int | None) -> memoryview:

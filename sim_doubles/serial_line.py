@@ -123,6 +123,10 @@ class PtySerialLine:
             self._target.receive(received)
         self._send(self._target.transmitted(self._now()))
 
+    def write_as_host(self, data: bytes) -> None:
+        """Send bytes to the target as a program that has opened the path does."""
+        os.write(self._port, data)
+
     def close(self) -> None:
         """Take the path away; the target goes on as it is."""
         os.close(self._line)

@@ -1,8 +1,8 @@
 """Modules of a Raspberry Pi that drivers import, for a machine that is none.
 
-While `StandIns` is in force `import smbus`, `busio`, `board`, `digitalio` and `micropython` give a
-module that speaks to doubles, where no such module is installed or where it is Blinka's, which
-does not import on a machine it does not know. A `board.py` of the user's own is left alone.
+While `StandIns` is in force, each name of `MODULES` imports a module that speaks to doubles where
+none is installed, or where it is Blinka's, which does not import on a machine it does not know. A
+`board.py` of the user's own is left alone.
 """
 
 import sys
@@ -20,6 +20,7 @@ MODULES: Final = {
     "board": "sim_doubles.stand_ins.board",
     "digitalio": "sim_doubles.stand_ins.digitalio",
     "micropython": "sim_doubles.stand_ins.micropython",
+    "pwmio": "sim_doubles.stand_ins.pwmio",
 }
 """What is imported under whose name."""
 

@@ -115,7 +115,7 @@ def test_a_call_does_what_it_does_in_the_real_smbus2(
     assert [str(each) for each in ours.log] == [str(each) for each in theirs.log]
 
 
-def messages(module: Any, bus: Any) -> list[object]:  # noqa: ANN401
+def messages(module: Any, bus: Any) -> list[object]:
     pointer, data = module.i2c_msg.write(ADDRESS, [0x20]), module.i2c_msg.read(ADDRESS, 40)
     bus.i2c_rdwr(pointer, data)
     text = module.i2c_msg.write(ADDRESS, "AB")

@@ -120,7 +120,7 @@ TRANSACTIONS = st.builds(
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 4_000_000), st.sampled_from(ADDRESSES), TRANSACTIONS)))
-def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> None:  # noqa: ANN401
+def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> None:
     clock = ManualClock()
     local = rig_for(registry.load("tachobot", ()), clock).buses["i2c1"]
     with served_rig("tachobot") as rig:

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from msgspec.structs import replace
 
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.takeovers import (
@@ -13,9 +12,8 @@ from firmware_runtime.statistics.takeovers import (
     read_takeovers,
     takeovers_of,
 )
-from firmware_runtime.system.process_identity import ProcessIdentity
 
-WRITER = ProcessIdentity(4711, 12, "a")
+WRITER = {"pid": 4711, "started_ticks": 12, "boot_id": "a"}
 
 
 @pytest.fixture
@@ -51,7 +49,7 @@ def test_only_the_last_are_kept(statistics: Path) -> None:
 def test_another_process_has_its_own(statistics: Path) -> None:
     TakeoverFile(statistics).write(takeover(1))
     assert takeovers_of(statistics, WRITER) == [takeover(1)]
-    assert takeovers_of(statistics, replace(WRITER, started_ticks=13)) == []
+    assert takeovers_of(statistics, {**WRITER, "started_ticks": 13}) == []
 
 
 DEEP = b'{"at_ns": 1, "writer": ' + b'{"a":' * 3000 + b"1" + b"}" * 3001

@@ -44,14 +44,10 @@ _PLAIN = re.compile(r"/[A-Za-z0-9_.+@%/-]+")
 _REMEDY = f"install it into {Path(PROGRAM).parents[1]}, or name another program with --program PATH"
 
 
-def own_program(package: Path) -> str:
-    """The installed program of this interpreter; `package` is a file of the board's package.
-
-    Raises InstallationRefused, also if that package is one that a service would not see.
-    """
+def own_program() -> str:
+    """The installed program of this interpreter. Raises InstallationRefused."""
     program = Path(sysconfig.get_path("scripts"), "firmware-runtime")
-    python, runtime = Path(sys.executable).resolve(), Path(firmware_runtime.__file__)
-    refuse_hidden([program, python, runtime, package])
+    refuse_hidden([program, Path(sys.executable).resolve(), Path(firmware_runtime.__file__)])
     return runnable(str(program))
 
 

@@ -1,0 +1,139 @@
+"""Fixtures that put doubles behind the driver under test, in any package's pytest.
+
+    def test_half_throttle(i2c_double):
+        chip = i2c_double("pca9685", address=0x40)
+        MyMotor(SMBus(1)).throttle(0.5)
+        assert chip.duty(0) == pytest.approx(0.5)
+
+Within a test that asks for `i2c_bus` or `i2c_double`, `smbus2.SMBus`, `smbus.SMBus` and `busio.I2C`
+open the test's bus. pytest finds this module by its entry point and imports it in every session of
+the environment, so it imports nothing of the doubles until a fixture is asked for.
+"""
+
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from sim_doubles.stand_ins import StandIns
+
+if TYPE_CHECKING:
+    from firmware_runtime.hal.line_time import WireClock
+    from sim_doubles.faults import FaultScript
+    from sim_doubles.i2c_bus import I2cBusDouble
+    from sim_doubles.testing.buses import TestBuses
+    from sim_doubles.testing.virtual_time import VirtualTime
+    from sim_doubles.testing.wire_log import WireLog
+
+KEEP_BLINKA = "keep_blinka"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the setting that leaves Blinka to itself."""
+    parser.addini(
+        KEEP_BLINKA,
+        "import board, busio and digitalio from Blinka, for tests on hardware",
+        type="bool",
+        default=False,
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let tests import what a Raspberry Pi has; see `sim_doubles.stand_ins`."""
+    stand_ins = StandIns(keep_blinka=config.getini(KEEP_BLINKA))
+    stand_ins.install()
+    config.add_cleanup(stand_ins.remove)
+
+
+def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
+    """Show what went over a bus beside what was expected, line by line."""
+    if op != "==" or "sim_doubles.testing.wire_log" not in sys.modules:
+        return None
+    from sim_doubles.testing.wire_log import explained
+
+    return explained(left, right)
+
+
+@pytest.fixture
+def virtual_time(monkeypatch: pytest.MonkeyPatch) -> "VirtualTime":
+    """A clock that `time.sleep` and the wire move on; every driver and every double is on it."""
+    from sim_doubles.testing.virtual_time import VirtualTime
+
+    clock = VirtualTime()
+    clock.rule(monkeypatch)
+    return clock
+
+
+@pytest.fixture
+def doubles_clock(request: pytest.FixtureRequest) -> "WireClock":
+    """The clock the test's doubles are on: virtual where the test asks for `virtual_time`."""
+    if "virtual_time" in request.fixturenames:
+        clock: VirtualTime = request.getfixturevalue("virtual_time")
+        return clock
+    from sim_doubles.testing.virtual_time import RunningTime
+
+    return RunningTime()
+
+
+@pytest.fixture
+def i2c_buses(doubles_clock: "WireClock", monkeypatch: pytest.MonkeyPatch) -> "Iterator[TestBuses]":
+    """The test's buses by number, for a robot with more than one."""
+    from sim_doubles.testing.buses import TestBuses
+    from sim_doubles.testing.openings import open_doubles
+
+    open_doubles(monkeypatch)
+    buses = TestBuses(doubles_clock)
+    yield buses
+    buses.end()
+
+
+@pytest.fixture
+def i2c_bus(i2c_buses: "TestBuses") -> "I2cBusDouble":
+    """The bus that `SMBus(1)` and `busio.I2C()` open in this test; no chip is on it yet."""
+    return i2c_buses.bus(1)
+
+
+@pytest.fixture
+def i2c_double(i2c_bus: "I2cBusDouble", i2c_buses: "TestBuses") -> Callable[..., Any]:
+    """Wires a chip to the bus: `i2c_double("pca9685", address=0x40)`; returns the double."""
+    del i2c_bus
+    return i2c_buses.connect
+
+
+@pytest.fixture
+def i2c_faults(i2c_bus: "I2cBusDouble") -> "FaultScript":
+    """What goes wrong on the bus: `i2c_faults.add(NackAddress(first=3))`; counts what struck."""
+    from sim_doubles.faults import FaultScript
+
+    i2c_bus.faults = script = FaultScript()
+    return script
+
+
+@pytest.fixture
+def i2c_log(i2c_bus: "I2cBusDouble") -> "WireLog":
+    """What went over the bus, as lines to compare with a list of them."""
+    from sim_doubles.testing.wire_log import WireLog
+
+    return WireLog(i2c_bus)
+
+
+@pytest.fixture
+def no_protocol_warning(i2c_buses: "TestBuses") -> Iterator[Callable[[], None]]:
+    """Fails the test whose chips were asked what a real one would not take; call it to look."""
+    from sim_doubles.testing.no_warnings import check
+
+    look = partial(check, i2c_buses)
+    yield look
+    look()
+
+
+@pytest.fixture
+def serial_double(doubles_clock: "WireClock") -> Iterator[Callable[..., Any]]:
+    """Puts a device behind a port: `serial_double("sabertooth")`; `path` is what pyserial opens."""
+    from sim_doubles.testing.serial import SerialDoubles
+
+    doubles = SerialDoubles(doubles_clock)
+    yield doubles.connect
+    doubles.end()

@@ -1,0 +1,130 @@
+"""A serial port that any program opens by its path, with a double at the other end.
+
+    with SerialPty(SabertoothDouble(monotonic_ns), monotonic_ns) as line:
+        Sabertooth(line.path).drive(1, 50)
+        assert line.until(lambda: double.motors.speeds_rad_s(now())[0] > 0)
+
+A thread moves the bytes, a few milliseconds after they were written. A test that looks at what they
+did waits until they are there (`settle`) or for what it looks for (`until`), so that it never
+depends on how busy the machine is.
+"""
+
+import os
+import threading
+from collections.abc import Callable
+from select import select
+from types import TracebackType
+from typing import Any, Final, Self
+
+from sim_doubles.clock import Now
+from sim_doubles.serial_line import PtySerialLine
+from sim_doubles.serial_target import SerialTarget
+
+LONGEST_WAIT_S: Final = 0.005
+"""How late what a double sends by itself may be."""
+BOUND_S: Final = 10.0
+"""Of a wait for the thread, on a machine however busy."""
+
+
+class SerialPty:
+    """A pseudo-terminal with a double behind it, from construction until `close`."""
+
+    def __init__(self, target: SerialTarget, now: Now) -> None:
+        self.double: Any = target
+        self.now = now
+        self._marked = _MarkedTarget(target)
+        self._line = PtySerialLine(self._marked, now)
+        self._moved = threading.Condition()
+        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._thread = threading.Thread(target=self._serve, name=self._line.path, daemon=True)
+        self._is_closed = False
+        self._thread.start()
+
+    @property
+    def path(self) -> str:
+        """What a program opens: /dev/pts/N."""
+        return self._line.path
+
+    def until(self, condition: Callable[[], object], timeout_s: float = BOUND_S) -> bool:
+        """Wait until a condition holds, looked at whenever bytes were moved; False if never."""
+        with self._moved:
+            return bool(self._moved.wait_for(condition, timeout_s))
+
+    def settle(self) -> None:
+        """Wait until the double has all that was written by now, and the host what it sent.
+
+        Raises TimeoutError after ten seconds.
+        """
+        if not self._thread.is_alive():
+            return
+        with self._moved:
+            self._line.write_as_host(self._marked.mark())
+        if not self.until(lambda: not self._marked.waits):
+            raise TimeoutError(f"{self.path}: bytes did not arrive, expected them within 10 s")
+
+    def close(self) -> None:
+        """Disconnect and take the path away; twice is harmless."""
+        self.disconnect()
+        if not self._is_closed:
+            self._is_closed = True
+            os.close(self._wake_up)
+            self._line.close()
+
+    def disconnect(self) -> None:
+        """End the thread; the path stays, and what is written to it gets nowhere."""
+        if self._thread.is_alive():
+            os.eventfd_write(self._wake_up, 1)
+            self._thread.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _serve(self) -> None:
+        waited_for = [self._line.fileno(), self._wake_up]
+        while self._wake_up not in select(waited_for, [], [], LONGEST_WAIT_S)[0]:
+            with self._moved:
+                self._line.pump()
+                self._moved.notify_all()
+
+
+class _MarkedTarget(SerialTarget):
+    """Passes on what it receives, without the mark that says that all before it has come."""
+
+    def __init__(self, target: SerialTarget) -> None:
+        self._target = target
+        self._mark = b""
+        self._held = b""
+
+    @property
+    def waits(self) -> bool:
+        """Whether a mark is under way."""
+        return bool(self._mark)
+
+    def mark(self) -> bytes:
+        """Return bytes that occur in no traffic; what comes is held until they have."""
+        self._mark = os.urandom(16)
+        return self._mark
+
+    def receive(self, data: bytes) -> None:
+        self._held += data
+        if self._mark not in self._held:
+            return
+        before, after = self._held.split(self._mark, 1) if self._mark else (self._held, b"")
+        self._held = self._mark = b""
+        self._target.receive(before)
+        if after:
+            self._target.receive(after)
+
+    def transmitted(self, at: int) -> bytes:
+        return self._target.transmitted(at)
+
+    def power_cycle(self) -> None:
+        self._target.power_cycle()

@@ -1,0 +1,1 @@
+"""What the fixtures of `sim_doubles.pytest_plugin` are made of."""

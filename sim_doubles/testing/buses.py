@@ -1,0 +1,83 @@
+"""The buses of one test: doubles on them, and what the doubles warned of."""
+
+from collections.abc import Callable, Sequence
+
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.line_time import WireClock
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
+from sim_doubles.plugged import Plug, plug
+from sim_doubles.testing.chips import make
+
+BUS_HZ = 400_000
+LOG_LENGTH = 10_000
+
+
+class TestBuses:
+    """Buses by number, plugged in when they are asked for, until `end`."""
+
+    __test__ = False  # pytest: a class of fixtures, not of tests
+
+    def __init__(self, clock: WireClock) -> None:
+        self._clock = clock
+        self._plugs: dict[int | str, Plug] = {}
+
+    def bus(self, number: int | str = 1) -> I2cBusDouble:
+        """The bus of that number or path."""
+        if number not in self._plugs:
+            line = I2cBusDouble(
+                f"i2c-{number}" if isinstance(number, int) else number,
+                self._clock,
+                (),
+                bus_hz=BUS_HZ,
+                reach=self._clock.reach,
+                log_length=LOG_LENGTH,
+            )
+            self._plugs[number] = plug(number, line)
+        return self._plugs[number].bus
+
+    def connect(
+        self,
+        chip: str | Target | Callable[..., object],
+        address: int | None = None,
+        *,
+        bus: int | str = 1,
+        **settings: object,
+    ) -> object:
+        """Wire a double to a bus and return it.
+
+        `chip` is the name of a chip, a double, or the class of one, which is given the clock.
+        `settings` are what the double's class takes. Raises ConfigError.
+        """
+        if isinstance(chip, str):
+            double = make(chip, self._clock, address=address, **settings)
+        elif isinstance(chip, Target):
+            double = chip
+        else:
+            stated = settings if address is None else {"address": address, **settings}
+            double = chip(self._clock, **stated)
+        self.bus(bus).connect(*_targets(chip, double))
+        return double[0] if isinstance(double, Sequence) else double
+
+    def warnings(self) -> list[str]:
+        """What the doubles were asked that a real chip would not take as meant."""
+        return [
+            warning
+            for each in self._plugs.values()
+            for target in each.bus.targets
+            for warning in getattr(target, "warnings", ())
+        ]
+
+    def end(self) -> None:
+        """Take every bus away."""
+        for each in self._plugs.values():
+            each.unplug()
+
+
+def _targets(chip: object, double: object) -> Sequence[Target]:
+    """A double is a target, several, or knows its `targets`."""
+    several = getattr(double, "targets", double)
+    targets = (several,) if isinstance(several, Target) else several
+    if isinstance(targets, Sequence) and all(isinstance(each, Target) for each in targets):
+        return targets
+    raise ConfigError(str(chip), ["not a chip on I2C; expected one, or the fixture serial_double"])

@@ -1,0 +1,236 @@
+"""The fixtures of `sim_doubles.pytest_plugin`, used as any package's tests use them."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from time import monotonic, sleep
+from typing import Any
+
+import pytest
+import serial
+import smbus2
+from smbus2 import SMBus
+
+from firmware_runtime.errors import ConfigError
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.serial_pty import SerialPty
+from sim_doubles.smbus import SMBus as OurSMBus
+from sim_doubles.testing.buses import TestBuses
+from sim_doubles.testing.no_warnings import check
+from sim_doubles.testing.substitution import substitute
+from sim_doubles.testing.virtual_time import VirtualTime
+from sim_doubles.testing.wire_log import WireLog, explained
+
+Connect = Callable[..., Any]
+
+
+def test_a_bus_imported_by_name_opens_the_tests_bus(i2c_double: Connect) -> None:
+    chip = i2c_double("pca9685", address=0x41)
+    with SMBus(1) as bus:
+        bus.write_byte_data(0x41, 0x00, 0x20)
+        bus.write_i2c_block_data(0x41, 0x06, [0, 0, 0, 4])
+    assert chip.duty(0) == 0.25
+
+
+def test_a_class_derived_from_smbus2s_does_too(i2c_double: Connect) -> None:
+    class Bus(smbus2.SMBus):
+        pass
+
+    i2c_double("pca9685")
+    assert Bus("/dev/i2c-1").read_byte_data(0x40, 0xFE) == 0x1E
+
+
+def test_messages_go_over_it(i2c_double: Connect) -> None:
+    i2c_double("pca9685")
+    message: Any = smbus2.i2c_msg
+    answer = message.read(0x40, 2)
+    with SMBus(1) as bus:
+        bus.i2c_rdwr(message.write(0x40, [0x00]), answer)
+    assert next(iter(answer)) == 0x11
+
+
+def test_smbus_busio_and_board_can_be_imported(i2c_double: Connect) -> None:
+    import board
+    import busio
+    import digitalio
+    import smbus
+    from micropython import const
+
+    i2c_double("pca9685")
+    assert smbus.SMBus is OurSMBus
+    for i2c in (busio.I2C(board.SCL, board.SDA), board.I2C()):
+        assert i2c.try_lock()
+        assert i2c.scan() == [0x40, 0x70]
+    assert (board.D4, const(7)) == ("D4", 7)
+    line = digitalio.DigitalInOut(board.D4)
+    line.switch_to_output(value=True)
+    assert digitalio.DigitalInOut("D4").value
+
+
+def test_outside_a_test_smbus2_is_what_it_was() -> None:
+    assert "_bus" not in vars(smbus2.SMBus)
+    with pytest.raises(OSError, match="i2c-987"):
+        SMBus("/dev/i2c-987")
+
+
+def test_a_sensor_senses_what_the_test_says(virtual_time: VirtualTime, i2c_double: Connect) -> None:
+    wall = [0.5]
+    i2c_double("srf08", address=0x71, echoes=lambda _at: wall)
+    i2c_double("hmc5883l")
+    with SMBus(1) as bus:
+        for wall[0], centimetres in ((0.5, 50), (0.75, 75)):
+            bus.write_byte_data(0x71, 0, 0x51)
+            virtual_time.sleep(0.07)
+            assert bus.read_i2c_block_data(0x71, 2, 2) == [0, centimetres]
+        assert bus.read_i2c_block_data(0x1E, 0x0A, 3) == list(b"H43")
+
+
+def test_a_double_of_ones_own_is_wired_as_class_or_as_object(i2c_double: Connect) -> None:
+    first = i2c_double(Pca9685Double, address=0x42)
+    second = i2c_double(Pca9685Double(lambda: 0, 0x43))
+    with SMBus(1) as bus:
+        bus.write_byte_data(0x42, 0x00, 0x20)
+        bus.write_byte_data(0x43, 0x00, 0x20)
+    assert first.running
+    assert second.running
+
+
+def test_a_robot_with_two_buses(i2c_double: Connect) -> None:
+    i2c_double("pca9685", bus=1)
+    i2c_double("pca9685", address=0x50, bus=3)
+    assert SMBus(3).read_byte_data(0x50, 0) == 0x11
+    with pytest.raises(OSError, match=" "):
+        SMBus(3).read_byte_data(0x40, 0)
+    with pytest.raises(FileNotFoundError):
+        SMBus(2)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"chip": "pca9686"}, {"chip": "pca9685", "address": 0x70}, {"chip": "maxbotix"}]
+)
+def test_what_cannot_be_wired_is_refused_in_a_sentence(
+    i2c_double: Connect, wrong: dict[str, Any]
+) -> None:
+    with pytest.raises(ConfigError) as refused:
+        i2c_double(**wrong)
+    assert len(refused.value.faults) == 1
+
+
+def test_a_setting_that_a_double_does_not_have_is_refused(i2c_double: Connect) -> None:
+    with pytest.raises(ConfigError, match="colour"):
+        i2c_double("pca9685", colour="red")
+
+
+def test_virtual_time_passes_by_sleeping_and_on_the_wire(
+    virtual_time: VirtualTime, i2c_double: Connect
+) -> None:
+    i2c_double("pca9685")
+    before = monotonic()
+    sleep(1.5)
+    time.sleep(0.5)
+    assert monotonic() - before == pytest.approx(2.0, abs=1e-5)
+    at = virtual_time()
+    SMBus(1).read_byte_data(0x40, 0)
+    assert virtual_time() - at == 97_500  # 39 bits at 400 kHz
+
+
+def test_a_loop_that_waits_by_looking_at_the_clock_ends(virtual_time: VirtualTime) -> None:
+    until = time.monotonic() + 0.001
+    while time.monotonic() < until:
+        pass
+    assert 0.001 < virtual_time.now_s < 0.002
+    with pytest.raises(ValueError, match="negative"):
+        time.sleep(-1)
+
+
+def test_every_clock_is_the_same_clock(virtual_time: VirtualTime) -> None:
+    virtual_time.sleep(5)
+    assert [time.monotonic(), time.perf_counter()] == pytest.approx([5, 5], abs=1e-4)
+    assert [time.monotonic_ns(), time.perf_counter_ns()] == pytest.approx([5e9, 5e9], abs=1e5)
+    assert time.time() == pytest.approx(time.time_ns() / 1e9, abs=1e-4)
+
+
+def test_a_name_imported_by_a_driver_is_found_wherever_it_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with monkeypatch.context() as patch:
+        substitute(patch, {serial.Serial: SerialPty})
+        assert vars(serial)["Serial"] is SerialPty
+    assert vars(serial)["Serial"] is not SerialPty
+
+
+def test_faults_strike_and_are_counted(i2c_double: Connect, i2c_faults: FaultScript) -> None:
+    i2c_double("pca9685")
+    i2c_faults.add(NackAddress(first=1, times=2))
+    bus = SMBus(1)
+    assert bus.read_byte_data(0x40, 0) == 0x11
+    for _ in range(2):
+        with pytest.raises(OSError, match=" "):
+            bus.read_byte_data(0x40, 0)
+    assert bus.read_byte_data(0x40, 0) == 0x11
+    assert i2c_faults.count() == 2
+
+
+def test_the_log_is_compared_line_by_line(i2c_double: Connect, i2c_log: WireLog) -> None:
+    i2c_double("pca9685")
+    bus = SMBus(1)
+    bus.read_byte_data(0x40, 0)
+    assert i2c_log == ["0x40 W 00, R 11"]
+    i2c_log.clear()
+    bus.write_byte(0x40, 0)
+    bus.read_byte(0x40)
+    assert i2c_log[1:] == ["0x40 R 11"]
+    assert explained(i2c_log, ["0x40 W 00", "0x40 R 10"]) is not None
+    shown = explained(["0x40 W 00"], i2c_log) or []
+    assert shown[1:] == ["  0x40 W 00", "+ 0x40 R 11"]
+    assert explained([], []) is None
+
+
+def test_a_protocol_warning_fails_the_test_that_wants_none(
+    i2c_double: Connect, i2c_buses: TestBuses, i2c_bus: I2cBusDouble
+) -> None:
+    i2c_double("pca9685")
+    check(i2c_buses)
+    SMBus(1).write_byte_data(0x40, 0x00, 0x50)  # EXTCLK, with nothing at the pin
+    with pytest.raises(pytest.fail.Exception, match="PCA9685"):
+        check(i2c_buses)
+    assert i2c_bus.transactions == 1
+
+
+def test_no_warning_is_no_failure(
+    i2c_double: Connect, no_protocol_warning: Callable[[], None]
+) -> None:
+    i2c_double("pca9685")
+    no_protocol_warning()
+
+
+def test_a_serial_device_sends_and_receives(
+    serial_double: Callable[..., SerialPty], virtual_time: VirtualTime
+) -> None:
+    device = serial_double("maxbotix", distance=1.5)
+    with serial.Serial(device.path, 9600, timeout=10) as port:
+        port.reset_input_buffer()
+        virtual_time.sleep(0.5)
+        lines = iter(lambda: port.read_until(b"\r"), b"")
+        assert next(line for line in lines if line[1:4].isdigit()) == b"R150\r"
+        device.disconnect()
+    device.settle()  # with nothing at the other end there is nothing to wait for
+
+
+def test_a_serial_device_is_not_one_on_i2c(serial_double: Connect) -> None:
+    with pytest.raises(ConfigError, match="serial"):
+        serial_double("pca9685")
+
+
+@pytest.mark.slow
+def test_the_plugin_imports_nothing_of_the_doubles() -> None:
+    code = (
+        "import sys, sim_doubles.pytest_plugin;"
+        "print(sorted(m for m in sys.modules if m.split('.')[0] in {'firmware_runtime','numpy',"
+        "'smbus2','msgspec'}), 'sim_doubles.i2c_bus' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["[]", "False"]
