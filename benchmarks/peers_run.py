@@ -14,6 +14,8 @@ from importlib.util import find_spec
 from time import process_time
 from typing import Any
 
+from msgspec import to_builtins
+
 from benchmarks.peers_plan import Plan
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
@@ -60,7 +62,7 @@ def run(name: str, asked: dict[str, Any]) -> dict[str, Any]:
         before = process_time()
         told = engine(plan)
         cpu_s = process_time() - before
-    return {"fired": plan.fired, "cpu_s": cpu_s, "settings": granted, "told": told}
+    return {"fired": plan.fired, "cpu_s": cpu_s, "settings": to_builtins(granted), "told": told}
 
 
 if __name__ == "__main__":

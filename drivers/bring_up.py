@@ -1,6 +1,6 @@
 """Walks through a chip's bring-up, one step an activation, so that nobody sleeps."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 
 from drivers.chips.step import Step
 
@@ -17,7 +17,9 @@ class BringUp:
         self.step = ""
 
     def restart(self) -> None:
-        """Begin again with the first step."""
+        """Begin again with the first step; steps that were under way are given up."""
+        if isinstance(self._steps, Generator):
+            self._steps.close()
         self._steps = iter(self._begin())
 
     def take(self) -> int | None:

@@ -29,8 +29,8 @@ class DcMotorSettings:
 class DcMotor(Motors):
     """Obeys `drive`, -1 to 1 of full voltage; 0 brakes.
 
-    The phases are those of `Motors`, without refresh. After a fault and at the end all outputs of
-    the chip are full-off instead.
+    The phases are those of `Motors`, without refresh. After a fault and at the end its outputs are
+    full-off instead. Other models may drive other outputs of the chip.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class DcMotor(Motors):
     ) -> None:
         super().__init__(
             name,
-            lambda: bridge.bring_up(settings.frequency_hz),
+            lambda: bridge.share_bring_up(settings.frequency_hz),
             bridge.chip.line,
             command_timeout=settings.timeout,
             interlock=interlock,
@@ -81,5 +81,5 @@ class DcMotor(Motors):
             self.bridge.brake()
 
     def write_stop(self) -> None:
-        """Turn all sixteen outputs of the chip full-off, right in any state of it."""
-        self.bridge.chip.stop_all()
+        """Turn the bridge's outputs full-off, right in any state of the chip."""
+        self.bridge.stop()

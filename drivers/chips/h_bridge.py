@@ -14,6 +14,7 @@ it at one instant; otherwise the PWM is off while the inputs change. The bridge 
 PCA9685 none either: a motor turns on when nobody speaks. STBY is taken to be high.
 """
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 from drivers.chips.pca9685 import CHANNELS, Pca9685
@@ -46,6 +47,14 @@ class HBridge:
     def bring_up(self, frequency_hz: float) -> tuple[Step, ...]:
         """Give the PCA9685's own steps; all its outputs are off afterwards."""
         return self.chip.bring_up(frequency_hz)
+
+    def share_bring_up(self, frequency_hz: float) -> Iterator[Step]:
+        """Give the steps where other models drive other outputs of the PCA9685."""
+        return self.chip.share_bring_up(frequency_hz)
+
+    def stop(self) -> None:
+        """Turn the three outputs full-off one by one, PWM first: right in any state of the chip."""
+        self.chip.stop(self.wires)
 
     def forward(self, duty: float) -> None:
         """Turn one way, at a share of full voltage from 0 to 1.

@@ -12,7 +12,7 @@ external clock was latched on (EXTCLK) is refused: nothing but a reset clears it
 
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final
 
@@ -42,6 +42,8 @@ SWRST: Final = 0x06
 
 OSCILLATOR_START_NS: Final = 500_000
 LONGEST_CYCLE_NS: Final = 46_200_000
+BRING_UP_POLL_NS: Final = 1_000_000
+"""Between two looks of a model whose chip another one brings up."""
 """One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
 
 _FULL_WORD: Final = FULL << 8
@@ -94,6 +96,10 @@ def software_reset(bus: I2cBus) -> None:
     bus.write(GENERAL_CALL, bytes((SWRST,)))
 
 
+def _nothing() -> None:
+    """Do nothing: a step that only waits."""
+
+
 class Pca9685:
     """One PCA9685. `frequency_hz` is the true PWM frequency by `osc_hz`, 0 before it runs.
 
@@ -121,6 +127,7 @@ class Pca9685:
         self.is_running = False
         """Whether it was brought up and has not been found reset since: only then it takes duties.
         """
+        self._is_coming_up = False
 
     # Bring-up -----------------------------------------------------------------------------------
 
@@ -141,6 +148,32 @@ class Pca9685:
             Step("wake", partial(self._write, MODE1, AI), OSCILLATOR_START_NS),
             Step("verify", self.verify, 0),
         )
+
+    def share_bring_up(self, frequency_hz: float) -> Iterator[Step]:
+        """Give the steps for one of several models that drive outputs of this chip.
+
+        The first takes the steps of `bring_up`; the others wait until they are done. A chip that
+        runs is verified and nothing else, so that the outputs of the others stay as they are.
+        Raises SettingError at the first step if the chip runs at another rate.
+        """
+        prescale = prescale_for(frequency_hz, self._osc_hz)
+        while self._is_coming_up:
+            yield Step("wait for the others", _nothing, BRING_UP_POLL_NS)
+        if self.is_running:
+            if prescale != self._prescale:
+                raise SettingError(
+                    f"{self.place}: runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is "
+                    "wanted as well; expected one rate for all its outputs"
+                )
+            yield Step("verify", self.verify, 0)
+            return
+        self._is_coming_up = True
+        try:
+            # `silence` wakes a sleeping chip, and may have been called by a probe just before.
+            yield Step("let the oscillator start", _nothing, OSCILLATOR_START_NS)
+            yield from self.bring_up(frequency_hz)
+        finally:
+            self._is_coming_up = False
 
     def change_frequency(self, frequency_hz: float) -> tuple[Step, ...]:
         """Give the steps to another rate with the same duties; outputs pause for a cycle or two.
@@ -268,6 +301,14 @@ class Pca9685:
         It overwrites the high bits of every off count: afterwards set each channel anew.
         """
         self._write(ALL_LED_OFF_H, FULL)
+
+    def stop(self, channels: Iterable[int]) -> None:
+        """Turn these outputs off and no other; three bytes each, right in any state of the chip.
+
+        It overwrites the high bits of their off counts: afterwards set each anew.
+        """
+        for channel in channels:
+            self._write(LED0_ON_L + 4 * channel + 3, FULL)
 
     def still_on(self) -> str | None:
         """Read back which outputs are not full-off, in a sentence; None if all are.

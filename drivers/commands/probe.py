@@ -7,9 +7,8 @@ from typing import Any
 
 from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
-from firmware_runtime.board import kinds
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import chosen_board, known_names
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.runs.rigs import rig_for
@@ -77,11 +76,13 @@ def _boards(arguments: argparse.Namespace) -> list[str]:
     if arguments.board is not None:
         chosen_board(arguments.board)  # one that is named must be sound
         return [arguments.board]
-    known = kinds.names()
+    known = known_names()
     if arguments.doubles is None:
         return known
-    kind = chosen_board(arguments.doubles).name
-    return [arguments.doubles if name == kind else name for name in known]
+    own = chosen_board(arguments.doubles).name
+    if own not in known:
+        return [arguments.doubles, *known]
+    return [arguments.doubles if name == own else name for name in known]
 
 
 def _fits(compared: Sequence[str], asked: Sequence[ProbedBus]) -> tuple[list[Fit], list[str]]:

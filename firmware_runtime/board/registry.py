@@ -72,12 +72,17 @@ class Board:
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
 
-def load(board: str, assignments: Sequence[str] = ()) -> Board:
-    """Read a board by name, or by the path of a board.toml or of its folder.
+def is_name(text: str) -> bool:
+    """Whether a robot can be called so; a path with a dot or a slash in it is none."""
+    return _NAME.fullmatch(text) is not None
 
-    Raises ConfigError with every fault found.
+
+def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()) -> Board:
+    """Read a board by its kind, or by the path of a board.toml or of its folder.
+
+    `others` are names that mean something to the caller. Raises ConfigError with every fault found.
     """
-    source = _locate(board)
+    source = _locate(board, [*names(), *others])
     faults: list[str] = []
     table = strict.parse_toml(_read(source), faults)
     if faults:
@@ -92,7 +97,8 @@ def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
     """Read a user's copy of a board's settings. Raises ConfigError, also if it is another's."""
     board = load(str(copy), assignments)
     if board.name != name:
-        fault = f"board: {board.name!r}: expected {name!r}, by the file's name"
+        key = "board" if "name" not in board.table and name in names() else "name"
+        fault = f"{key}: {board.name!r}: expected {name!r}, by the file's name"
         raise ConfigError(str(copy), [fault])
     return board
 
@@ -139,11 +145,11 @@ def _board(
     kind = table.get("board")
     if kind not in names():
         found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
-        fault = f"{found}: expected one of {_listing()}"
+        fault = f"{found}: expected one of {', '.join(names())}"
         raise ConfigError(str(source), [*faults, fault])
     defined = definition(kind)
     name = table.get("name", kind)
-    if not (isinstance(name, str) and _NAME.fullmatch(name)):
+    if not (isinstance(name, str) and is_name(name)):
         faults.append(
             f"name: {strict.shown(name)}: expected small letters, digits, - and _, 63 at most"
         )
@@ -203,7 +209,7 @@ def _event_model(
     return None if build is None else lambda model_file: build(settings, model_file)
 
 
-def _locate(board: str) -> Path:
+def _locate(board: str, known: Sequence[str]) -> Path:
     if board in names():
         return shipped_file(board)
     path = Path(board)
@@ -211,13 +217,13 @@ def _locate(board: str) -> Path:
         path /= FILE
     if os.path.isfile(path):  # noqa: PTH113
         return path
-    raise ConfigError(board, [_not_found(board)])
+    raise ConfigError(board, [_not_found(board, known)])
 
 
-def _not_found(board: str) -> str:
-    expected = f"expected one of {_listing()}, or a {FILE} file"
+def _not_found(board: str, known: Sequence[str]) -> str:
+    expected = f"expected one of {', '.join(known)}, or a {FILE} file"
     if not (os.sep in board or Path(board).suffix or os.path.exists(board)):  # noqa: PTH110
-        return f"unknown board; {expected}{did_you_mean(board, names())}"
+        return f"unknown board; {expected}{did_you_mean(board, known)}"
     if os.path.isdir(board):  # noqa: PTH112 -- as above
         return f"no {FILE} in this folder; {expected}"
     return f"{_why_no_file(board)}; {expected}"
@@ -238,10 +244,6 @@ def _read(source: Path) -> str:
         return read_file(source).decode()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(source), [f"cannot be read: {error}"]) from error
-
-
-def _listing() -> str:
-    return ", ".join(names())
 
 
 def _fingerprint(source: Path, assignments: Sequence[str]) -> str:

@@ -1,18 +1,30 @@
-"""The name of a board that comes with the project, as an argument."""
+"""The name of a board that is installed on a system: a kind's, or a robot's own."""
 
 import argparse
 
 from firmware_runtime.board import kinds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.host.installation.places import SETTINGS, boards_with_settings
+from firmware_runtime.host.installation.target import Target
+from firmware_runtime.host.installation.uninstall import installed_boards
+from firmware_runtime.spelling import did_you_mean
 
 
 def add_board_name(verb: argparse.ArgumentParser, otherwise: str | None = None) -> None:
     """Add BOARD; it may be left out if there is something that is meant otherwise."""
-    names = kinds.names()
-    about = f"{' or '.join(names)}"
+    about = "a board's name, or a robot's own"
     verb.add_argument(
         "board",
         metavar="BOARD",
         nargs=None if otherwise is None else "?",
-        choices=names,
         help=about if otherwise is None else f"{about}; default: {otherwise}",
     )
+
+
+def demand_known(name: str, target: Target) -> None:
+    """Raise ConfigError for a name that is neither a kind's nor installed or kept in a system."""
+    kept = boards_with_settings(target.tree.names(SETTINGS))
+    known = list(dict.fromkeys([*kinds.names(), *kept, *installed_boards(target)]))
+    if name not in known:
+        expected = f"expected one of {', '.join(known)}{did_you_mean(name, known)}"
+        raise ConfigError(name, [f"unknown board; {expected}"])

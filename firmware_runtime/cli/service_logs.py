@@ -9,10 +9,11 @@ from datetime import datetime
 from typing import Any
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.board_name import add_board_name
+from firmware_runtime.cli.board_name import add_board_name, demand_known
 from firmware_runtime.cli.service_status import explained
 from firmware_runtime.host.installation.errors import StepFailed
 from firmware_runtime.host.installation.places import GUARD, RUNTIME, instance
+from firmware_runtime.host.installation.target import target
 from firmware_runtime.status import Status
 
 _FIELDS = ("PERIOD_US", "LATE_US", "MISSED", "CAUSE")
@@ -37,6 +38,7 @@ def add_logs_to(actions: SubParsers) -> None:
 
 
 def _execute(arguments: argparse.Namespace) -> int:
+    demand_known(arguments.board, target(None, dry_run=True))
     words = _journalctl(arguments)
     try:
         if not arguments.episodes:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import asdict
 
 from firmware_runtime.cli.arguments import Execute, SubParsers, add_verb
-from firmware_runtime.cli.board_name import add_board_name
+from firmware_runtime.cli.board_name import add_board_name, demand_known
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import GUARD, RUNTIME, instance
@@ -35,8 +35,11 @@ def add_status_to(actions: SubParsers) -> None:
 
 
 def _execute(arguments: argparse.Namespace) -> int:
+    place = target(None, dry_run=True)
+    if arguments.board is not None:
+        demand_known(arguments.board, place)
     require_systemd()
-    boards = [arguments.board] if arguments.board else installed_boards(target(None, dry_run=True))
+    boards = [arguments.board] if arguments.board else installed_boards(place)
     if not boards:
         raise StepFailed("no board is installed; expected `firmware-runtime service install BOARD`")
     return show_status(boards, as_json=arguments.json)

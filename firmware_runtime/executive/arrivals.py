@@ -30,6 +30,10 @@ class Arrivals:
         """The sources to wait for now."""
         return self._all if len(self._waiting) < CAPACITY else []
 
+    def add_source(self, source: Source) -> None:
+        """Read one more source."""
+        self._all.append(source)
+
     def receive(self, ready: Iterable[Inbox | Source], now: int) -> None:
         """Read the sources that became readable."""
         for source in ready:

@@ -41,7 +41,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import SlackCollector
 from firmware_runtime.executive.hook import Hook
-from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.inbox import Inbox, Source
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.process import (
@@ -197,6 +197,10 @@ class Executive:
         outcome, self._paused = self._paused, None
         self.clock.start(self._reached)
         return self._end(outcome)
+
+    def add_source(self, source: Source) -> None:
+        """Wait for one more source, beside those of the configuration; before the run."""
+        self._arrivals.add_source(source)
 
     def plan(self, at: int, port: InPort[T], value: T) -> None:
         """Let a value arrive at an input port of the root at instant `at` of the run."""

@@ -10,9 +10,12 @@ asked to arm again.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from time import monotonic_ns
 from typing import TypeAlias
 
+from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.loop import Executive
@@ -30,53 +33,65 @@ Objection: TypeAlias = Callable[[int], str | None]
 """At this instant of the run: why outputs must not be driven, in a sentence; None if they may."""
 
 
-class Arming:
-    """An hook of the run, and the leave that motors ask for (`interlock`).
+@dataclass(frozen=True, slots=True)
+class Permission:
+    """On what terms a run may drive its outputs that may not drive of itself."""
 
-    `tell` prints every change, in a sentence. Until `attach` nothing is permitted. With `free`
-    nothing is asked or said before it is armed: its outputs can hurt nobody.
+    at_start: bool
+    """Arm it as soon as nothing objects; otherwise it is armed on request only."""
+    demand_guard: bool
+    free: bool = False
+    """Nothing is asked or said before it is armed: its outputs cannot hurt anyone."""
+
+
+def permission_for(
+    board: Board, *, doubles: bool | Path, arm: bool, supervised: bool
+) -> Permission | None:
+    """Who decides whether outputs may be driven; None for doubles within this process.
+
+    Those that another process serves can be switched off by a third: then it takes the run's right
+    to drive. `supervised` treats doubles as chips; `arm` wants it armed, whatever the board says.
+    """
+    if doubles and not supervised:
+        served = Permission(at_start=True, demand_guard=False, free=True)
+        return None if doubles is True else served
+    settings = board.settings.arming
+    return Permission(settings.at_start or arm, settings.demand_guard)
+
+
+class Arming:
+    """An hook of the run, and the interlock that its outputs obey.
+
+    Any of the `objections` keeps it from being armed. `make_safe` switches outputs off, `enable`
+    lets them through before the first write to them, and raises HalError. `tell` prints every
+    change, in a sentence.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- put together once, by the session
         self,
+        executive: Executive,
+        permission: Permission,
+        make_safe: Callable[[], list[str]],
+        objections: Sequence[Objection] = (),
         *,
-        at_start: bool,
-        demand_guard: bool,
+        enable: Callable[[], None] = lambda: None,
         tell: Callable[[str], None] = lambda _: None,
-        free: bool = False,
     ) -> None:
         self.armed = False
         self.was_armed = False
         self.reason = "nothing asked for it"
-        self._is_wanted = at_start
-        self._demands_guard = demand_guard
+        self.is_free = permission.free
+        self._is_wanted = permission.at_start
+        self._demands_guard = permission.demand_guard
+        self._executive = executive
+        self._make_safe = make_safe
+        self._enable = enable
         self._tell = tell
-        self.is_free = free
-        self._objections: Sequence[Objection] = ()
+        self._objections = () if self.is_free else (self._guard_objects, *objections)
         self._generation = 0
         self._acknowledged = 0
         self._try_at = 0
         self._off_again_at = NEVER
-        self._executive: Executive
-        self._make_safe: Callable[[], list[str]]
-        self._enable: Callable[[], None]
-
-    def attach(
-        self,
-        executive: Executive,
-        make_safe: Callable[[], list[str]],
-        objections: Sequence[Objection],
-        enable: Callable[[], None] = lambda: None,
-    ) -> None:
-        """Look after this run; any of the objections keeps it from being armed.
-
-        `enable` lets outputs through before the first write to them; it raises HalError.
-        `make_safe` takes that back too.
-        """
-        self._executive = executive
-        self._make_safe = make_safe
-        self._enable = enable
-        self._objections = () if self.is_free else (self._guard_objects, *objections)
         executive.hooks.append(self)
 
     def interlock(self) -> bool:
@@ -115,6 +130,18 @@ class Arming:
         failed = self._switch_off()
         self._acknowledge()
         self._tell("; ".join([f"disarmed: {reason}", *failed]))
+        return failed
+
+    def pause(self) -> list[str]:
+        """Make the outputs safe while the run stands still; it is armed again when it goes on.
+
+        That is by the same terms as at first, if it was armed, and nobody disarms it meanwhile.
+        Returns what failed, one sentence each.
+        """
+        is_wanted = self.armed or self._is_wanted
+        failed = self.disarm("the run pauses")
+        self._is_wanted = is_wanted
+        self._try_at = 0
         return failed
 
     def attend(self, now: int, _left: int) -> None:

@@ -169,9 +169,7 @@ class Guard:
         """Say how the takeover stands; only now, so that nothing comes before the outputs."""
         off_after = None if failed else monotonic_ns() - self._since
         self._failed = failed
-        takeover = Takeover(
-            self._since, dict(run.writer), self._takeovers, self._why, off_after, failed
-        )
+        takeover = Takeover(self._since, run.writer, self._takeovers, self._why, off_after, failed)
         self._say(f"takeover {takeover.generation}: {takeover.text()}")
         with suppress(Exception):  # a full disk is no reason to stop watching
             self._record(takeover)

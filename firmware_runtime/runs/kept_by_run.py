@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.file import SAVED, STATISTICS, driver_of
+from firmware_runtime.statistics.file import STATISTICS, driver_of
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.mapped_file import CELL
 from firmware_runtime.statistics.statistics import RunState
@@ -21,16 +21,16 @@ def keep_clear_of_other_runs(path: Path) -> str | None:
         return None
     try:
         with STATISTICS.opened(path) as file:
-            writer, conditions = driver_of(file)
+            driver = driver_of(file)
             state: int = CELL.unpack(file.read(STATE * CELL.size, CELL.size))[0]
-            is_copy = SAVED in file.header
     except StatisticsFileError as error:
         return str(error)
-    if is_copy or "switched_off" not in conditions:
+    writer = driver.writer
+    if driver.saved is not None or not driver.has_outputs:
         return None
-    if state == RunState.RUNNING and writer["pid"] != os.getpid() and is_running(writer):
+    if state == RunState.RUNNING and writer.pid != os.getpid() and is_running(writer):
         raise StatisticsFileError(
-            f"{path}: process {writer['pid']} drives a robot and keeps its statistics there, where "
+            f"{path}: process {writer.pid} drives a robot and keeps its statistics there, where "
             "its guard looks; expected another file, see --statistics"
         )
     return None

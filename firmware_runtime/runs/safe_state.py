@@ -129,7 +129,7 @@ class SafeState:
             return
         if run is None:
             return
-        pid = run.writer["pid"]
+        pid = run.writer.pid
         if pid in self._runs:  # what a process has open counts, not what lies where it was made
             self._runs[pid].close()
         self._runs[pid] = run

@@ -1,6 +1,7 @@
 """One robot put together for one run: board, buses or rig, model, executive."""
 
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
@@ -26,11 +28,12 @@ from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.links.ports_socket import PortsSocket
-from firmware_runtime.runs.arming import Arming
+from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.control import Answer, ControlSocket
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off
+from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import objections_to
 from firmware_runtime.runs.rigs import rig_for, served_doubles
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
@@ -40,69 +43,73 @@ from firmware_runtime.statistics.companions import Companion
 class Session:
     """A robot whose chips have answered, ready to run.
 
-    `doubles` are made for the run (True), served at a path, or None on the real robot; `rig` is
-    there only if they were made. A supervised run may drive its outputs only while it is armed, see
-    `arming`; any other always. Raises ConfigError for settings that do not fit the model,
-    StatisticsFileError if another robot's run keeps its statistics at that path, and HalError when
-    a bus or chip is missing; nothing was actuated then.
+    `doubles` are made for the run (True), served at a path, or absent on the real robot (False);
+    `rig` is there only if they were made. With a `permission` the run drives its outputs only while
+    it is armed, see `arming`; without one always. `tell` prints what happens, in sentences. Raises
+    ConfigError for settings that do not fit the model, StatisticsFileError if another robot's run
+    keeps its statistics at that path, and HalError when a bus or chip is missing; nothing was
+    actuated then.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- one path for the command and for programs
         self,
         board: Board,
         clock: Clock,
         *,
         doubles: bool | Path,
         statistics_path: Path | None,
-        arming: Arming | None = None,
+        permission: Permission | None = None,
+        tell: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.board = board
         self._doubles = doubles
-        self.arming = arming
         self._statistics_path = statistics_path
-        self._executive: Executive | None = None
         # the instant that doubles and their world live in, ns since the start of the run
         self.world_now = WorldClock() if doubles is True else OutsideClock(clock.now)
-        self.rig: Rig | None = None
-        self.doubles: Doubles | None = None
+        self.rig: Rig | None = rig_for(board, self.world_now) if doubles is True else None
+        self.doubles: Doubles | None = self.rig
         if isinstance(doubles, Path):
             self.doubles = served_doubles(board, doubles)
-        elif doubles:
-            self.doubles = self.rig = rig_for(board, self.world_now)
-        interlock = always_enabled if arming is None else arming.interlock
+        self._sockets: list[ControlSocket | PortsSocket] = []
+        interlock = always_enabled if permission is None else self._may_drive
         self._lines = open_lines(board, self.doubles, interlock, self.world_now)
-        self.replaced: str | None = None
-        """What is wrong with the file that this run's statistics replace, if it is damaged."""
-        if statistics_path is not None:
-            self.replaced = keep_clear_of_other_runs(statistics_path)
-        self._control = None if arming is None else self._listen(arming, statistics_path)
-        self.robot: Robot = board.build(self._lines)
-        self._ports: PortsSocket | None = None
-        if statistics_path is not None and isinstance(clock, MonotonicClock):
-            self._ports = PortsSocket(Companion.PORTS.beside(statistics_path), self.robot.model)
-        if self.rig is not None:
-            self.rig.attach(self.robot.model)
-        self._executive = Executive(
-            self.robot.model,
-            clock,
-            self._make_safe,
-            self._configuration(statistics_path),
-            self.world_now,
-        )
-        if self._ports is not None:
-            self._ports.attach(self._executive)
-        if arming is not None:
-            max_late_percent = board.settings.arming.max_late_percent
-            objections = objections_to(self._executive, max_late_percent)
-            arming.attach(
-                self._executive, self._make_safe, objections, partial(self._enable, enabled=True)
+        with ExitStack() as undo:
+            undo.callback(self.close)
+            self.replaced: str | None = None
+            """What is wrong with the file that this run's statistics replace, if it is damaged."""
+            if statistics_path is not None:
+                self.replaced = keep_clear_of_other_runs(statistics_path)
+            self.robot: Robot = board.build(self._lines)
+            ports = self._ports_of_the_model(clock)  # the world's own are none of them
+            if self.rig is not None:
+                self.rig.attach(self.robot.model)
+            self.executive = Executive(
+                self.robot.model,
+                clock,
+                self.make_safe,
+                self._configuration(armed_at_start=permission is None),
+                self.world_now,
             )
-        self.ending: Ending | None = None
-        if self.robot.ended is not None:
-            self._executive.simulator.listen(self.robot.ended, self._end)
-        self.robot.find_chips()
-        if arming is None:
-            self._enable(enabled=True)
+            if ports is not None:
+                ports.attach(self.executive)
+                self.executive.add_source(ports)
+            self.arming = None if permission is None else self._arming(permission, tell)
+            self.ending: Ending | None = None
+            if self.robot.ended is not None:
+                self.executive.simulator.listen(self.robot.ended, self._end)
+            self._watch_load(tell)
+            self.robot.find_chips()
+            if permission is None:
+                self._enable(enabled=True)
+            undo.pop_all()
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether its outputs are outside of this process, on chips or on doubles that are served.
+
+        They stay as they are while nothing runs here, and others can switch them off.
+        """
+        return self._doubles is not True
 
     @property
     def supervision(self) -> Arming | None:
@@ -119,11 +126,31 @@ class Session:
         """Whether the robot itself ended the run because something went wrong."""
         return self.ending is not None and self.ending.failed
 
-    @property
-    def executive(self) -> Executive:
-        """The loop that runs the robot."""
-        assert self._executive is not None  # noqa: S101 -- set before construction ends
-        return self._executive
+    def run(self, until: int) -> Outcome:
+        """Run up to and including instant `until`; outputs are off when it returns."""
+        self._keep_settings()
+        return self._ended(self.executive.run(until))
+
+    def run_on(self, until: int) -> Outcome:
+        """Run to instant `until` and pause there; again, go on to a later one.
+
+        Outputs outside of this process are off in a pause, and the run is armed again when it goes
+        on; if they cannot be switched off, the run ends. In a world within this process nothing
+        passes, so nothing has to be off.
+        """
+        if self.executive.reached == 0:
+            self._keep_settings()
+        outcome = self.executive.run_on(until)
+        if self.executive.is_over:
+            return self._ended(outcome)
+        if self.arming is not None and self.is_outside and self.arming.pause():
+            return self.end() or outcome
+        return outcome
+
+    def end(self) -> Outcome | None:
+        """End a paused run with all outputs off; None if it never began or is over."""
+        outcome = self.executive.end()
+        return None if outcome is None else self._ended(outcome)
 
     def result(self) -> dict[str, object]:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
@@ -140,30 +167,11 @@ class Session:
                 return self.doubles.outputs
         return None
 
-    def keep_settings(self) -> None:
-        """Leave word of the outputs that will be driven; not of those within this process."""
-        if self._statistics_path is not None and self._doubles is not True:
-            keep_settings(self.board, self._statistics_path)
+    def make_safe(self) -> list[str]:
+        """Disable all outputs at once where a line can, then write full-off to every chip.
 
-    def forget_settings(self) -> None:
-        """All outputs are off."""
-        if self._statistics_path is not None and self._doubles is not True:
-            forget_settings(self._statistics_path)
-
-    def close(self) -> None:
-        """Release the buses; nobody can ask anything of the run any more."""
-        close_lines(self._lines)
-        for asked in (self._control, self._ports):
-            if asked is not None:
-                asked.close()
-
-    def _enable(self, *, enabled: bool) -> None:
-        """Let outputs through or not, where a line decides. Raises HalError."""
-        if self._lines.enable is not None:
-            self._lines.enable.set(enabled)
-
-    def _make_safe(self) -> list[str]:
-        """Disable all outputs at once where a line can, then write full-off to every chip."""
+        Returns what failed, one sentence each.
+        """
         failed: list[str] = []
         try:
             self._enable(enabled=False)
@@ -171,10 +179,59 @@ class Session:
             failed.append(text_of(error))
         return [*failed, *self.robot.make_safe()]
 
-    def _listen(self, arming: Arming, statistics_path: Path | None) -> ControlSocket | None:
-        """Take requests to arm and disarm, if the run has a place where it can be found."""
-        if statistics_path is None:
+    def close(self) -> None:
+        """Release buses and sockets."""
+        close_lines(self._lines)
+        for asked in self._sockets:
+            asked.close()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _keep_settings(self) -> None:
+        """Leave word of the outputs that will be driven; not of those within this process."""
+        if self._statistics_path is not None and self.is_outside:
+            keep_settings(self.board, self._statistics_path)
+
+    def _ended(self, outcome: Outcome) -> Outcome:
+        """Take that word back if all outputs are off."""
+        if not outcome.faults and self._statistics_path is not None and self.is_outside:
+            forget_settings(self._statistics_path)
+        return outcome
+
+    def _may_drive(self) -> bool:
+        """Output interlock of a run that may not drive of itself."""
+        return self.arming is not None and self.arming.interlock()
+
+    def _enable(self, *, enabled: bool) -> None:
+        """Let outputs through or not, where a line decides. Raises HalError."""
+        if self._lines.enable is not None:
+            self._lines.enable.set(enabled)
+
+    def _ports_of_the_model(self, clock: Clock) -> PortsSocket | None:
+        """Where other processes put values in and watch, in real time, if they can find it."""
+        if self._statistics_path is None or not isinstance(clock, MonotonicClock):
             return None
+        ports = PortsSocket(Companion.PORTS.beside(self._statistics_path), self.robot.model)
+        self._sockets.append(ports)
+        return ports
+
+    def _arming(self, permission: Permission, tell: Callable[[str], None]) -> Arming:
+        """What decides whether outputs may be driven; takes requests where it can be found."""
+        max_late_percent = self.board.settings.arming.max_late_percent
+        arming = Arming(
+            self.executive,
+            permission,
+            self.make_safe,
+            objections_to(self.executive, max_late_percent),
+            enable=partial(self._enable, enabled=True),
+            tell=tell,
+        )
+        if self._statistics_path is not None:
+            self._take_requests(arming, Companion.CONTROL.beside(self._statistics_path))
+        return arming
+
+    def _take_requests(self, arming: Arming, path: Path) -> None:
+        """Arm and disarm as other processes ask for it."""
 
         def arm() -> Answer:
             return {"refused": arming.request(self.executive.clock.now()), "armed": arming.armed}
@@ -182,9 +239,17 @@ class Session:
         def disarm() -> Answer:
             return {"not_safe": arming.disarm("asked for"), "armed": arming.armed}
 
-        return ControlSocket(
-            Companion.CONTROL.beside(statistics_path), {"arm": arm, "disarm": disarm}
-        )
+        control = ControlSocket(path, {"arm": arm, "disarm": disarm})
+        self._sockets.append(control)
+        self.executive.add_source(control)
+
+    def _watch_load(self, tell: Callable[[str], None]) -> None:
+        """Keep a run in real time from taking the machine for itself."""
+        settings = self.board.settings.executive
+        is_real = isinstance(self.executive.clock, MonotonicClock)
+        if is_real and settings.max_load_percent < ANY_LOAD:
+            limit, policy = settings.max_load_percent, settings.overload
+            Overload(self.executive, limit, policy, self.supervision, tell)
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:
@@ -192,7 +257,7 @@ class Session:
         self.ending = ending
         self.executive.request_stop(ending.reason)
 
-    def _configuration(self, statistics_path: Path | None) -> Configuration:
+    def _configuration(self, *, armed_at_start: bool) -> Configuration:
         settings = self.board.settings
         return Configuration(
             policies={
@@ -202,10 +267,9 @@ class Session:
             deadlines=_deadlines(self.robot.model, settings),
             buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
             process=_process(settings.executive),
-            statistics_path=statistics_path,
+            statistics_path=self._statistics_path,
             switch_off_for=seconds(settings.executive.switch_off_s),
-            sources=[each for each in (self._control, self._ports) if each is not None],
-            armed_at_start=self.arming is None,
+            armed_at_start=armed_at_start,
             max_lag=seconds(settings.executive.max_lag_s),
             worst=settings.executive.worst,
             recorded_spans=settings.executive.recorded_spans,

@@ -16,7 +16,7 @@ from time import monotonic_ns
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.file import SAVED, STATISTICS, driver_of
+from firmware_runtime.statistics.file import STATISTICS, driver_of
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import SharedCells
 from firmware_runtime.statistics.statistics import RunState
@@ -32,20 +32,22 @@ class WatchedRun:
 
     def __init__(self, path: Path) -> None:
         with STATISTICS.opened(path, os.O_RDWR) as file:
-            self.writer, self.conditions = driver_of(file)
-            self._is_copy = SAVED in file.header
+            driver = driver_of(file)
             self._cells = SharedCells(file)
+        self.writer, self.conditions = driver.writer, driver.conditions
+        self._drives_outputs = driver.has_outputs
         self._has_begun = False
         self._process: int | None = None
         try:
-            self._process = os.pidfd_open(self.writer["pid"])
+            self._process = os.pidfd_open(self.writer.pid)
         except ProcessLookupError:
             pass
         except OSError as error:
             raise StatisticsFileError(
-                f"{path}: its process {self.writer['pid']} cannot be watched ({error.strerror})"
+                f"{path}: its process {self.writer.pid} cannot be watched ({error.strerror})"
             ) from error
-        if self._is_copy or not is_running(self.writer):  # of another boot, or a number used again
+        # of another boot, or a number that was used again
+        if driver.saved is not None or not is_running(self.writer):
             self.close()
 
     @property
@@ -63,7 +65,7 @@ class WatchedRun:
     @property
     def drives(self) -> bool:
         """Whether it is under way and has outputs outside its own process."""
-        if self.has_ended or "switched_off" not in self.conditions:
+        if self.has_ended or not self._drives_outputs:
             return False
         with suppress(StatisticsFileError):
             return self._cells[STATE] == RunState.RUNNING
@@ -84,7 +86,7 @@ class WatchedRun:
     def why_lost(self, stall: int) -> str:
         """Why outputs must be taken from it, empty if they need not."""
         if self.has_ended:
-            return f"process {self.writer['pid']} has ended"
+            return f"process {self.writer.pid} has ended"
         try:
             heartbeat = self._cells[HEARTBEAT]
         except StatisticsFileError as error:

@@ -12,10 +12,13 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from msgspec import structs
+
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.fault_table import FaultCount
+from firmware_runtime.statistics.header import Header
 from firmware_runtime.statistics.histogram import (
     BUCKETS,
     CELLS,
@@ -74,7 +77,7 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
 def same_run(later: Statistics, earlier: Statistics) -> bool:
     """Whether both are of one run, `earlier` first."""
     return (
-        later.header["writer"] == earlier.header["writer"]
+        later.header.writer == earlier.header.writer
         and later.layout == earlier.layout
         and all(later.cells[index] >= earlier.cells[index] for index in _certain(later.layout))
     )
@@ -90,12 +93,12 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
     """
     runs = sorted(runs, key=_gravity, reverse=True)
     first = runs[0]
-    layout, stated = first.layout, first.header["models"]
+    layout, stated = first.layout, first.header.models
     if any(run.layout != layout for run in runs):
         raise StatisticsFileError(
             "these runs have different models, buses or deadlines; expected runs of one board"
         )
-    if any(run.header["models"] != stated for run in runs):
+    if any(run.header.models != stated for run in runs):
         raise StatisticsFileError(
             "these runs have different periods, tolerances or policies of models; "
             "expected runs with the same settings"
@@ -120,7 +123,7 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
 
 def differing_conditions(runs: Sequence[Statistics]) -> dict[str, list[Any]]:
     """The conditions in which runs differ, with the value of each; None where one has none."""
-    tables = [run.header["conditions"] for run in runs]
+    tables = [run.header.conditions for run in runs]
     names = dict.fromkeys(name for table in tables for name in table)
     values = {name: [table.get(name) for table in tables] for name in names}
     return {name: each for name, each in values.items() if any(one != each[0] for one in each)}
@@ -206,12 +209,12 @@ def _gravity(run: Statistics) -> int:
     return len(RunState) if died else run.state
 
 
-def _merged_header(runs: Sequence[Statistics]) -> dict[str, Any]:
+def _merged_header(runs: Sequence[Statistics]) -> Header:
     header = runs[0].header
     differing = differing_conditions(runs)
     conditions = {
         name: "differs" if name in differing else value
-        for name, value in header["conditions"].items()
+        for name, value in header.conditions.items()
         if name not in differing or not isinstance(value, dict)
     }
-    return {**header, "conditions": conditions}
+    return structs.replace(header, conditions=conditions)

@@ -10,7 +10,11 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from msgspec import convert
+from msgspec.structs import replace
+
 from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.header import Driver, Header, Saved
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import (
     ELAPSED,
@@ -22,12 +26,10 @@ from firmware_runtime.statistics.layout import (
 from firmware_runtime.statistics.mapped_file import Kind, ReadableFile
 from firmware_runtime.statistics.overdue import count_overdue
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.system.process_identity import checked_identity, this_process
+from firmware_runtime.system.process_identity import this_process
 from firmware_runtime.system.whole_file import keep_file
 
 STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
-SAVED = "saved"
-"""In a header: this is a copy, with what held of the writer when it was made."""
 
 
 def save(statistics: Statistics, path: Path) -> None:
@@ -37,9 +39,8 @@ def save(statistics: Statistics, path: Path) -> None:
     """
     if _is_a_run_s_own(path):
         raise StatisticsFileError(f"{path}: the file of a run itself; expected another for a copy")
-    found = {"writer_alive": statistics.writer_alive, "complete": statistics.complete}
-    header = {**statistics.header, SAVED: found}
-    content = STATISTICS.encode(header, len(statistics.cells)) + bytes(statistics.cells)
+    header = replace(statistics.header, saved=Saved(statistics.writer_alive, statistics.complete))
+    content = STATISTICS.encode(header.as_json(), len(statistics.cells)) + bytes(statistics.cells)
     try:
         keep_file(path, content)
     except OSError as error:
@@ -47,25 +48,18 @@ def save(statistics: Statistics, path: Path) -> None:
         raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
 
 
-def driver_of(file: ReadableFile) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+def driver_of(file: ReadableFile) -> Driver:
     """Which process writes a statistics file, and the conditions of its run.
 
     Raises StatisticsFileError when its header states neither, or nothing that can be.
     """
-    header = file.header
-    try:
-        writer, conditions = checked_identity(header["writer"]), header["conditions"]
-    except (KeyError, ValueError) as error:
-        raise file.damaged(f"its header has no usable {error}") from error
-    if not isinstance(conditions, dict):
-        raise file.damaged("its header has no usable conditions")
-    return writer, conditions
+    return file.header_as(Driver)
 
 
 def _is_a_run_s_own(path: Path) -> bool:
     try:
         with STATISTICS.opened(path) as file:
-            return SAVED not in file.header
+            return "saved" not in file.header
     except StatisticsFileError:
         return False
 
@@ -80,8 +74,9 @@ class StatisticsFile:
 
     def __init__(self, layout: Layout, header: Mapping[str, Any], path: Path | None = None) -> None:
         self.layout = layout
-        self.header = {**header, "writer": this_process(), "layout": layout.describe()}
-        self.cells: Cells = STATISTICS.create(path, self.header, layout.cells)
+        stated = {**header, "writer": this_process(), "layout": layout}
+        self.header = convert(stated, Header, from_attributes=True)
+        self.cells: Cells = STATISTICS.create(path, self.header.as_json(), layout.cells)
         self._sequence = 0
 
     def open_section(self) -> None:
@@ -113,5 +108,5 @@ class StatisticsFile:
     def statistics(self) -> Statistics:
         """A copy of what has been counted so far."""
         copy = memoryview(bytearray(self.cells)).cast("q")
-        count_overdue(copy, self.layout, self.header, is_alive=True)
-        return Statistics(self.header, self.layout, copy)
+        count_overdue(copy, self.header, is_alive=True)
+        return Statistics(self.header, copy)

@@ -46,14 +46,14 @@ class LateWatch:
 
     def __init__(self, limit_ns: int, statistics: Statistics) -> None:
         self._limit = limit_ns
-        self._writer = statistics.header["writer"]
+        self._writer = statistics.header.writer
         self._seen = self._look(statistics)
 
     def new_in(self, statistics: Statistics) -> Late | None:
         """The earliest activation known that was later than the limit and had not been seen."""
         before, self._seen = self._seen, self._look(statistics)
-        if statistics.header["writer"] != self._writer:  # another run has begun
-            self._writer, before = statistics.header["writer"], _Seen()
+        if statistics.header.writer != self._writer:  # another run has begun
+            self._writer, before = statistics.header.writer, _Seen()
         fresh = self._seen.worst - before.worst
         if fresh:
             return min(fresh, key=lambda late: late.t_ns)

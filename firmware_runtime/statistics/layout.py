@@ -198,15 +198,7 @@ class Layout:
             },
         }
 
-    @classmethod
-    def from_description(cls, description: dict[str, Any]) -> "Layout":
-        """Read a header's layout back. Raises KeyError or TypeError when it is not one."""
-        names = {name: tuple(description[name]) for name in _NAMED}
-        fault_models = tuple(map(str, description.get("fault_models", ())))  # none in older files
-        return cls(**names, fault_models=fault_models, worst=int(description["worst"]))
 
-
-_NAMED = ("models", "timed", "buses", "deadlines")
 STEP_HISTOGRAM = slice(STEP_TIMES, STEP_TIMES + CELLS)
 STEP_TIME = STEP_TIMES + SUM_CELL
 """The cell with the time of all steps together, ns."""

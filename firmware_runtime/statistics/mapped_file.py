@@ -25,11 +25,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+import msgspec
 
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.histogram import Cells
 
+T = TypeVar("T", bound=msgspec.Struct)
 PREFIX = struct.Struct("=8s3q")
 CELL = struct.Struct("=q")
 _MODE = 0o640
@@ -145,6 +148,13 @@ class ReadableFile:
     def damaged(self, fault: str) -> StatisticsFileError:
         """An error that says what is wrong with this file."""
         return StatisticsFileError(f"{self.path}: not a whole {self._kind.name}: {fault}")
+
+    def header_as(self, kind: type[T]) -> T:
+        """The header, typed. Raises StatisticsFileError that says which part is of no use."""
+        try:
+            return msgspec.convert(self.header, kind)
+        except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
+            raise self.damaged(f"its header has no usable part: {error}") from error
 
     def _read_header(self, size: int) -> dict[str, Any]:
         try:

@@ -14,24 +14,20 @@ stuck, and the last one of a run whose process is gone.
   belongs to it, however late the loop comes there.
 """
 
-from collections.abc import Mapping
 from time import monotonic_ns
-from typing import Any
 
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.statistics.header import Header, StatedModel
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, MODEL, STATE, WRITTEN, Layout
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, MODEL, STATE, WRITTEN
 
 _SCHEDULED, _SKIPPED, _DUE, _IS_IN_PERIOD = map(
     MODEL.index, ("scheduled", "skipped", "due_ns", "is_in_period")
 )
 
 
-def count_overdue(
-    cells: Cells, layout: Layout, header: Mapping[str, Any], *, is_alive: bool
-) -> None:
+def count_overdue(cells: Cells, header: Header, *, is_alive: bool) -> None:
     """Add what is overdue to a copy of a run's cells, with the instant up to which it is."""
-    speed = header.get("clock_speed")
+    speed = header.clock_speed
     written_at = max(cells[WRITTEN], cells[HEARTBEAT])
     if speed is None or cells[STATE] != 0 or written_at == 0:
         return
@@ -40,8 +36,8 @@ def count_overdue(
         cells[ELAPSED] += max(round((read_at - written_at) * speed), 0)
         cells[WRITTEN] = read_at
     now = _last_instant(cells, header)
-    for index, path in enumerate(layout.models):
-        first, stated = layout.model(index), header["models"][path]
+    for index, path in enumerate(header.layout.models):
+        first, stated = header.layout.model(index), header.models[path]
         due = cells[first + _DUE]
         if due > now:
             continue
@@ -53,31 +49,31 @@ def count_overdue(
         cells[first + _SKIPPED] += number
 
 
-def waiting(cells: Cells, layout: Layout, header: Mapping[str, Any], index: int) -> int:
+def waiting(cells: Cells, header: Header, index: int) -> int:
     """How many activations of a model are due and wait for their turn, of cells that were read."""
-    first, now = layout.model(index), _last_instant(cells, header)
+    first, now = header.layout.model(index), _last_instant(cells, header)
     due, is_in_period = cells[first + _DUE], cells[first + _IS_IN_PERIOD] != 0
-    if "clock_speed" not in header or cells[STATE] != 0 or due > now:
+    if header.clock_speed is None or cells[STATE] != 0 or due > now:
         return 0
-    stated = header["models"][layout.models[index]]
+    stated = header.models[header.layout.models[index]]
     dropped = _dropped(now - due, stated, is_in_period=is_in_period)
     return due_since(now - due, stated) - dropped
 
 
-def _last_instant(cells: Cells, header: Mapping[str, Any]) -> int:
+def _last_instant(cells: Cells, header: Header) -> int:
     """The present instant, or the last one of the run if that is over by the clock."""
-    return min(cells[ELAPSED], int(header.get("until_ns", NEVER)))
+    return min(cells[ELAPSED], header.until_ns)
 
 
-def due_since(ago: int, stated: Mapping[str, Any]) -> int:
+def due_since(ago: int, stated: StatedModel) -> int:
     """How many deadlines there have been, if the first was so long ago, ns."""
-    period = stated["period_ns"]
-    return 1 if period is None else ago // int(period) + 1
+    period = stated.period_ns
+    return 1 if period is None else ago // period + 1
 
 
-def _dropped(ago: int, stated: Mapping[str, Any], *, is_in_period: bool) -> int:
+def _dropped(ago: int, stated: StatedModel, *, is_in_period: bool) -> int:
     """How many of them will not run any more, while the process lives."""
-    if stated["policy"] != "skip":
+    if stated.policy != "skip" or stated.period_ns is None:
         return 0
-    missed = -(-ago // int(stated["period_ns"]))
+    missed = -(-ago // stated.period_ns)
     return missed if is_in_period else max(missed - 1, 0)

@@ -14,6 +14,8 @@ Source: Trace Event Format (Chromium project), object format.
 from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
+from msgspec import to_builtins
+
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.statistics.late_watch import Late
 from firmware_runtime.statistics.spans import TRACKS, Recorded
@@ -43,7 +45,7 @@ def chrome_trace(
         *_counters(recorded),
         *_trigger(trigger),
     ]
-    about = {"writer": statistics.header["writer"], "conditions": conditions.as_json()}
+    about = {"writer": to_builtins(statistics.header.writer), "conditions": conditions.as_json()}
     return {"displayTimeUnit": "ns", "otherData": about, "traceEvents": events}
 
 

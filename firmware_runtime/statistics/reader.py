@@ -11,11 +11,10 @@ import platform
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.statistics.conditions import settings_of
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.file import SAVED, STATISTICS
-from firmware_runtime.statistics.layout import STATE, WORST, Layout
+from firmware_runtime.statistics.file import STATISTICS
+from firmware_runtime.statistics.header import Header
+from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile
 from firmware_runtime.statistics.overdue import count_overdue
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -40,20 +39,11 @@ def read_statistics(path: Path) -> Statistics:
 
 
 def _read(file: ReadableFile) -> Statistics:
-    header = file.header
-    try:
-        layout = Layout.from_description(header["layout"])
-        is_running(header["writer"])
-        for path in layout.models:
-            stated = header["models"][path]
-            _ = (stated["period_ns"] or 0) + stated["tolerance_ns"], stated["policy"]
-        _ = round(SECOND * (header.get("clock_speed") or 1)), int(header.get("until_ns", NEVER))
-        settings_of(header["conditions"])
-    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
-        raise file.damaged(f"its header has no usable {error}") from error
-    if 8 * layout.cells != file.cell_bytes:
-        raise file.damaged(f"{file.cell_bytes} bytes of cells, expected {8 * layout.cells}")
-    statistics = _copy_whole(file, layout)
+    header = file.header_as(Header)
+    expected = 8 * header.layout.cells
+    if expected != file.cell_bytes:
+        raise file.damaged(f"{file.cell_bytes} bytes of cells, expected {expected}")
+    statistics = _copy_whole(file, header)
     if not _names_what_there_is(statistics):
         raise file.damaged("its cells name a state or a model that there is not")
     return statistics
@@ -68,36 +58,28 @@ def _names_what_there_is(statistics: Statistics) -> bool:
     )
 
 
-def _copy_whole(file: ReadableFile, layout: Layout) -> Statistics:
+def _copy_whole(file: ReadableFile, header: Header) -> Statistics:
     """Copy until a copy is good; what a dead writer left is taken as it is."""
-    header, first_sequence = file.header, _sequence(file)
-    if SAVED in header:
-        return _saved(file, layout)
-    alive = is_running(header["writer"])
+    if header.saved is not None:  # what held of the writer when the copy was made
+        cells = memoryview(file.read()).cast("q")
+        return Statistics(header, cells, header.saved.writer_alive, header.saved.complete)
+    first_sequence = _sequence(file)
+    alive = is_running(header.writer)
     give_up_at = monotonic() + PATIENCE_S
     while True:
-        cells, complete = _copy(file)
+        copied, complete = _copy(file)
         if not complete and alive and monotonic() > give_up_at:
-            alive = is_running(header["writer"])
+            alive = is_running(header.writer)
             if alive:
-                raise _busy(file, stopped=_sequence(file) == first_sequence)
+                raise _busy(file, header, stopped=_sequence(file) == first_sequence)
         elif complete or not alive:
-            copy = memoryview(bytearray(cells)).cast("q")
-            count_overdue(copy, layout, header, is_alive=alive)
-            return Statistics(header, layout, copy, alive, complete)
+            cells = memoryview(bytearray(copied)).cast("q")
+            count_overdue(cells, header, is_alive=alive)
+            return Statistics(header, cells, alive, complete)
 
 
-def _saved(file: ReadableFile, layout: Layout) -> Statistics:
-    """A saved copy: what held of the writer when it was made."""
-    found = file.header[SAVED]
-    if not isinstance(found, dict) or not {"writer_alive", "complete"} <= found.keys():
-        raise file.damaged(f"its header has no usable {SAVED!r}")
-    cells = memoryview(file.read()).cast("q")
-    return Statistics(file.header, layout, cells, found["writer_alive"], found["complete"])
-
-
-def _busy(file: ReadableFile, *, stopped: bool) -> StatisticsFileError:
-    writer = f"{file.path}: process {file.header['writer']['pid']}"
+def _busy(file: ReadableFile, header: Header, *, stopped: bool) -> StatisticsFileError:
+    writer = f"{file.path}: process {header.writer.pid}"
     if stopped:
         return StatisticsFileError(
             f"{writer} keeps the file half written; "

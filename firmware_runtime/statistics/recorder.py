@@ -91,8 +91,7 @@ class Recorder:
         """Whether that number is this run's, from before this recorder was started."""
         with suppress(StatisticsFileError):
             kept = read_statistics(self._folder / f"{self._name(number)}{SUFFIX}")
-            same: bool = kept.header["writer"] == statistics.header["writer"]
-            return same
+            return kept.header.writer == statistics.header.writer
         return False
 
     def _numbers(self) -> set[int]:
@@ -121,7 +120,7 @@ class _Run:
         self._tell = tell
         self._latest = statistics
         self._watch = _watch(statistics, late)
-        self._takeovers = len(takeovers_of(kept, statistics.header["writer"]))
+        self._takeovers = len(takeovers_of(kept, statistics.header.writer))
         self._save_at = now
         self._traces = len([*stem.parent.glob(f"{stem.name}-*.json.gz")])
         self._incident: tuple[str, Late | None, int] | None = None
@@ -130,8 +129,7 @@ class _Run:
 
     def is_another(self, statistics: Statistics) -> bool:
         """Whether these are the statistics of a later run."""
-        different: bool = statistics.header["writer"] != self._latest.header["writer"]
-        return different
+        return statistics.header.writer != self._latest.header.writer
 
     def look(self, statistics: Statistics, now: int) -> None:
         """Note incidents, take the traces that are due, keep the statistics now and then."""
@@ -153,7 +151,7 @@ class _Run:
             self._tell(f"{path}: the run is over, its statistics are kept")
 
     def _notice(self, statistics: Statistics, now: int) -> None:
-        takeovers = len(takeovers_of(self._kept, statistics.header["writer"]))
+        takeovers = len(takeovers_of(self._kept, statistics.header.writer))
         late = None if self._watch is None else self._watch.new_in(statistics)
         if takeovers > self._takeovers and statistics.state is RunState.RUNNING:
             self._incident = ("guard", None, now + AFTERMATH)
@@ -181,7 +179,7 @@ class _Run:
 
 def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
     """What notices late activations; None for a run without models."""
-    tolerances = [stated["tolerance_ns"] for stated in statistics.header["models"].values()]
+    tolerances = [stated.tolerance_ns for stated in statistics.header.models.values()]
     if not tolerances:
         return None
     return LateWatch(min(tolerances) if late is None else late, statistics)

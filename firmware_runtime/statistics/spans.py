@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from struct import Struct
 
+from msgspec import to_builtins
+
 from firmware_runtime.statistics.mapped_file import Kind
 from firmware_runtime.statistics.reader import settle
 from firmware_runtime.system.process_identity import this_process
@@ -44,7 +46,7 @@ class SpanRing:
     """The writing end: the last `rows` entries of `TRACKS` and the models' tracks."""
 
     def __init__(self, models: Sequence[str], rows: int, path: Path | None = None) -> None:
-        header = {"tracks": [*TRACKS, *models], "writer": this_process()}
+        header = {"tracks": [*TRACKS, *models], "writer": to_builtins(this_process())}
         cells = _SPANS.create(path, header, 4 * rows)
         self._bytes = cells.cast("B")
         self._size = len(self._bytes)

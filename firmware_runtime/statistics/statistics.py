@@ -24,6 +24,7 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     WorstActivation,
 )
+from firmware_runtime.statistics.header import Header
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import (
     ARMED,
@@ -68,11 +69,15 @@ class Statistics:
     died half way through a section, so that the last step's numbers may be in part.
     """
 
-    header: dict[str, Any]
-    layout: Layout
+    header: Header
     cells: Cells
     writer_alive: bool = True
     complete: bool = True
+
+    @property
+    def layout(self) -> Layout:
+        """Where each number stands."""
+        return self.header.layout
 
     @property
     def state(self) -> RunState:
@@ -82,7 +87,7 @@ class Statistics:
     @property
     def is_virtual(self) -> bool:
         """Whether it ran in virtual time: nothing can be late then, nothing takes any time."""
-        return bool(self.header["conditions"].get("clock") == "VirtualClock")
+        return bool(self.header.conditions.get("clock") == "VirtualClock")
 
     @property
     def reason(self) -> str | None:
@@ -145,7 +150,7 @@ class Statistics:
             bus={name: self._bus(index) for index, name in enumerate(self.layout.buses)},
             faults=self.faults(),
             worst=self._worst(),
-            conditions=conditions_of(self.header["conditions"], self._run(), self.cells[YIELDED]),
+            conditions=conditions_of(self.header.conditions, self._run(), self.cells[YIELDED]),
         )
 
     def faults(self) -> dict[str, dict[str, FaultFigures]]:
@@ -162,16 +167,16 @@ class Statistics:
     def _model(self, index: int) -> ModelFigures:
         row = self._row(ModelRow, self.layout.model(index))
         is_known = row.overruns > 0 and row.last_late_ns != NO_INSTANT
-        stated = self.header["models"][self.layout.models[index]]
-        period_ns = stated["period_ns"]
+        stated = self.header.models[self.layout.models[index]]
+        period_ns = stated.period_ns
         own_time = self.own_time_of(index)
         return ModelFigures(
             **{total: getattr(row, total) for total in TOTALS},
             last_late_t_ns=row.last_late_ns if is_known else None,
             kind="event" if period_ns is None else "periodic",
             period_us=None if period_ns is None else period_ns / 1000,
-            tolerance_us=stated["tolerance_ns"] / 1000,
-            policy=stated["policy"],
+            tolerance_us=stated.tolerance_ns / 1000,
+            policy=stated.policy,
             waiting=self._waiting(index),
             reactions=row.reactions,
             irregular=row.irregular,
@@ -184,7 +189,7 @@ class Statistics:
     def _waiting(self, index: int) -> int:
         if not self.writer_alive:
             return 0
-        return waiting(self.cells, self.layout, self.header, index)
+        return waiting(self.cells, self.header, index)
 
     def _measured(self, histogram: slice) -> Histogram:
         """What was measured; in virtual time, in which a step takes none, nothing was."""

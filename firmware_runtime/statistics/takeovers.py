@@ -10,13 +10,12 @@ from, as in the header of the statistics; `generation` counts this guard's takeo
 """
 
 from collections import deque
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.system.process_identity import ProcessIdentity
 from firmware_runtime.system.whole_file import OWN_AND_GROUP, read_file, replace_file
 
 KEPT = 100
@@ -26,7 +25,7 @@ class Takeover(msgspec.Struct):
     """One takeover of a run's outputs."""
 
     at_ns: int
-    writer: dict[str, Any]
+    writer: ProcessIdentity
     generation: int
     why: str
     off_after_ns: int | None = None
@@ -64,6 +63,6 @@ def read_takeovers(statistics: Path) -> list[Takeover]:
         return []
 
 
-def takeovers_of(statistics: Path, writer: Mapping[str, Any]) -> list[Takeover]:
+def takeovers_of(statistics: Path, writer: ProcessIdentity) -> list[Takeover]:
     """Those that took the outputs from this process."""
     return [each for each in read_takeovers(statistics) if each.writer == writer]

@@ -5,38 +5,39 @@ process started and the boot it started in, it is not. Source: proc(5), /proc/[p
 """
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Final
+
+from msgspec import Meta, Struct
 
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 _ENDED = -1
-_MOST = 2**22
+_MOST: Final = 2**22
 """The largest process number that Linux gives. Source: proc(5), /proc/sys/kernel/pid_max."""
 
 
-def this_process() -> dict[str, Any]:
-    """The identity of the calling process, as a file's header carries it."""
+class ProcessIdentity(Struct, frozen=True):
+    """Which process, as a file's header carries it."""
+
+    pid: Annotated[int, Meta(gt=0, le=_MOST)]
+    started_ticks: int | None
+    """Clock ticks from boot to its start; None where the system does not show it."""
+    boot_id: str
+
+
+def this_process() -> ProcessIdentity:
+    """The identity of the calling process."""
     pid = os.getpid()
-    return {"pid": pid, "started_ticks": _started_ticks(pid), "boot_id": boot_id()}
+    return ProcessIdentity(pid, _started_ticks(pid), boot_id())
 
 
-def checked_identity(stated: object) -> Mapping[str, Any]:
-    """What a file states as an identity, if it can be one. Raises ValueError."""
-    match stated:
-        case {"pid": int(pid), "started_ticks": int() | None as ticks, "boot_id": str(boot_id)}:
-            if 0 < pid <= _MOST:
-                return {"pid": pid, "started_ticks": ticks, "boot_id": boot_id}
-    raise ValueError(f"{str(stated)[:100]!r} is the identity of no process")
-
-
-def is_running(identity: Mapping[str, Any]) -> bool:
+def is_running(identity: ProcessIdentity) -> bool:
     """Whether the process of that identity still exists on this machine."""
-    boot_ids = {identity["boot_id"], boot_id()} - {""}
+    boot_ids = {identity.boot_id, boot_id()} - {""}
     if len(boot_ids) > 1:
         return False
-    started = _started_ticks(identity["pid"])
-    return _exists(identity["pid"]) if started is None else started == identity["started_ticks"]
+    started = _started_ticks(identity.pid)
+    return _exists(identity.pid) if started is None else started == identity.started_ticks
 
 
 def boot_id() -> str:

@@ -85,7 +85,7 @@ def test_a_run_without_periodic_models_has_events_instead() -> None:
 def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
     file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    writer = file.header["writer"]
+    writer = file.header.writer
     TakeoverFile(path).write(Takeover(at_ns=1, writer=writer, generation=1, why="it hung"))
     assert "guard: it hung" in printed(capsys, "--statistics", path, "--worst", 1)
     text = printed(capsys, "--statistics", path, "--worst", 0)

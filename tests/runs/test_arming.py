@@ -13,7 +13,7 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.runs import arming
-from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming
+from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming, Permission
 from firmware_runtime.runs.control import Answer, ControlError, ControlSocket, ask
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
 from tests.support.periodic_models import Robot
@@ -29,15 +29,19 @@ class Rig:
         self.not_safe: list[str] = []
         self.told: list[str] = []
         self.against: str | None = None
-        self.arming = Arming(
-            at_start=at_start, demand_guard=demand_guard, tell=self.told.append, free=free
-        )
         configuration = Configuration(armed_at_start=False)
         self.executive = Executive(Robot(), VirtualClock(), list, configuration)
         self.enabled = 0
         self.failing: HalError | None = None
         objections = [lambda _now: self.against]
-        self.arming.attach(self.executive, self._make_safe, objections, self._enable)
+        self.arming = Arming(
+            self.executive,
+            Permission(at_start, demand_guard, free),
+            self._make_safe,
+            objections,
+            enable=self._enable,
+            tell=self.told.append,
+        )
 
     def _enable(self) -> None:
         if self.failing is not None:

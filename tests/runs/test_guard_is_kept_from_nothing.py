@@ -9,6 +9,7 @@ from time import monotonic_ns
 from typing import Any
 
 import pytest
+from msgspec.structs import asdict
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.runs.guard import Guard, Phase
@@ -133,7 +134,7 @@ DAMAGED: dict[str, Any] = {
         "conditions": {},
     },
     "number a text": {"writer": {"pid": "1", "started_ticks": 1, "boot_id": ""}, "conditions": {}},
-    "conditions a text": {"writer": this_process(), "conditions": "none"},
+    "conditions a text": {"writer": asdict(this_process()), "conditions": "none"},
 }
 
 

@@ -53,14 +53,22 @@ def test_a_program_must_be_there() -> None:
 def test_an_interpreter_in_a_hidden_place_is_refused_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/home/pi/python/bin/python3")
     with pytest.raises(InstallationRefused, match=r"lies below /(home|root|tmp)"):
-        own_program()
+        own_program(Path("/usr/lib/rover/definition.py"))
+
+
+def test_a_board_whose_package_a_service_would_not_see_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(programs_of_units, "HIDDEN", ("/home",))
+    with pytest.raises(InstallationRefused, match="/home/pi/rover"):
+        own_program(Path("/home/pi/rover/rover/definition.py"))
 
 
 def test_this_program_is_found_beside_its_interpreter(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(programs_of_units, "HIDDEN", ())
-    program = Path(own_program())
+    program = Path(own_program(Path("/usr/lib/rover/definition.py")))
     assert program.name == Path(PROGRAM).name
     assert program.parent == Path(sys.executable).parent
 

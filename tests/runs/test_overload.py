@@ -11,7 +11,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs import overload
-from firmware_runtime.runs.arming import Arming
+from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.overload import WINDOW, Overload, Policy
 from firmware_runtime.statistics.layout import STEP_TIME
 from firmware_runtime.statistics.statistics import RunState
@@ -42,8 +42,8 @@ class Rig:
         self.time = time
         self.told: list[str] = []
         self.executive = Executive(Robot(), MonotonicClock(), list, Configuration())
-        self.arming = Arming(at_start=False, demand_guard=False)
-        self.arming.attach(self.executive, list, ())
+        permission = Permission(at_start=False, demand_guard=False)
+        self.arming = Arming(self.executive, permission, list)
         self.watch = Overload(self.executive, 90.0, policy, self.arming, self.told.append)
         self.watch.attend(0, 0)
 

@@ -28,8 +28,7 @@ def test_a_guard_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
         wait_until(lambda: run.is_off, "the guard has switched off")
         run.signal(signal.SIGCONT)
         wait_until(lambda: "the guard took over" in run.errors(), "the run has seen it")
-        wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is guarded and armed")
-        wait_until(lambda: not run.is_off, "the motors are driven again")
+        run.arm_again()
         run.signal(signal.SIGKILL)
         wait_until(lambda: run.is_off, "the guard has switched off again")
 
@@ -42,8 +41,7 @@ def test_a_run_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
     with guarded_run(tmp_path, program=program) as run:
         assert run.ask("disarm", "tachobot").returncode == 0
         wait_until(lambda: run.is_off, "all outputs are off")
-        wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it can be armed anew")
-        wait_until(lambda: not run.is_off, "the motors are driven again")
+        run.arm_again()
         assert run.run.poll() is None
 
 
@@ -78,8 +76,7 @@ def test_a_guard_with_other_settings_takes_up_those_of_the_run(tmp_path: Path) -
         wait_until(lambda: run.is_off, "the run has disarmed itself")
         words = ("guard", "tachobot", "--doubles", run.socket, "--set", "thrust_pairs.address=0x42")
         with run.another(*words):
-            wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is guarded")
-            wait_until(lambda: not run.is_off, "the motors are driven again")
+            run.arm_again()
             run.signal(signal.SIGKILL)
             wait_until(lambda: run.is_off, "the guard has switched off")
 

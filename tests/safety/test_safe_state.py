@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import registry
-from tests.support.guarded_run import GuardedRun, guarded_run, wait_until
+from tests.support.guarded_run import GuardedRun, as_fifo, guarded_run, wait_until
 
 pytestmark = pytest.mark.slow
 OLDER = """
@@ -20,13 +20,15 @@ sys.exit(main(sys.argv[1:]))
 STRANGER = """
 import sys
 from pathlib import Path
+from time import sleep
 from drivers.chips.pca9685 import Pca9685
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
 chip = Pca9685(ServedBus("i2c1", Connection(Path(sys.argv[1])).ask))
-chip._running = True
+chip.is_running = True
 while True:
     chip.set_duties(0, [0.5])
+    sleep(0.001)
 """
 
 
@@ -110,8 +112,8 @@ def test_several_at_once_and_the_guard_get_into_nobody_s_way(tmp_path: Path) -> 
 
 def test_what_something_else_drives_on_is_named(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
-        stranger = run.another(str(run.socket), program=STRANGER)
-        with stranger:
+        with run.another(str(run.socket), program=STRANGER) as stranger:
+            as_fifo(stranger.pid, 98)  # it drives whatever else runs
             wait_until(lambda: run.outputs()["thrust_pairs.0"] == 0.5, "the stranger drives")
             status, said = safe_state(run)
         assert status == 4

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.system.process_identity import is_running, this_process
@@ -77,7 +78,7 @@ def test_this_process_is_running() -> None:
 def test_another_process_of_the_same_number_is_not_the_one_that_wrote(
     other: dict[str, object],
 ) -> None:
-    assert not is_running({**this_process(), **other})
+    assert not is_running(replace(this_process(), **other))
 
 
 def test_a_process_that_has_ended_but_was_not_waited_for_is_not_running() -> None:
@@ -85,5 +86,5 @@ def test_a_process_that_has_ended_but_was_not_waited_for_is_not_running() -> Non
     if pid == 0:
         os._exit(0)
     os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
-    assert not is_running({**this_process(), "pid": pid})
+    assert not is_running(replace(this_process(), pid=pid))
     os.waitpid(pid, 0)

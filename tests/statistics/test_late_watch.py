@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.late_watch import Late, LateWatch
@@ -80,7 +81,7 @@ def test_the_largest_of_all_is_known_even_where_it_is_not_among_the_worst() -> N
 def test_of_a_run_that_took_the_place_of_another_everything_is_new() -> None:
     watch = LateWatch(LIMIT, late_run(5 * MILLISECOND).statistics())
     later = late_run(5 * MILLISECOND).statistics()
-    header = {**later.header, "writer": {**later.header["writer"], "pid": 1}}
+    header = structs.replace(later.header, writer=structs.replace(later.header.writer, pid=1))
     assert watch.new_in(replace(later, header=header)) == Late(
         "imu", 10 * MILLISECOND, 5 * MILLISECOND
     )

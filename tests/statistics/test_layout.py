@@ -2,6 +2,7 @@ import json
 
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import convert
 
 from firmware_runtime.statistics.fault_table import MODEL_CELLS
 from firmware_runtime.statistics.histogram import CELLS
@@ -36,7 +37,7 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
 @given(LAYOUTS)
 def test_it_survives_the_header(layout: Layout) -> None:
     description = json.loads(json.dumps(layout.describe()))
-    assert Layout.from_description(description) == layout
+    assert convert(description, Layout) == layout
 
 
 def test_its_description_places_every_block_for_programs_that_do_not_know_it() -> None:
@@ -55,4 +56,4 @@ def test_its_description_places_every_block_for_programs_that_do_not_know_it() -
 def test_a_file_from_before_faults_were_counted_has_none() -> None:
     description = Layout(models=("imu",)).describe()
     del description["fault_models"]
-    assert Layout.from_description(description) == Layout(models=("imu",))
+    assert convert(description, Layout) == Layout(models=("imu",))

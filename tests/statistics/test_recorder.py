@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import file as statistics_file
+from firmware_runtime.statistics import reader as statistics_reader
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.layout import STATE
@@ -38,7 +40,7 @@ class Rig:
     def begin(self) -> WrittenRun:
         """A new run of this very process; its header shows which one."""
         self.runs_begun += 1
-        self.writer = {**this_process(), "run": self.runs_begun}
+        self.writer = replace(this_process(), started_ticks=self.runs_begun)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(statistics_file, "this_process", lambda: self.writer)
             run = WrittenRun(path=self.kept, board="robot")
@@ -57,7 +59,9 @@ class Rig:
 
 
 @pytest.fixture
-def rig(tmp_path: Path) -> Rig:
+def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Rig:
+    """All its runs are of this process, which goes on, whatever identity they state."""
+    monkeypatch.setattr(statistics_reader, "is_running", lambda _identity: True)
     return Rig(tmp_path)
 
 

@@ -4,7 +4,6 @@ import os
 import stat
 import struct
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import pytest
 
 from firmware_runtime.statistics import reader as statistics_reader
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.file import StatisticsFile, save
+from firmware_runtime.statistics.file import STATISTICS, StatisticsFile
 from firmware_runtime.statistics.layout import SEQUENCE, STATE, WORST, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics
@@ -45,7 +44,7 @@ def test_the_header_is_aligned_whatever_its_length(layout: Layout, path: Path) -
         header = {"models": {}, "conditions": {"board": "x" * length}}
         StatisticsFile(Layout(worst=layout.worst), header, path)
         assert PREFIX.unpack(path.read_bytes()[: PREFIX.size])[3] % 8 == 0
-        assert read_statistics(path).header["conditions"]["board"] == "x" * length
+        assert read_statistics(path).header.board == "x" * length
 
 
 def test_it_appears_under_its_name_only_and_others_may_not_write(
@@ -54,7 +53,7 @@ def test_it_appears_under_its_name_only_and_others_may_not_write(
     assert [each.name for each in path.parent.iterdir()] == [path.name]
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
     assert path.stat().st_size == PREFIX.unpack(path.read_bytes()[: PREFIX.size])[2]
-    assert file.header["writer"]["pid"] == os.getpid()
+    assert file.header.writer.pid == os.getpid()
 
 
 def test_a_new_run_replaces_the_file_under_a_reader_of_the_old(
@@ -166,12 +165,20 @@ def test_a_state_or_a_model_that_there_is_not_is_refused(
     [
         ("writer", {"pid": 10**30, "started_ticks": 1, "boot_id": ""}),
         ("conditions", {"settings": {"cpus": {"asked": [], "reason": None}}}),
+        ("models", {}),
+        ("models", {"imu": {"period_ns": 0, "tolerance_ns": 1, "policy": "skip"}}),
+        ("models", {"imu": {"period_ns": 1, "tolerance_ns": "1", "policy": "skip"}}),
+        ("clock_speed", float("inf")),
+        ("until_ns", "soon"),
+        ("saved", {"writer_alive": True}),
+        ("layout", {"models": "imu"}),
     ],
 )
 def test_a_header_whose_parts_are_no_use_is_refused(
     layout: Layout, header: dict[str, Any], path: Path, name: str, damage: object
 ) -> None:
-    reading = StatisticsFile(layout, header).statistics()
-    save(replace(reading, header={**reading.header, name: damage}), path)
+    written = StatisticsFile(layout, header)
+    table = {**written.header.as_json(), name: damage}
+    path.write_bytes(STATISTICS.encode(table, layout.cells) + bytes(written.cells))
     with pytest.raises(StatisticsFileError, match="its header has no usable"):
         read_statistics(path)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.takeovers import (
@@ -12,8 +13,9 @@ from firmware_runtime.statistics.takeovers import (
     read_takeovers,
     takeovers_of,
 )
+from firmware_runtime.system.process_identity import ProcessIdentity
 
-WRITER = {"pid": 4711, "started_ticks": 12, "boot_id": "a"}
+WRITER = ProcessIdentity(4711, 12, "a")
 
 
 @pytest.fixture
@@ -49,7 +51,7 @@ def test_only_the_last_are_kept(statistics: Path) -> None:
 def test_another_process_has_its_own(statistics: Path) -> None:
     TakeoverFile(statistics).write(takeover(1))
     assert takeovers_of(statistics, WRITER) == [takeover(1)]
-    assert takeovers_of(statistics, {**WRITER, "started_ticks": 13}) == []
+    assert takeovers_of(statistics, replace(WRITER, started_ticks=13)) == []
 
 
 DEEP = b'{"at_ns": 1, "writer": ' + b'{"a":' * 3000 + b"1" + b"}" * 3001

@@ -12,6 +12,7 @@ from firmware_runtime.statistics.takeovers import (
     TakeoverFile,
     read_takeovers,
 )
+from firmware_runtime.system.process_identity import this_process
 from firmware_runtime.system.whole_file import (
     OWN_AND_GROUP,
     keep_file,
@@ -89,7 +90,7 @@ def test_a_link_that_a_user_named_stays_a_link(path: Path) -> None:
 
 def test_what_a_guard_notes_is_for_its_group_and_not_for_everybody(tmp_path: Path) -> None:
     statistics = tmp_path / "tachobot.stats"
-    TakeoverFile(statistics).write(Takeover(1, {"pid": 1}, 1, "it hung"))
+    TakeoverFile(statistics).write(Takeover(1, this_process(), 1, "it hung"))
     assert permissions(Companion.TAKEOVERS.beside(statistics)) == 0o640
 
 

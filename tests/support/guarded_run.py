@@ -11,6 +11,8 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.runs.control import ask
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -159,6 +161,15 @@ class GuardedRun:
             yield process
         finally:
             process.kill()
+
+    def arm_again(self) -> None:
+        """Ask until nothing speaks against arming any more, and wait until it drives."""
+        wait_until(self._arms, "it is armed again", self.errors)
+        wait_until(lambda: not self.is_off, "the motors are driven again", self.errors)
+
+    def _arms(self) -> bool:
+        answer = ask(Companion.CONTROL.beside(self.log.with_name(f"{self.robot}.stats")), "arm")
+        return bool(answer.get("armed"))
 
     def safe_state(self, reason: str) -> str:
         """What ExecStopPost runs; it must succeed."""

@@ -1,9 +1,9 @@
 """What the marks mean, and what holds tests to them.
 
 `real_time`: stands on the machine's clock: a robot that is driven in real time, processes that have
-to take turns, a figure. Such tests run one at a time and after all others (`make test`); whole
-folders of them are named here. `slow`: takes over a quarter of a second. `make test-fast` runs what
-is neither.
+to take turns, a figure. Such tests run after all others and two at a time (`make test`), for they
+mostly wait; each has files, sockets and ports of its own. Whole folders of them are named here.
+`slow`: takes over a quarter of a second. `make test-fast` runs what is neither.
 
 How long a test takes by the clock says little where other programs run, so it is held to its mark
 by processor time, its own and that of the processes it waited for: over a quarter of a second

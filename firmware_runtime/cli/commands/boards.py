@@ -5,7 +5,7 @@ import sys
 
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import settings_in_force
+from firmware_runtime.cli.chosen_board import known_names, settings_in_force
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
@@ -19,17 +19,24 @@ def add_to(verbs: SubParsers) -> None:
 def execute(_arguments: argparse.Namespace) -> int:
     """Print each board's name, description and file; those that are broken come last."""
     broken: list[ConfigError] = []
-    for name in kinds.names():
+    for name in known_names():
         try:
-            _print(registry.load(name))
+            _print(name)
         except ConfigError as error:
             broken.append(error)
-        if copy := settings_in_force(name):
-            print(f"{'':12} in force on this machine: {copy}")
     for each in broken:
         tell(f"firmware-runtime: {each}", sys.stderr)
     return Status.BAD_INPUT if broken else Status.OK
 
 
-def _print(board: registry.Board) -> None:
-    print(f"{board.name:12} {board.settings.description}\n{'':12} {board.source}")
+def _print(name: str) -> None:
+    """A kind as it is shipped, or a robot's own settings."""
+    copy = settings_in_force(name)
+    if copy is not None and name not in kinds.names():
+        board = registry.load_copy(copy, name)
+        print(f"{name:12} {board.settings.description}\n{'':12} a {board.kind}, by {copy}")
+        return
+    board = registry.load(name)
+    print(f"{name:12} {board.settings.description}\n{'':12} {board.source}")
+    if copy is not None:
+        print(f"{'':12} in force on this machine: {copy}")

@@ -9,9 +9,8 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from firmware_runtime.board import kinds
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import chosen_board, known_names
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 
@@ -145,7 +144,7 @@ class _Place:
         if action.choices is not None:
             return map(str, action.choices)
         if action.dest == "board":
-            return kinds.names()
+            return known_names()
         return self._keys() if action.dest == "assignments" else ()
 
     def _keys(self) -> Iterable[str]:

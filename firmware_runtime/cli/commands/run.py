@@ -16,10 +16,8 @@ from firmware_runtime.cli.progress_line import Messages, progress_shown
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.runs.arming import Arming
-from firmware_runtime.runs.overload import ANY_LOAD, Overload
+from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
@@ -110,7 +108,13 @@ def execute(arguments: argparse.Namespace) -> int:
             clock_of(arguments),
             doubles=arguments.doubles,
             statistics_path=path,
-            arming=_arming(arguments, board, messages),
+            permission=permission_for(
+                board,
+                doubles=arguments.doubles,
+                arm=arguments.arm,
+                supervised=arguments.supervised,
+            ),
+            tell=messages,
         )
         notices.progress("starts: takes its first step", within)
         if restarts is not None:
@@ -134,10 +138,7 @@ def _run(
             stop_on_signals(executive.request_stop, reload, executive.give_up),
         ):
             report.begin()
-            session.keep_settings()
-            outcome = executive.run(report.until)
-            if not outcome.faults:
-                session.forget_settings()
+            outcome = session.run(report.until)
         if isinstance(outcome.error, StatisticsFileError):
             raise outcome.error  # the run never began: bad input, like a board's
         status: int = _status(outcome, session)
@@ -151,26 +152,6 @@ def _run(
     finally:
         session.close()
     return status
-
-
-def _arming(
-    arguments: argparse.Namespace, board: registry.Board, messages: Messages
-) -> Arming | None:
-    """Who decides whether outputs may be driven; doubles have nothing to be hurt.
-
-    Those that another process serves can be switched off by another one still: then it takes the
-    run's right to drive.
-    """
-    if arguments.doubles and not arguments.supervised:
-        if arguments.doubles is True:
-            return None
-        return Arming(at_start=True, demand_guard=False, tell=messages, free=True)
-    settings = board.settings.arming
-    return Arming(
-        at_start=settings.at_start or arguments.arm,
-        demand_guard=settings.demand_guard,
-        tell=messages,
-    )
 
 
 def _statistics_path(arguments: argparse.Namespace, board: registry.Board) -> Path | None:
@@ -204,10 +185,6 @@ def _serving(
     chronicle: Reporter | None = None
     if notices.is_there or journal.is_there:
         chronicle = Reporter(executive, notices, journal, summary)
-    settings = session.board.settings.executive
-    if isinstance(executive.clock, MonotonicClock) and settings.max_load_percent < ANY_LOAD:
-        limit, policy = settings.max_load_percent, settings.overload
-        Overload(executive, limit, policy, session.supervision, messages)
     reloading = Reloading(session.board, session.robot, executive, notices, messages)
     try:
         yield None if sys.stdin.isatty() else reloading.request

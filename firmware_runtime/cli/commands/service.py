@@ -5,14 +5,22 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.board_name import add_board_name
+from firmware_runtime.cli.board_name import add_board_name, demand_known
 from firmware_runtime.cli.service_logs import add_logs_to
 from firmware_runtime.cli.service_status import add_status_to, explained, show_status
 from firmware_runtime.host.installation.errors import InstallationRefused
 from firmware_runtime.host.installation.install import Installation
-from firmware_runtime.host.installation.places import GUARD, PROGRAM, RUNTIME, instance
+from firmware_runtime.host.installation.places import (
+    GUARD,
+    PROGRAM,
+    RUNTIME,
+    SETTINGS,
+    boards_with_settings,
+    instance,
+    settings_path,
+)
 from firmware_runtime.host.installation.programs import checked, own_program, runnable
 from firmware_runtime.host.installation.target import Target, target
 from firmware_runtime.host.installation.uninstall import Removal
@@ -21,6 +29,7 @@ from firmware_runtime.status import Status
 _INSTALL = """
 Units, user, groups and rules are made anew each time; /etc/firmware-runtime/BOARD.toml is written
 once and is yours from then on, and a board with faults in it is refused before anything is written.
+Two robots of one kind have two names: a file with `name = "left"` at its top is installed as left.
 With --root nothing is run: DIR is the root of a system that is being built, and the program is
 expected at /opt/firmware-runtime/venv/bin there.
 """
@@ -79,9 +88,9 @@ def _add_place(verb: argparse.ArgumentParser, dry_run: str) -> None:
 
 
 def _install(arguments: argparse.Namespace) -> int:
-    board = registry.load(arguments.board)
+    board = _board(arguments.board, target(arguments.root, dry_run=True))
     place = target(arguments.root, dry_run=arguments.dry_run)
-    program = _program(arguments, place)
+    program = _program(arguments, place, board)
     installation = Installation(board, place, program, version("firmware-runtime"))
     start = not arguments.no_start
     if arguments.dry_run:
@@ -95,12 +104,25 @@ def _install(arguments: argparse.Namespace) -> int:
     return show_status([board.name]) if place.is_live and start else Status.OK
 
 
-def _program(arguments: argparse.Namespace, place: Target) -> str:
+def _board(board: str, place: Target) -> registry.Board:
+    """A kind or a file; or a robot that was installed there before, by its own name."""
+    copy = place.tree.where(settings_path(board))
+    if registry.is_name(board) and board not in kinds.names() and copy.exists():
+        return registry.load_copy(copy, board)
+    others = boards_with_settings(place.tree.names(SETTINGS))
+    return registry.load(board, others=[each for each in others if each not in kinds.names()])
+
+
+def _program(arguments: argparse.Namespace, place: Target, board: registry.Board) -> str:
     """What the units are to start. Raises InstallationRefused."""
     if not place.is_live:
         return checked(arguments.program or PROGRAM)
     try:
-        return runnable(arguments.program) if arguments.program else own_program()
+        return (
+            runnable(arguments.program)
+            if arguments.program
+            else own_program(kinds.shipped_file(board.kind))
+        )
     except InstallationRefused as error:
         if not arguments.dry_run:
             raise
@@ -109,6 +131,7 @@ def _program(arguments: argparse.Namespace, place: Target) -> str:
 
 
 def _uninstall(arguments: argparse.Namespace) -> int:
+    demand_known(arguments.board, target(arguments.root, dry_run=True))
     place = target(arguments.root, dry_run=arguments.dry_run)
     removal = Removal(arguments.board, place, purge=arguments.purge)
     if arguments.dry_run:

@@ -148,7 +148,7 @@ def _takeovers(arguments: argparse.Namespace, statistics: Statistics) -> list[Ta
     if arguments.merge is not None:
         return []
     path = arguments.statistics or find_statistics(arguments.board)
-    return takeovers_of(path, statistics.header["writer"])
+    return takeovers_of(path, statistics.header.writer)
 
 
 def _lines(
@@ -156,7 +156,7 @@ def _lines(
 ) -> Iterable[str]:
     if arguments.prometheus:
         collecting = module_of_extra("firmware_runtime.statistics.prometheus.collector", "metrics")
-        board = statistics.figures().conditions.text("board") or "unnamed"
+        board = statistics.header.board or "unnamed"
         return [collecting.exposition(board, statistics).rstrip()]
     if arguments.histogram:
         return histogram_text(statistics)

@@ -81,8 +81,8 @@ def _other_run(machine: Machine) -> Finding:
         return not_applicable(str(error))
     if run is None or not run.writer_alive:
         return ok(_NO_RUN if machine.demands else "no run is under way")
-    process = run.header["writer"]["pid"]
-    seen = f"process {process} runs {run.header['conditions'].get('board', 'a board')}"
+    process = run.header.writer.pid
+    seen = f"process {process} runs {run.header.board or 'a board'}"
     return note(seen, f"kill {process}, or sudo systemctl stop its unit")
 
 
@@ -99,7 +99,7 @@ def _guard(machine: Machine) -> Finding:
 
 
 def _start_guard(run: Statistics) -> str:
-    return f"firmware-runtime guard {run.header['conditions'].get('board', 'BOARD')}"
+    return f"firmware-runtime guard {run.header.board or 'BOARD'}"
 
 
 def _run(machine: Machine) -> Statistics | None:

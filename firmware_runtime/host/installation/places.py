@@ -54,3 +54,9 @@ def boards_among(names: list[str]) -> Iterator[str]:
     before, after = f"{RUNTIME}@", ".service.d"
     for name in matching(names, f"{before}*{after}"):
         yield name.removeprefix(before).removesuffix(after)
+
+
+def boards_with_settings(names: list[str]) -> Iterator[str]:
+    """The boards that files of these names in SETTINGS belong to."""
+    for name in matching(names, "*.toml"):
+        yield name.removesuffix(".toml")

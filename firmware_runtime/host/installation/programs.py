@@ -44,10 +44,14 @@ _PLAIN = re.compile(r"/[A-Za-z0-9_.+@%/-]+")
 _REMEDY = f"install it into {Path(PROGRAM).parents[1]}, or name another program with --program PATH"
 
 
-def own_program() -> str:
-    """The installed program of this interpreter. Raises InstallationRefused."""
+def own_program(package: Path) -> str:
+    """The installed program of this interpreter; `package` is a file of the board's package.
+
+    Raises InstallationRefused, also if that package is one that a service would not see.
+    """
     program = Path(sysconfig.get_path("scripts"), "firmware-runtime")
-    refuse_hidden([program, Path(sys.executable).resolve(), Path(firmware_runtime.__file__)])
+    python, runtime = Path(sys.executable).resolve(), Path(firmware_runtime.__file__)
+    refuse_hidden([program, python, runtime, package])
     return runnable(str(program))
 
 

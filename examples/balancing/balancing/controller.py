@@ -1,0 +1,108 @@
+"""The controller: it waits to be raised, balances, and lets go of the motors when it falls.
+
+It knows neither chips nor clocks; the same object runs in simulation and on the robot.
+"""
+
+from balancing.lean import Lean
+from balancing.settings import ControllerTable
+from balancing.tilt import Tilt
+from drivers.chips.mpu9250_burst import InertialSample
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.models.pid import Pid, PidGains
+from firmware_runtime.models.state_diagram import StateDiagram
+from firmware_runtime.models.state_table import Arrow, State
+
+MODE = (
+    State("Lying", NEVER, Arrow("upright?1", "Raised")),
+    State("Raised", "steady", Arrow("upright?0", "Lying"), Arrow("balance!1", "Balancing")),
+    State("Balancing", NEVER, Arrow("upright?0", "Fallen")),
+    State("Fallen", 0, Arrow("balance!0", "Lying")),
+)
+
+
+class Mode(StateDiagram):
+    """Balances from when it was upright for `steady` ns until it is not.
+
+    X: upright, 1 or 0. Y: balance, 1 from now on, 0 no more.
+    """
+
+    def __init__(self, name: str, steady: int) -> None:
+        super().__init__(name)
+        self.upright = self.in_port("upright", int)
+        self.balance = self.out_port("balance", int)
+        self.follow(MODE, steady=steady)
+
+
+class Helm(Atomic):
+    """Passes the PID's command on to the motors while the robot balances; stops them once after.
+
+    waiting --command?, balance?--> driving (0) --drive!--> waiting
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.balance = self.in_port("balance", int)
+        self.command = self.in_port("command", float)
+        self.drive_out = self.out_port("drive", float)
+        self.is_balancing = False
+        self.drive = 0.0
+
+    def output(self) -> None:
+        """Send the drive, a share of full voltage, forward positive."""
+        self.drive_out.send(self.drive)
+
+    def internal(self) -> None:
+        """Wait for the next command."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Drive under the body: leaning forward is a drive forward, against the PID's sign."""
+        if self.balance:
+            self.is_balancing = self.balance[-1] == 1
+        if self.is_balancing and self.command:
+            self.drive = -self.command[-1]
+            self.activate("driving")
+        elif self.balance and not self.is_balancing:
+            self.drive = 0.0
+            self.activate("driving")
+        else:
+            self.continue_(elapsed)
+
+
+class Controller(Coupled):
+    """sample -> tilt -> pid -> helm -> drive, while mode says so; lean gives the pitch to hold."""
+
+    def __init__(self, name: str, settings: ControllerTable) -> None:
+        super().__init__(name)
+        self.sample = self.in_port("sample", InertialSample)
+        self.drive = self.out_port("drive", float)
+        filtering = seconds(settings.tilt_time_constant_s)
+        lean = (settings.lean_per_speed_rad, settings.lean_per_place_rad_s)
+        self.tilt = self.add(Tilt("tilt", filtering, settings.upright_rad))
+        self.mode = self.add(Mode("mode", seconds(settings.steady_s)))
+        self.pid = self.add(Pid("pid", gains(settings), reference=0.0))
+        self.helm = self.add(Helm("helm"))
+        self.lean = self.add(Lean("lean", *lean))
+
+        self.couple(self.sample, self.tilt.sample)
+        self.couple(self.tilt.pitch, self.pid.measurement)
+        self.couple(self.tilt.upright, self.mode.upright)
+        self.couple(self.mode.balance, self.helm.balance)
+        self.couple(self.mode.balance, self.lean.begin)
+        self.couple(self.pid.command, self.helm.command)
+        self.couple(self.helm.drive_out, self.lean.drive)
+        self.couple(self.lean.pitch_out, self.pid.reference_in)
+        self.couple(self.helm.drive_out, self.drive)
+
+    def retune(self, settings: ControllerTable) -> None:
+        """Take up new gains; the integral stays, so nothing jumps."""
+        self.pid.gains = gains(settings)
+        self.lean.per_speed_rad = settings.lean_per_speed_rad
+        self.lean.per_place_rad_s = settings.lean_per_place_rad_s
+
+
+def gains(settings: ControllerTable) -> PidGains:
+    """The PID's gains; its command is a share of full voltage here."""
+    return PidGains(settings.kp, settings.ki, settings.kd, limit=settings.max_drive)

@@ -1,0 +1,104 @@
+"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
+
+from balancing.result import result
+from balancing.settings import BalancingSettings
+from balancing.wiring import Balancing, chip_settings
+from drivers import dc_motor
+from drivers.chips.mpu9250_burst import NINE_AXES
+from drivers.chips.pca9685 import prescale_for
+from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.hal.absent import AbsentBus
+from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+
+SETTINGS = BalancingSettings
+RETUNABLE = (
+    "controller.kp",
+    "controller.ki",
+    "controller.kd",
+    "controller.max_drive",
+    "controller.lean_per_speed_rad",
+    "controller.lean_per_place_rad_s",
+)
+"""Keys that a running robot takes up."""
+DOUBLES_RUN_S = 10.0
+"""How long a run on doubles takes when nothing else is asked for."""
+
+
+def devices(settings: BalancingSettings) -> tuple[Device, ...]:
+    """Every chip, with its table, bus and address."""
+    return (
+        Device("imu", "MPU-9250", settings.imu.bus, settings.imu.address),
+        Device("wheels", "PCA9685", settings.wheels.bus, settings.wheels.address),
+    )
+
+
+def faults(settings: BalancingSettings) -> list[str]:
+    """Everything wrong that no single value shows, each with its key."""
+    chips, wheels = devices(settings), settings.wheels
+    found = [
+        *unknown_buses(chips, settings.buses),
+        *address_clashes(chips),
+        *(f"imu.{fault}" for fault in chip_settings(settings).faults()),
+        *setting_fault(
+            "wheels.frequency_hz", lambda: prescale_for(wheels.frequency_hz, wheels.osc_hz)
+        ),
+        *_shared_channels(settings),
+        *_rate_faults(settings),
+    ]
+    # Chips and models judge the rest; they can only be built on buses that are there.
+    absent = Lines({name: AbsentBus(name) for name in settings.buses})
+    return found or setting_fault("settings", lambda: Balancing(settings, absent))
+
+
+def loads(settings: BalancingSettings) -> dict[str, BusLoad]:
+    """What every control tick costs on each bus: a sample, and a command to each wheel."""
+    period = seconds(settings.controller.period_s)
+    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
+    asked[settings.imu.bus].append(PeriodicTransaction("imu sample", NINE_AXES, period))
+    for side in ("left", "right"):
+        for transaction in dc_motor.TRAFFIC:
+            asked[settings.wheels.bus].append(
+                PeriodicTransaction(f"{side} drive", transaction, period)
+            )
+    return {
+        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
+        for name, bus in settings.buses.items()
+    }
+
+
+def build(settings: BalancingSettings, lines: Lines) -> Robot:
+    """The robot on these buses; nothing is sent yet."""
+    model = Balancing(settings, lines)
+    return Robot(
+        model=model,
+        # The PCA9685 leaves the ALLCALL address before anything else is said on the bus.
+        probe=(model.pwm_chip.silence, model.pwm_chip.identify, model.imu_chip.identify),
+        stop=(model.pwm_chip.stop_all,),
+        still_on=(model.pwm_chip.still_on,),
+        result=lambda: result(model.controller.tilt.motion, None),
+        ended=None,
+        ends_on_failure=True,
+        retune=lambda changed: model.controller.retune(changed.controller),
+        warnings=model.imu_chip.warnings,
+    )
+
+
+def _shared_channels(settings: BalancingSettings) -> list[str]:
+    left, right = settings.wheels.left, settings.wheels.right
+    shared = {left.pwm_channel, left.in1, left.in2} & {right.pwm_channel, right.in1, right.in2}
+    return [
+        f"wheels.right: channel {channel} is wheels.left's already; expected one of its own"
+        for channel in sorted(shared)
+    ]
+
+
+def _rate_faults(settings: BalancingSettings) -> list[str]:
+    period_s, sample_hz = settings.controller.period_s, settings.imu.sample_hz
+    if sample_hz * period_s > 1:
+        return []
+    return [
+        f"imu.sample_hz: {sample_hz} Hz, expected more than the control rate ({1 / period_s:g} Hz)"
+    ]

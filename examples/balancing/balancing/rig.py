@@ -1,0 +1,99 @@
+"""The rig: the robot's chips as doubles on their bus, tied to its world."""
+
+from collections.abc import Mapping
+
+from balancing.probe import Probe
+from balancing.result import result
+from balancing.settings import BalancingSettings, BridgeTable
+from balancing.wiring import Balancing
+from balancing.world import Drive, World
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.models.motion import Motion
+from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.i2c_target import Target
+from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.rigs.buses import buses_of
+from sim_doubles.rigs.enable import enable_line
+from sim_doubles.worlds.mounting import ChipAxes
+
+
+class BalancingRig:
+    """The doubles, each on the bus and at the address that board.toml gives it."""
+
+    def __init__(self, settings: BalancingSettings, clock: WireClock) -> None:
+        imu, wheels = settings.imu, settings.wheels
+        self._settings = settings
+        self._now = clock
+        self._axes = ChipAxes(imu.mounting)
+        self.pwm = Pca9685Double(clock, wheels.address, true_osc_hz=wheels.osc_hz)
+        self.world = World(settings.world, self._drives)
+        self.pwm.before_change = self.catch_up
+        magnetometer = Ak8963Double(clock, lambda at: self._truth(at).field)
+        self.imu = Mpu9250Double(clock, self._truth, imu.address, magnetometer=magnetometer)
+        self.enable = enable_line(settings.output_enable, [self.pwm])
+        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
+        wired[imu.bus] += self.imu.targets
+        wired[wheels.bus].append(self.pwm)
+        self.buses = buses_of(settings.buses, wired, clock)
+        self._probe = Probe(self.world, self.catch_up)
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """None: its chips are on I2C."""
+        return {}
+
+    @property
+    def shown(self) -> OutPort[float]:
+        """The pitch."""
+        return self._probe.pitch_rad
+
+    def attach(self, robot: Coupled) -> None:
+        """Add the world's probe, which looks with every sample."""
+        assert isinstance(robot, Balancing)  # noqa: S101 -- a rig belongs to its board
+        robot.add(self._probe)
+        robot.couple(robot.imu.sample, self._probe.tick)
+
+    def catch_up(self) -> None:
+        """Let the sensor take what it still has to take, then the world go on, up to now."""
+        self.imu.catch_up()
+        self.world.advance(self._now())
+
+    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
+        """The true pitch and place now, whatever the robot takes them for."""
+        self.catch_up()
+        world = self.world
+        return result(Motion(world.pitch_rad, world.pitch_rate_rad_s), world.place_m)
+
+    @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of the PCA9685 are on."""
+        return {"wheels": sum(duty > 0 for duty in self.pwm.duties)}
+
+    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
+        """The duty of each output."""
+        return {f"wheels.{channel}": duty for channel, duty in enumerate(self.pwm.duties)}
+
+    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
+        """Never: a PCA9685 keeps its duties."""
+        return NEVER
+
+    def _drives(self) -> tuple[Drive, Drive]:
+        wheels = self._settings.wheels
+        return self._drive(wheels.left), self._drive(wheels.right)
+
+    def _drive(self, bridge: BridgeTable) -> Drive:
+        """What the bridge makes of its three inputs."""
+        pwm, in1, in2 = (
+            self.pwm.duty(each) for each in (bridge.pwm_channel, bridge.in1, bridge.in2)
+        )
+        sign = -1.0 if bridge.is_reversed else 1.0
+        return Drive(sign * pwm * (in1 - in2), is_connected=pwm > 0.0 and (in1 > 0.0 or in2 > 0.0))
+
+    def _truth(self, at: int) -> InertialTruth:
+        return self._axes.turn(self.world.inertial(at))

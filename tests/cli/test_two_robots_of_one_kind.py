@@ -1,0 +1,105 @@
+"""Two robots of one kind have two names: each its own settings, units, statistics and sockets."""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.board import kinds, registry
+from firmware_runtime.cli.chosen_board import PLACE, known_names
+from firmware_runtime.cli.commands.completion import candidates
+from firmware_runtime.cli.main import main, parser
+from firmware_runtime.errors import ConfigError
+
+LEFT = 'name = "left"\n'
+
+
+@pytest.fixture
+def left(tmp_path: Path) -> Path:
+    """A file for the left one of two TachoBots."""
+    path = tmp_path / "left.toml"
+    path.write_text(LEFT + kinds.shipped_file("tachobot").read_text())
+    return path
+
+
+@pytest.fixture
+def installed_left(left: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Its settings are in force on this machine; returns their directory."""
+    directory = tmp_path / "etc"
+    directory.mkdir()
+    left.rename(directory / left.name)
+    monkeypatch.setenv(PLACE, str(directory))
+    return directory
+
+
+@pytest.mark.slow
+def test_it_is_installed_under_its_name_and_once_more_by_its_name(
+    left: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = tmp_path / "root"
+    assert main(["service", "install", str(left), "--root", str(root)]) == 0
+    units = root / "etc/systemd/system"
+    assert (units / "firmware-runtime@left.service.d/board.conf").exists()
+    assert (units / "multi-user.target.wants/firmware-runtime-guard@left.service").is_symlink()
+    copy = root / "etc/firmware-runtime/left.toml"
+    assert copy.read_text() == left.read_text()
+    copy.write_text(f"{copy.read_text()}\n# mine\n")
+    capsys.readouterr()
+    assert main(["service", "install", "left", "--root", str(root)]) == 0
+    assert "unchanged: " + str(copy) in capsys.readouterr().out
+    assert main(["service", "uninstall", "left", "--root", str(root), "--purge"]) == 0
+    assert not list((root / "etc").rglob("*left*"))
+    assert main(["service", "uninstall", "left", "--root", str(root)]) == 2
+
+
+def test_what_is_in_force_is_read_by_its_name(
+    installed_left: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", "left"]) == 0
+    assert f"left: {installed_left / 'left.toml'} is sound" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_boards_completion_and_a_wrong_name_know_it(
+    installed_left: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert known_names() == [*kinds.names(), "left"]
+    assert main(["boards"]) == 0
+    assert f"a tachobot, by {installed_left / 'left.toml'}" in capsys.readouterr().out
+    for verb in (["run"], ["guard"], ["service", "logs"], ["service", "uninstall"]):
+        assert candidates([*verb, "le"], [], parser) == ["left"]
+    assert main(["check", "lfet"]) == 2
+    assert "left" in capsys.readouterr().err
+
+
+def test_a_copy_that_says_another_name_is_refused(installed_left: Path) -> None:
+    path = installed_left / "left.toml"
+    path.write_text(path.read_text().removeprefix(LEFT))
+    with pytest.raises(ConfigError) as caught:
+        registry.load_copy(path, "left")
+    assert "name" in caught.value.faults[0]
+    assert main(["check", "left"]) == 2
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("installed_left")
+def test_its_statistics_are_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    main(["run", "left", "--doubles", "--for", "0.2"])  # too short to be ready: it leaves figures
+    assert (tmp_path / "left.stats").exists()
+    assert not (tmp_path / "tachobot.stats").exists()
+    assert main(["stats", "left"]) == 0
+    assert main(["stats", "tachobot"]) == 2
+
+
+@pytest.mark.parametrize("name", ["3", '"Left"', '"a/b"', '""', '"left.toml"'])
+def test_a_name_that_no_unit_could_have_is_refused(left: Path, name: str) -> None:
+    left.write_text(left.read_text().replace(LEFT, f"name = {name}\n"))
+    with pytest.raises(ConfigError) as caught:
+        registry.load(str(left))
+    assert caught.value.faults[0].startswith("name: ")
+
+
+@pytest.mark.usefixtures("installed_left")
+def test_probe_compares_it_with_its_own_doubles(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["probe", "--doubles", "left"]) == 0
+    assert "left fits" in capsys.readouterr().out
