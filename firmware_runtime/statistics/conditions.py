@@ -32,6 +32,12 @@ Settings = dict[str, Request]
 """By the setting's name."""
 
 
+class _Asked(Struct, frozen=True):
+    """What a header's conditions have of it; none in the statistics of old runs."""
+
+    settings: Settings = {}
+
+
 class RunFigures(Struct, frozen=True):
     """How far a run has come, or how it ended."""
 
@@ -92,7 +98,7 @@ def conditions_of(stated: Mapping[str, Any], run: RunFigures, yielded_ns: int = 
 
 def settings_of(stated: Mapping[str, Any]) -> Settings:
     """What was asked of the system. Raises ValidationError, a ValueError, where it is no such."""
-    return convert(stated.get(SETTINGS, {}), Settings)
+    return convert(stated, _Asked).settings
 
 
 def settings_after(settings: Settings, yielded_ns: int) -> Settings:

@@ -9,3 +9,11 @@ class StatisticsFileError(FirmwareRuntimeError):
 
 class TraceFileError(FirmwareRuntimeError):
     """A trace cannot be written where it was asked for."""
+
+
+def in_words(error: Exception) -> str:
+    """What msgspec says of a value, its place first: ``run.steps: expected `int`, got `str` ``."""
+    fault, _, place = str(error).partition(" - at ")
+    place = place.strip("`").removeprefix("$").removeprefix(".")
+    fault = fault[:1].lower() + fault[1:]
+    return f"{place}: {fault}" if place else fault

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from msgspec import Struct, convert, json, to_builtins
 
 from firmware_runtime.statistics.conditions import SETTINGS, Conditions
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.rows import DeadlineRow
 
@@ -151,6 +151,12 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
         return {**to_builtins(self), "conditions": self.conditions.as_json()}
 
 
+class _Printed(Struct, frozen=True):
+    """What comes apart before the rest is read."""
+
+    conditions: dict[str, Any]
+
+
 def figures_of(printed: str | bytes, source: str) -> Figures:
     """The figures that `stats --json` printed at `source`, perhaps on another machine.
 
@@ -158,10 +164,10 @@ def figures_of(printed: str | bytes, source: str) -> Figures:
     """
     try:
         found = json.decode(printed, type=dict[str, Any])
-        conditions = convert(found.get("conditions"), dict[str, Any])
+        conditions = dict(convert(found, _Printed).conditions)
         apart = {name: conditions.pop(name, {}) for name in (SETTINGS, "run")}
         return convert({**found, "conditions": {"stated": conditions, **apart}}, Figures)
     except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
         raise StatisticsFileError(
-            f"{source}: {error}; expected what `stats --json` prints, of schema {SCHEMA}"
+            f"{source}: {in_words(error)}; expected what `stats --json` prints, of schema {SCHEMA}"
         ) from error

@@ -55,9 +55,9 @@ class Header(Driver, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         """Refuse what cannot be used. Raises ValueError."""
         if not isfinite(self.clock_speed or 0):
-            raise ValueError(f"clock_speed is {self.clock_speed}, expected a finite number")
+            raise ValueError(f"clock_speed: {self.clock_speed}, expected a finite number")
         if missing := set(self.layout.models) - self.models.keys():
-            raise ValueError(f"models has no entry for {', '.join(sorted(missing))}")
+            raise ValueError(f"models: no entry for {', '.join(sorted(missing))}")
         settings_of(self.conditions)
 
     @property

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 from firmware_runtime.statistics.histogram import LARGEST, Histogram, bucket_of
 from firmware_runtime.statistics.layout import ELAPSED
+from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.statistics.worst_list import late_activations
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,7 @@ class Late:
     def __str__(self) -> str:
         when, over = ("at", "") if self.exact else ("before", "over ")
         late = f"{over}{self.lateness_ns / 1e6:.2f} ms late"
-        return f"{self.model} {when} {self.t_ns / 1e9:.3f} s, {late}"
+        return f"{self.model} {when} {instant(self.t_ns)}, {late}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,5 +87,9 @@ class LateWatch:
         )
 
     def _worst(self, statistics: Statistics) -> frozenset[Late]:
-        late = (Late(*each) for each in statistics.late_activations())
-        return frozenset(each for each in late if each.lateness_ns > self._limit)
+        late = late_activations(statistics.cells, statistics.layout)
+        return frozenset(
+            Late(path, row.t_ns, row.lateness_ns)
+            for path, row in late
+            if row.lateness_ns > self._limit
+        )

@@ -29,7 +29,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.histogram import Cells
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -154,7 +154,7 @@ class ReadableFile:
         try:
             return msgspec.convert(self.header, kind)
         except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
-            raise self.damaged(f"its header has no usable part: {error}") from error
+            raise self.damaged(f"its header has no usable {in_words(error)}") from error
 
     def _read_header(self, size: int) -> dict[str, Any]:
         try:

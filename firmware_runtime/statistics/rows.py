@@ -3,7 +3,14 @@
 Nothing but signed 64-bit integers. The order of the fields is their order in the file.
 """
 
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
 from msgspec import Struct
+
+from firmware_runtime.statistics.histogram import Cells
+
+Row = TypeVar("Row", bound=Struct)
 
 
 class ModelRow(Struct, frozen=True):
@@ -51,3 +58,15 @@ class WorstRow(Struct, frozen=True):
     wake_ns: int
     behind_ns: int
     garbage_ns: int
+
+
+def read_row(kind: type[Row], cells: Cells, first: int) -> Row:
+    """The row that begins at a cell."""
+    return kind(*cells[first : first + len(kind.__struct_fields__)])
+
+
+def read_rows(
+    kind: type[Row], cells: Cells, names: Sequence[str], first: Callable[[int], int]
+) -> dict[str, Row]:
+    """Rows by name; `first` gives the cell at which each begins, by its number."""
+    return {name: read_row(kind, cells, first(index)) for index, name in enumerate(names)}

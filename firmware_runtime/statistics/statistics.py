@@ -4,13 +4,10 @@ Totals over models are not in the cells: they are the sums of the models' counte
 histograms of their lateness, made here.
 """
 
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from time import monotonic_ns
-from typing import Any, TypeVar
-
-from msgspec import Struct
+from typing import Any
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
@@ -18,18 +15,15 @@ from firmware_runtime.statistics.conditions import RunFigures, conditions_of
 from firmware_runtime.statistics.figures import (
     Activations,
     BusFigures,
-    Causes,
     FaultFigures,
     Figures,
     ModelFigures,
-    WorstActivation,
 )
 from firmware_runtime.statistics.header import Header
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import (
     ARMED,
     CPU,
-    DEVICES,
     ELAPSED,
     GUARD,
     HEARTBEAT,
@@ -37,18 +31,17 @@ from firmware_runtime.statistics.layout import (
     STATE,
     STEP_HISTOGRAM,
     STEPS,
-    WORST,
     YIELDED,
     Layout,
 )
 from firmware_runtime.statistics.overdue import waiting
-from firmware_runtime.statistics.rows import BusRow, DeadlineRow, ModelRow, WorstRow
+from firmware_runtime.statistics.rows import BusRow, DeadlineRow, ModelRow, read_row, read_rows
 from firmware_runtime.statistics.timeline import Span, read_timeline
+from firmware_runtime.statistics.worst_list import read_worst
 
 NO_INSTANT = -1
 """Of the last overrun, where its instant means nothing: in the sum of several runs."""
 TOTALS = Activations.__struct_fields__
-Row = TypeVar("Row", bound=Struct)
 
 
 class RunState(IntEnum):
@@ -125,13 +118,6 @@ class Statistics:
         """The time of whole steps, in ns."""
         return self._measured(STEP_HISTOGRAM)
 
-    def late_activations(self) -> Iterator[tuple[str, int, int]]:
-        """Model, deadline and lateness, both in ns, of the worst activations, in no order."""
-        for number in range(self.layout.worst if self.layout.models else 0):
-            row = self._row(WorstRow, self.layout.place(number))
-            if row.lateness_ns > 0:
-                yield self.layout.models[row.model], row.t_ns, row.lateness_ns
-
     def as_json(self) -> dict[str, Any]:
         """Everything, in the spelling that other programs rely on; times in us where named so."""
         return self.figures().as_json()
@@ -139,7 +125,7 @@ class Statistics:
     def figures(self) -> Figures:
         """Everything that is reported of the run."""
         models = {path: self._model(index) for index, path in enumerate(self.layout.models)}
-        deadlines = self._rows(DeadlineRow, self.layout.deadlines, self.layout.deadline)
+        deadlines = read_rows(DeadlineRow, self.cells, self.layout.deadlines, self.layout.deadline)
         return Figures(
             **{total: sum(getattr(each, total) for each in models.values()) for total in TOTALS},
             deadline_misses={name: each.misses for name, each in deadlines.items()},
@@ -149,7 +135,7 @@ class Statistics:
             models=models,
             bus={name: self._bus(index) for index, name in enumerate(self.layout.buses)},
             faults=self.faults(),
-            worst=self._worst(),
+            worst=read_worst(self.cells, self.layout),
             conditions=conditions_of(self.header.conditions, self._run(), self.cells[YIELDED]),
         )
 
@@ -165,7 +151,7 @@ class Statistics:
         }
 
     def _model(self, index: int) -> ModelFigures:
-        row = self._row(ModelRow, self.layout.model(index))
+        row = read_row(ModelRow, self.cells, self.layout.model(index))
         is_known = row.overruns > 0 and row.last_late_ns != NO_INSTANT
         stated = self.header.models[self.layout.models[index]]
         period_ns = stated.period_ns
@@ -196,7 +182,7 @@ class Statistics:
         return Histogram(empty_cells() if self.is_virtual else self.cells[histogram])
 
     def _bus(self, index: int) -> BusFigures:
-        row = self._row(BusRow, self.layout.bus(index))
+        row = read_row(BusRow, self.cells, self.layout.bus(index))
         return BusFigures(
             row.transactions, row.bytes, row.errors, row.retries, self._share(row.busy_ns)
         )
@@ -204,49 +190,6 @@ class Statistics:
     def _share(self, spent_ns: int) -> float | None:
         """A part of the time of the run; None at its very start."""
         return spent_ns / self.cells[ELAPSED] if self.cells[ELAPSED] > 0 else None
-
-    def _worst(self) -> list[WorstActivation]:
-        places = [self._place(index) for index in range(self.layout.worst)]
-        taken = (place for place in places if _badness(place) > 0)
-        return sorted(taken, key=_badness, reverse=True)
-
-    def _place(self, index: int) -> WorstActivation:
-        first = self.layout.place(index)
-        row = self._row(WorstRow, first)
-        return WorstActivation(
-            t_ns=row.t_ns,
-            model=self.layout.models[row.model] if self.layout.models else None,
-            lateness_us=row.lateness_ns / 1000,
-            step_us=row.step_ns / 1000,
-            causes=self._causes(row, first + len(WORST)),
-        )
-
-    def _causes(self, row: WorstRow, own_time: int) -> Causes:
-        """Where the time went; own times begin at that cell, devices follow."""
-        devices = own_time + len(self.layout.timed)
-        return Causes(
-            wake_us=row.wake_ns / 1000,
-            behind_us=row.behind_ns / 1000,
-            garbage_us=row.garbage_ns / 1000,
-            bus_us={
-                bus: self._devices(devices + number * 2 * DEVICES)
-                for number, bus in enumerate(self.layout.buses)
-            },
-            models_us={
-                path: self.cells[own_time + number] / 1000
-                for number, path in enumerate(self.layout.timed)
-                if self.cells[own_time + number] > 0
-            },
-        )
-
-    def _devices(self, first: int) -> dict[str, float]:
-        addresses = self.cells[first : first + DEVICES]
-        busy = self.cells[first + DEVICES : first + 2 * DEVICES]
-        return {
-            f"0x{address:02x}": spent / 1000
-            for address, spent in zip(addresses, busy, strict=True)
-            if spent > 0
-        }
 
     def _run(self) -> RunFigures:
         state = self.state
@@ -269,15 +212,3 @@ class Statistics:
         """Whether a guard's last sign is less than a second older than the loop's."""
         guard = self.cells[GUARD]
         return guard > 0 and self.cells[HEARTBEAT] - guard < SECOND
-
-    def _rows(
-        self, kind: type[Row], names: Sequence[str], first: Callable[[int], int]
-    ) -> dict[str, Row]:
-        return {name: self._row(kind, first(index)) for index, name in enumerate(names)}
-
-    def _row(self, kind: type[Row], first: int) -> Row:
-        return kind(*self.cells[first : first + len(kind.__struct_fields__)])
-
-
-def _badness(activation: WorstActivation) -> float:
-    return activation.lateness_us + activation.step_us

@@ -60,10 +60,10 @@ def test_figures_have_types(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("damage", "where"),
     [
-        ({"schema": 2}, "`$.schema`"),
-        ({"run": "many"}, "`$.run`"),
-        ({"models": {"imu": {}}}, "`$.models[...]`"),
-        ({"conditions": None}, "`null`"),
+        ({"schema": 2}, "schema: invalid value 2"),
+        ({"run": "many"}, "run: expected `int`, got `str`"),
+        ({"models": {"imu": {}}}, "models[...]: object missing"),
+        ({"conditions": None}, "conditions: expected `object`, got `null`"),
     ],
 )
 def test_json_of_another_shape_is_refused_with_its_place(

@@ -18,6 +18,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
+from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.perfetto import chrome_trace, the_last
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.spans import read_spans
@@ -94,7 +95,7 @@ def write_trace(
         raise ConfigError(str(output), [f"cannot be written ({error.strerror})"]) from error
     first = min((each.begin_ns for each in recorded), default=0)
     end = max((each.end_ns for each in recorded), default=0)
-    print(f"{output}: {len(recorded)} spans, from {first / 1e9:.3f} s to {end / 1e9:.3f} s")
+    print(f"{output}: {len(recorded)} spans, from {instant(first)} to {instant(end)}")
     if trigger is not None:
         print(f"taken because of {trigger}")
 

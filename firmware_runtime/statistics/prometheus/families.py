@@ -18,7 +18,7 @@ from prometheus_client.metrics_core import Metric
 from firmware_runtime.statistics.conditions import Conditions
 from firmware_runtime.statistics.figures import BusFigures, ModelFigures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
-from firmware_runtime.statistics.layout import BUS
+from firmware_runtime.statistics.rows import BusRow, read_row
 from firmware_runtime.statistics.statistics import Statistics
 
 SECOND = 1e9
@@ -132,8 +132,8 @@ class Families:
         for index, (name, bus) in enumerate(buses.items()):
             for counter, family in self._bus.items():
                 family.add_metric([board, name], getattr(bus, counter))
-            busy_ns = statistics.cells[statistics.layout.bus(index) + BUS.index("busy_ns")]
-            self._busy.add_metric([board, name], busy_ns / SECOND)
+            row = read_row(BusRow, statistics.cells, statistics.layout.bus(index))
+            self._busy.add_metric([board, name], row.busy_ns / SECOND)
 
 
 def _counter(name: str, about: str, labels: list[str]) -> CounterMetricFamily:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
 from firmware_runtime.statistics.figures import Causes, Figures, ModelFigures
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import microseconds, percent, rate
+from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.text.sentences import fault_lines, periods_not_kept, refusals
 from firmware_runtime.statistics.text.summary import summary
@@ -174,7 +174,7 @@ def deadline_text(counted: DeadlineRow) -> str:
 
 def _worst(figures: Figures, shown: int) -> list[str]:
     return [
-        f"  worst: {worst.model} at {worst.t_ns / 1e9:.3f} s, "
+        f"  worst: {worst.model} at {instant(worst.t_ns)}, "
         f"{microseconds(worst.lateness_us)} late, step {microseconds(worst.step_us)}: "
         f"{causes_text(worst.causes)}"
         for worst in figures.worst[:shown]
