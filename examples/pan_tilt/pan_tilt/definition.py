@@ -1,0 +1,75 @@
+"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
+
+from drivers.chips import ads1115
+from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.hal.absent import AbsentBus
+from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from pan_tilt.settings import PanTiltSettings
+from pan_tilt.wiring import INPUTS, PanTilt, chip_settings, servos_settings
+
+SETTINGS = PanTiltSettings
+RETUNABLE = ("controller.kp", "controller.ki", "controller.kd", "controller.most_rad_s")
+"""Keys that a running robot takes up."""
+DOUBLES_RUN_S = 15.0
+"""How long a run on doubles takes when nothing else is asked for."""
+
+
+def devices(settings: PanTiltSettings) -> tuple[Device, ...]:
+    """Every chip, with its table, bus and address."""
+    return (
+        Device("eyes", "ADS1115", settings.eyes.bus, settings.eyes.address),
+        Device("servos", "PCA9685", settings.servos.bus, settings.servos.address),
+    )
+
+
+def faults(settings: PanTiltSettings) -> list[str]:
+    """Everything wrong that no single value shows, each with its key."""
+    chips = devices(settings)
+    found = [
+        *unknown_buses(chips, settings.buses),
+        *address_clashes(chips),
+        *(f"eyes.{fault}" for fault in chip_settings(settings.eyes).faults()),
+        *(f"servos.{fault}" for fault in servos_settings(settings.servos).faults()),
+    ]
+    # Chips and models judge the rest; they can only be built on buses that are there.
+    absent = Lines({name: AbsentBus(name) for name in settings.buses})
+    return found or setting_fault("eyes.period_s", lambda: PanTilt(settings, absent))
+
+
+def loads(settings: PanTiltSettings) -> dict[str, BusLoad]:
+    """What recurs on each bus: four conversions, and a pulse for each servo."""
+    eyes, servos = settings.eyes, settings.servos
+    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
+    for _ in INPUTS:
+        for transaction in ads1115.TRAFFIC:
+            asked[eyes.bus].append(
+                PeriodicTransaction("eyes reading", transaction, seconds(eyes.period_s))
+            )
+    for transaction in servos_settings(servos).traffic:
+        asked[servos.bus].append(
+            PeriodicTransaction("servos pulses", transaction, seconds(servos.period_s))
+        )
+    return {
+        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
+        for name, bus in settings.buses.items()
+    }
+
+
+def build(settings: PanTiltSettings, lines: Lines) -> Robot:
+    """The robot on these buses; nothing is sent yet."""
+    model = PanTilt(settings, lines)
+    return Robot(
+        model=model,
+        # The PCA9685 leaves the ALLCALL address before anything else is said on the bus.
+        probe=(model.pwm_chip.silence, model.pwm_chip.identify, model.adc_chip.identify),
+        stop=(model.pwm_chip.stop_all,),
+        still_on=(model.pwm_chip.still_on,),
+        result=lambda: {"following": model.controller.head.is_following},
+        ended=None,
+        ends_on_failure=True,
+        retune=model.controller.retune,
+        warnings=(),
+    )

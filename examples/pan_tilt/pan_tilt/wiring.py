@@ -1,0 +1,64 @@
+"""The schematic: which chip hangs on which bus, and which wire leads where."""
+
+from drivers.analog_inputs import AnalogInputs, AnalogInputsSettings
+from drivers.chips.ads1115 import Ads1115, Ads1115Settings
+from drivers.chips.pca9685 import Pca9685
+from drivers.servo import Servo, Servos, ServosSettings
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import seconds
+from pan_tilt.controller import Controller
+from pan_tilt.settings import EyesTable, PanTiltSettings, ServosTable, ServoTable
+
+INPUTS = ("AIN0", "AIN1", "AIN2", "AIN3")
+"""Left, right, up, down."""
+
+
+class PanTilt(Coupled):
+    """eyes -> controller -> servos.
+
+    Chips are built here and not touched: the models bring them up, one step at a time.
+    """
+
+    def __init__(self, settings: PanTiltSettings, lines: Lines) -> None:
+        super().__init__("pan_tilt")
+        eyes, servos = settings.eyes, settings.servos
+        self.adc_chip = Ads1115(lines.buses[eyes.bus], eyes.address, chip_settings(eyes))
+        self.pwm_chip = Pca9685(lines.buses[servos.bus], servos.address, osc_hz=servos.osc_hz)
+
+        reading = AnalogInputsSettings(INPUTS, seconds(eyes.period_s))
+        self.eyes = self.add(AnalogInputs("eyes", self.adc_chip, reading))
+        self.controller = self.add(Controller("controller", settings))
+        self.servos = self.add(
+            Servos("servos", self.pwm_chip, servos_settings(servos), lines.interlock)
+        )
+
+        self.couple(self.eyes.voltages, self.controller.voltages)
+        self.couple(self.controller.pan_angle, self.servos.angle["pan"])
+        self.couple(self.controller.tilt_angle, self.servos.angle["tilt"])
+
+
+def chip_settings(eyes: EyesTable) -> Ads1115Settings:
+    """The converter's settings."""
+    return Ads1115Settings(full_scale_v=eyes.full_scale_v, rate_sps=eyes.rate_sps)
+
+
+def servos_settings(servos: ServosTable) -> ServosSettings:
+    """What the servos' model needs to know."""
+    return ServosSettings(
+        servos=(_servo("pan", servos.pan), _servo("tilt", servos.tilt)),
+        frequency_hz=servos.frequency_hz,
+        period=seconds(servos.period_s),
+    )
+
+
+def _servo(name: str, table: ServoTable) -> Servo:
+    return Servo(
+        name=name,
+        channel=table.channel,
+        least_rad=table.least_rad,
+        most_rad=table.most_rad,
+        least_pulse_us=table.least_pulse_us,
+        most_pulse_us=table.most_pulse_us,
+        slew_rad_s=table.slew_rad_s,
+    )
