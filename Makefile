@@ -1,6 +1,6 @@
 # make run    TachoBot on its doubles for 10 s in real time
 # make test   lint, types, import contracts, tests; first those for all cores, then those in real time,
-#             two at a time
+#             three at a time
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make bench  benchmarks against peers; each prints its ratio last
@@ -18,7 +18,7 @@ PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
 # They wait most of the time, and what they assert holds on a busy machine.
-IN_REAL_TIME = $(BIN)/python -m pytest -q -n 2 --dist worksteal
+IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal
 
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE

@@ -5,14 +5,15 @@ statistics file and flight recorder, beside a loop of nothing but a wait and `Si
 The two take turns; neither asks for a priority.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 from time import monotonic_ns
 from typing import Any
 
 from benchmarks.accounting_cost import COUNTS
-from benchmarks.accounting_models import PERIOD, S, configuration, tickers
+from benchmarks.accounting_models import S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.loop import Executive
@@ -22,16 +23,23 @@ WARM_UP = 5
 
 
 class LapClock(MonotonicClock):
-    """Real time that keeps, in `laps`, the ns from the end of each wait to the next wait."""
+    """Real time that keeps, in `laps`, the ns from the end of each wait to the next wait.
 
-    def __init__(self) -> None:
+    After that of `steps` steps it calls `when_done`: a machine that stood still has skipped some.
+    """
+
+    def __init__(self, steps: int) -> None:
         super().__init__()
         self.laps: list[int] = []
+        self.when_done: Callable[[], None] = lambda: None
+        self._wanted = 1 + WARM_UP + steps
         self._left_at = monotonic_ns()
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Keep the lap, then sleep as the loop does."""
         self.laps.append(monotonic_ns() - self._left_at)
+        if len(self.laps) == self._wanted:
+            self.when_done()
         ready = super().wait(until, sources)
         self._left_at = monotonic_ns()
         return ready
@@ -43,7 +51,7 @@ class LapClock(MonotonicClock):
 
 def bare(count: int, steps: int) -> float:
     """Microseconds a step of the simulator alone."""
-    clock, simulator = LapClock(), Simulator(tickers(count))
+    clock, simulator = LapClock(steps), Simulator(tickers(count))
     clock.start(0)
     for _ in range(WARM_UP + steps):
         at = simulator.next_at
@@ -55,9 +63,10 @@ def bare(count: int, steps: int) -> float:
 
 def loop(count: int, steps: int, directory: Path) -> float:
     """Microseconds a step of the executive."""
-    clock = LapClock()
+    clock = LapClock(steps)
     executive = Executive(tickers(count), clock, list, configuration(directory, recorded=True))
-    executive.run(PERIOD * (WARM_UP + steps))
+    clock.when_done = partial(executive.request_stop, "measured")
+    executive.run()
     return clock.median_us()
 
 

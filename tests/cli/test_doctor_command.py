@@ -110,7 +110,9 @@ def everybodys_checkout() -> Iterator[Path]:
             shutil.copytree(checkout / package, copy / package)
         installed = copy / "firmware_runtime-0.dist-info"
         installed.mkdir()
-        (installed / "METADATA").write_text(str(distribution("firmware-runtime").metadata))
+        for part in ("METADATA", "entry_points.txt"):
+            text = distribution("firmware-runtime").read_text(part)
+            (installed / part).write_text(text or "", encoding="utf-8")
         yield copy
 
 

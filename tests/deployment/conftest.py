@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.host.deployment import project_wheel
+from firmware_runtime.host.deployment import project_wheel, wheels
 from firmware_runtime.host.deployment.commands import Commands
+from firmware_runtime.host.deployment.debian.build import platform_for
 from tests.support.made_once import made_once
 from tests.support.scratch_system import ScratchSystem, scratch_system
 from tests.support.ssh_target import SshTarget, missing_packages, ssh_target
@@ -15,8 +16,23 @@ _COMMANDS = Commands(print)
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cache of wheels for the whole session, so that they are downloaded once."""
+    """A cache of wheels for the whole session."""
     return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="session")
+def downloaded(tmp_path_factory: pytest.TempPathFactory, cache: Path, wheel: Path) -> Path:
+    """The cache with the wheels for this computer, downloaded once for all workers."""
+
+    def download(into: Path) -> Path:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("XDG_CACHE_HOME", str(into / "cache"))
+            platform = platform_for(_COMMANDS, None, None)
+            wheels.collect(_COMMANDS, platform, wheel, into / "parcel")
+        return into / "cache"
+
+    filled = made_once(tmp_path_factory, "downloaded", download)
+    return Path(shutil.copytree(filled, cache, dirs_exist_ok=True))
 
 
 @pytest.fixture(autouse=True)

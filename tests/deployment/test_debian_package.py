@@ -16,7 +16,7 @@ from tests.support.scratch_system import GUARD, PROGRAM, ROBOT, SETTINGS, Scratc
 @pytest.fixture(scope="module")
 def package(
     tmp_path_factory: pytest.TempPathFactory,
-    cache: Path,
+    downloaded: Path,
     wheel: Path,
 ) -> Path:
     """The package for this computer's Debian, built once."""
@@ -28,7 +28,7 @@ def package(
         return build(commands, platform_for(commands, None, None), into, wheel)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(cache))
+        patch.setenv("XDG_CACHE_HOME", str(downloaded))
         return made_once(tmp_path_factory, "package", make)
 
 

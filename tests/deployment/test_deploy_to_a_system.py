@@ -13,6 +13,7 @@ KEYS = "/etc/ssh/keys_of_pi"
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("downloaded")
 def test_a_robot_runs_after_each_deployment_that_could_make_it_safe(
     system: ScratchSystem, wheel: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -53,7 +53,7 @@ def run(kind: type[Engine], model: Component, inputs: Inputs) -> Trace:
 
 
 @pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
-@settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80, suppress_health_check=[HealthCheck.too_slow])
 @given(blueprint=blueprints(), inputs=INPUTS)
 def test_a_hierarchy_and_its_flat_equal_give_the_same_trace(
     kind: type[Engine], blueprint: Node, inputs: Inputs

@@ -1,7 +1,7 @@
 """What the marks mean, and what holds tests to them.
 
 `real_time`: stands on the machine's clock: a robot that is driven in real time, processes that have
-to take turns, a figure. Such tests run after all others and two at a time (`make test`), for they
+to take turns, a figure. Such tests run after all others and three at a time (`make test`), for they
 mostly wait; each has files, sockets and ports of its own. Whole folders of them are named here.
 `slow`: takes over a quarter of a second. `make test-fast` runs what is neither.
 
