@@ -20,14 +20,12 @@ from time import monotonic_ns, process_time_ns
 from benchmarks.accounting_models import HastyClock, S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.executive.world_clock import WorldClock
-from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.file import StatisticsFile
 
 WARM_UP = 200
 """Steps before the clock is looked at."""
@@ -79,11 +77,8 @@ class AccountedStep:
         root, clock = tickers(count), HastyClock()
         settings = configuration(directory, recorded=recorded)
         profiler = Profiler(root, clock.now, settings)
-        simulator, path = profiler.simulator, settings.statistics_path
-        if recorded and path is not None:
-            profiler.step.open_recorder(settings.recorded_spans, Companion.SPANS.beside(path))
-        header = {"models": profiler.models(), "conditions": {}}
-        file = StatisticsFile(profiler.layout(), header, path)
+        simulator = profiler.simulator
+        file = profiler.open_file({"conditions": {}}, settings.statistics_path)
         self.statistics = file.statistics
         self._clock, self._simulator, self._step = clock, simulator, profiler.step
         self._world_now = WorldClock(profiler.accounting.tolerance)

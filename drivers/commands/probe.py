@@ -10,7 +10,7 @@ from drivers.commands.single import device_of
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board, known_names
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.runs.rigs import rig_for
 from firmware_runtime.status import Status
 from firmware_runtime.system.files import THIS_MACHINE

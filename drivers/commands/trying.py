@@ -7,7 +7,7 @@ from drivers.catalogue.trial import Actuator, Reading, Sensor
 from drivers.chips.step import Step
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.switching_off import SwitchOffRetry
+from firmware_runtime.executive.outcome import SwitchOffRetry
 from firmware_runtime.hal.errors import HalError, NotReady
 
 KEEP_SWITCHING_OFF = 2 * SECOND

@@ -1,9 +1,9 @@
-"""What a run is given besides its model and its clock."""
+"""What a run is given besides its model and its clock: settings, and hooks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.bus_meter import Bus
@@ -11,6 +11,16 @@ from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
+
+
+class Hook(Protocol):
+    """Looks after a run between its steps: arming, the service's notices, the journal.
+
+    Called by the loop when a step is over, and at least every 50 ms.
+    """
+
+    def attend(self, now: int, left: int) -> None:
+        """Do what cannot wait; and what can, if it fits into the `left` ns to the next event."""
 
 
 @dataclass(frozen=True, slots=True)

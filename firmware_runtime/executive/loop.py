@@ -21,7 +21,6 @@ system granted is given back until it goes on. What passes meanwhile is no time 
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import process_time_ns
@@ -34,16 +33,14 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
-from firmware_runtime.executive.arrivals import Arrivals
-from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, WorldClock
 from firmware_runtime.executive.conditions import system_conditions
-from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.configuration import Configuration, Hook
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import SlackCollector
-from firmware_runtime.executive.hook import Hook
-from firmware_runtime.executive.inbox import Inbox, Source
+from firmware_runtime.executive.inbox import Arrivals, Inbox, Source
 from firmware_runtime.executive.ledger import Ledger
-from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.executive.outcome import Outcome, Readiness, SwitchOffRetry
 from firmware_runtime.executive.process import (
     give_up_priority,
     holds_priority,
@@ -51,13 +48,8 @@ from firmware_runtime.executive.process import (
 )
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.executive.readiness import Readiness
-from firmware_runtime.executive.switching_off import SwitchOffRetry
-from firmware_runtime.executive.world_clock import WorldClock
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.conditions import SETTINGS, Settings, settings_after
-from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import ELAPSED, YIELDED
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -282,7 +274,7 @@ class Executive:
             now = self.clock.now()
             hook.attend(now, until - now)
         if self._readiness.waiting:
-            self._readiness.look()
+            self._readiness.poll()
         if self._collector is not None:
             self._collector.offer(until - self.clock.now())
 
@@ -307,38 +299,24 @@ class Executive:
 
     def _open_ledger(self, granted: Settings, until: int, path: Path | None = None) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
-        profiler = self._profiler
         conditions = {
             "clock": type(self.clock).__name__,
             **system_conditions(),
             SETTINGS: to_builtins(granted),
             **self._configuration.conditions,
         }
-        rows = self._configuration.recorded_spans
-        if rows > 0:
-            profiler.step.open_recorder(
-                rows, None if path is None else Companion.SPANS.beside(path)
-            )
-        elif path is not None:
-            with suppress(OSError):  # of a run before this one; a missing folder is the next fault
-                Companion.SPANS.beside(path).unlink()
-        header = {
-            "models": profiler.models(),
-            "clock_speed": self.clock.speed,
-            "until_ns": until,
-            "conditions": conditions,
-        }
-        file = StatisticsFile(profiler.layout(), header, path)
+        header = {"clock_speed": self.clock.speed, "until_ns": until, "conditions": conditions}
+        file = self._profiler.open_file(header, path)
         # in virtual time equal runs have equal statistics, whatever they cost
         cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing
-        return Ledger(file, profiler, self.inbox, until, cpu_time, self.progress)
+        return Ledger(file, self._profiler, self.inbox, until, cpu_time, self.progress)
 
     def _pause(self, outcome: Outcome) -> Outcome:
         """Keep everything as it is until the run goes on or is ended."""
         self._reached = self._ended_at()
         self._ledger.pause(self._reached)
         self._paused = outcome
-        return self._judged(outcome)
+        return self._readiness.judged(outcome)
 
     def _ended_at(self) -> int:
         """The present instant; that of the last event where virtual time waited for nothing."""
@@ -351,21 +329,13 @@ class Executive:
         self._is_over = True
         self._reached = now = self._ended_at()
         faults = self._switching_off.run()
-        outcome = self._judged(outcome)
+        outcome = self._readiness.judged(outcome)
         failures = self.simulator.exit()
         if failures:  # an exit that failed half way may have switched something on
             faults = self._switching_off.run()
         faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
         self._ledger.finish(outcome.state, now, outcome.reason)
         return replace(outcome, faults=tuple(faults))
-
-    def _judged(self, outcome: Outcome) -> Outcome:
-        """The outcome in the light of what devices say of themselves."""
-        try:
-            return self._readiness.judged(outcome)
-        except Exception as error:  # noqa: BLE001 -- the run still has to end
-            reason = f"a model's unready raised {type(error).__name__}: {text_of(error)}"
-            return Outcome(RunState.FAILED, reason, outcome.error or error)
 
     def _go_on_ending(self, now: int) -> None:
         """Let the world go on, and show that the loop is alive, while it still switches off."""

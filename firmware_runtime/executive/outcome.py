@@ -1,7 +1,25 @@
-"""How a run ended."""
+"""How a run ends: its outputs are switched off, devices say whether they ever worked.
 
-from dataclasses import dataclass
+A bus that is gone for a moment when a run ends must not leave a motor on. So what could not be
+switched off is switched off again every 20 ms, as the guard does, for a stated while; only then is
+it given up. Signals do not end that, but a second Ctrl-C does, see `signals`.
 
+A run without one of its devices controlled nothing. A device is a model that says by `unready`
+whether it works. From the start of a run those that do not are polled between two steps until each
+has worked once; then none is polled any more.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
+
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import text_of
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.fault_log import FaultLog
+from firmware_runtime.executive.step import relative_path
 from firmware_runtime.statistics.statistics import RunState
 
 
@@ -19,3 +37,122 @@ class Outcome:
     reason: str
     error: BaseException | None = None
     faults: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class Device(Protocol):
+    """A model of hardware that can say whether it works."""
+
+    path: str
+
+    def unready(self) -> str | None:
+        """Why it does not work, in a few words that follow its name; None if it does."""
+
+
+class Readiness:
+    """`waiting` are the devices that have not been ready yet, with their paths."""
+
+    def __init__(self, simulator: Engine, faults: FaultLog) -> None:
+        self.waiting = [
+            (relative_path(atomic, simulator.root), atomic)
+            for atomic in simulator.atomics
+            if isinstance(atomic, Device) and atomic.unready() is not None
+        ]
+        self._faults = faults
+
+    def poll(self) -> None:
+        """Ask the devices that have not been ready yet."""
+        self.waiting = [each for each in self.waiting if each[1].unready() is not None]
+
+    def judged(self, outcome: Outcome) -> Outcome:
+        """The outcome of a run that is over: failed, with the cause, if a device was never ready.
+
+        A run that was stopped while devices still came up, none of which reported a fault, has not
+        failed; what failed for another reason keeps that.
+        """
+        try:
+            return self._judged(outcome)
+        except Exception as error:  # noqa: BLE001 -- the run still has to end
+            reason = f"a model's unready raised {type(error).__name__}: {text_of(error)}"
+            return Outcome(RunState.FAILED, reason, outcome.error or error)
+
+    def _judged(self, outcome: Outcome) -> Outcome:
+        self.poll()
+        reason = "; ".join(self._sentences())
+        if self.waiting and outcome.state is RunState.ENDED:
+            return replace(outcome, state=RunState.FAILED, reason=reason)
+        if self._have_failed() and outcome.state is RunState.STOPPED:
+            return replace(outcome, state=RunState.FAILED, reason=f"{reason} ({outcome.reason})")
+        return outcome
+
+    def _have_failed(self) -> bool:
+        return any(self._faults.last_of(path) is not None for path, _ in self.waiting)
+
+    def _sentences(self) -> Iterator[str]:
+        for path, device in self.waiting:
+            why, last = device.unready(), self._faults.last_of(path)
+            cause = "" if last is None or last.sentence in str(why) else f": {last.sentence}"
+            yield f"{path} was never ready: it {why}{cause}"
+
+
+OFF_AGAIN_EVERY = 20 * MILLISECOND
+"""Ns until outputs that could not be switched off are switched off again."""
+
+
+class SwitchOffRetry:
+    """Calls `make_safe` until it fails no more, for `keep_trying` ns of `clock` at most.
+
+    `make_safe` returns what failed, one sentence each. `between` is called with the present
+    instant before every attempt but the first.
+    """
+
+    def __init__(
+        self,
+        make_safe: Callable[[], list[str]],
+        clock: Clock,
+        keep_trying: int,
+        between: Callable[[int], None],
+    ) -> None:
+        self._make_safe = make_safe
+        self._clock = clock
+        self._keep_trying = keep_trying
+        self._between = between
+        self._is_given_up = False
+
+    def give_up(self) -> None:
+        """Try no more after the attempt under way; safe in a signal handler and in any thread."""
+        self._is_given_up = True
+
+    def run(self) -> list[str]:
+        """Switch off; return what failed the last time, one sentence each, and how often."""
+        begun_at = self._clock.now()
+        most = 1 + self._keep_trying // OFF_AGAIN_EVERY  # a clock may stand still
+        failed = self._attempt()
+        attempts = 1
+        while failed and attempts < most and not self._is_given_up:
+            now = self._wait()
+            if now - begun_at > self._keep_trying:
+                break
+            failed = self._attempt()
+            attempts += 1
+        if failed and attempts > 1:
+            spent_s = (self._clock.now() - begun_at) / SECOND
+            failed.append(f"given up after {attempts} attempts in {spent_s:.2f} s")
+        return failed
+
+    def _wait(self) -> int:
+        """Let the time to the next attempt pass; return the instant. Ctrl-C gives up."""
+        try:
+            self._clock.wait(self._clock.now() + OFF_AGAIN_EVERY, ())
+        except KeyboardInterrupt:
+            self.give_up()
+        now = self._clock.now()
+        with suppress(Exception):  # nothing keeps the outputs from being switched off
+            self._between(now)
+        return now
+
+    def _attempt(self) -> list[str]:
+        try:
+            return list(self._make_safe())
+        except BaseException as error:  # noqa: BLE001 -- reported, and the run still has to end
+            return [f"make_safe raised {type(error).__name__}: {text_of(error)}"]

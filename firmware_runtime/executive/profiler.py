@@ -4,7 +4,10 @@ The accounts time and record the models' functions and see what they book (`acco
 a model is listened to (`fault_log`, `deadlines`); the buses have counters of their own.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
@@ -19,6 +22,8 @@ from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
 
 
@@ -42,8 +47,23 @@ class Profiler:
         self.faults = FaultLog(self.simulator)
         self.buses = configuration.buses
         self._worst = configuration.worst
+        self._recorded_spans = configuration.recorded_spans
 
-    def layout(self) -> Layout:
+    def open_file(self, header: Mapping[str, Any], path: Path | None) -> StatisticsFile:
+        """A statistics file at `path`, or in memory, and what the flight recorder writes beside it.
+
+        The models join the header. Raises StatisticsFileError.
+        """
+        spans = None if path is None else Companion.SPANS.beside(path)
+        if self._recorded_spans > 0:
+            self.step.open_recorder(self._recorded_spans, spans)
+        elif spans is not None:
+            with suppress(OSError):  # of a run before this one; a missing folder is the next fault
+                spans.unlink()
+        models = {account.path: _stated(account) for account in self._accounts}
+        return StatisticsFile(self._layout(), {"models": models, **header}, path)
+
+    def _layout(self) -> Layout:
         """What the statistics file needs room for."""
         return Layout(
             models=tuple(self.step.paths),
@@ -53,10 +73,6 @@ class Profiler:
             fault_models=self.faults.models,
             worst=self._worst,
         )
-
-    def models(self) -> dict[str, dict[str, object]]:
-        """What is stated of each model, for the header of the statistics file."""
-        return {account.path: _stated(account) for account in self._accounts}
 
     def _open_account(self, atomic: Atomic, functions: Functions) -> Functions:
         """The account of a model, which the simulator calls in its place."""

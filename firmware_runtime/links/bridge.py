@@ -3,12 +3,12 @@
     UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's ports socket
 
 A datagram is handed on as it is, in both directions. Each UDP sender has an end of its own at the
-robot, so the run tells them apart, and what it answers one of them is heard by no other. How many
+robot, so the run tells them apart, and what it answers one of them goes to no other. How many
 there may be, and when one is forgotten, `senders` says.
 
 Besides, the bridge may watch ports itself, for peers (`broadcast`).
 
-Nothing waits for anybody: what does not fit is dropped and counted.
+Nothing waits: what does not fit is dropped and counted.
 """
 
 import socket
@@ -19,12 +19,10 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.addresses import Endpoint, written
 from firmware_runtime.links.broadcast import Broadcast
-from firmware_runtime.links.carried import Carried
 from firmware_runtime.links.datagrams import LONGEST, told
 from firmware_runtime.links.robot_end import AT_ONCE, RobotEnd
-from firmware_runtime.links.route import Route
+from firmware_runtime.links.route import Carried, Endpoint, Route, written
 from firmware_runtime.links.senders import Sender, Senders, UdpAddress
 
 LOOK_EVERY: Final = 250 * MILLISECOND
@@ -32,7 +30,7 @@ LOOK_EVERY: Final = 250 * MILLISECOND
 
 
 class Bridge:
-    """Carries datagrams; `tell` hears, in a sentence, when a run appears or is gone.
+    """Carries datagrams; `tell` is called with a sentence when a run appears or is gone.
 
     Raises ConfigError if an address cannot be had.
     """
@@ -79,7 +77,7 @@ class Bridge:
             key.data()
 
     def close(self) -> None:
-        """Carry nothing any more."""
+        """Close the sockets."""
         self._senders.close()
         self._selector.close()
         self._broadcast.close()
@@ -150,4 +148,4 @@ def _listening(at: Endpoint) -> socket.socket:
 
 
 def _nothing() -> None:
-    """What is to be done when a signal came: whoever calls `work` looks for it."""
+    """What is to be done when a signal came: the caller of `work` polls for it."""

@@ -9,18 +9,16 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.addresses import Endpoint
-from firmware_runtime.links.carried import Carried
 from firmware_runtime.links.datagrams import told
 from firmware_runtime.links.robot_end import RobotEnd, why_absent
-from firmware_runtime.links.route import Route
+from firmware_runtime.links.route import Carried, Endpoint, Route
 
 RENEW_EVERY: Final = 2 * SECOND
 """Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
 
 
 class Told(msgspec.Struct):
-    """What is looked at of a message from the robot."""
+    """What is read of a message from the robot."""
 
     port: str = ""
     error: str = ""
@@ -29,8 +27,8 @@ class Told(msgspec.Struct):
 class Broadcast:
     """Watches ports and sends what they send to every peer; nothing is read from a peer.
 
-    `tell` hears, in a sentence, when a run appears or is gone. Raises ConfigError for a peer that
-    there is no way to.
+    `tell` is called with a sentence when a run appears or is gone. Raises ConfigError for a peer
+    that there is no way to.
     """
 
     def __init__(self, route: Route, carried: Carried, tell: Callable[[str], None]) -> None:
@@ -61,7 +59,7 @@ class Broadcast:
                 self._end.send(self._request)
 
     def carry(self) -> None:
-        """Hand on what the robot has said; a refusal is told once."""
+        """Hand on what the robot has said; a refusal is reported once."""
         for message in self._end.received():
             said = msgspec.json.decode(message, type=Told)
             if said.port:
@@ -71,7 +69,7 @@ class Broadcast:
                 self._tell(f"the run refuses: {said.error}")
 
     def close(self) -> None:
-        """Watch no more."""
+        """Close the sockets."""
         self._end.close()
         for peer in self._peers:
             peer.close()
@@ -80,7 +78,7 @@ class Broadcast:
         for peer in self._peers:
             try:
                 peer.send(message)
-            except OSError:  # nobody there at the moment, no room, or more than UDP can carry
+            except OSError:  # no reader at the moment, no room, or more than UDP can carry
                 self._carried.dropped += 1
             else:
                 self._carried.from_robot += 1

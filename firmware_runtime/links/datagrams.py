@@ -1,8 +1,8 @@
 """What may be said to the ports of a running robot: one JSON object a datagram.
 
     {"port": "yaw_reference", "value": 1.0}            put a value into an input port of the model
-    {"watch": ["imu.sample", "esc.fault"], "every": 10}  hear every tenth message of output ports
-    {"watch": []}                                      hear nothing any more
+    {"watch": ["imu.sample", "esc.fault"], "every": 10}  send every tenth message of output ports
+    {"watch": []}                                      send none any more
     {"list": true}                                     which ports there are, and what was counted
 
 Protocol without I/O: bytes in, a request or a Refusal out.
@@ -13,8 +13,13 @@ from typing import Annotated, Any, Final, TypeAlias
 import msgspec
 from msgspec import Meta, Raw, Struct
 
-from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.statistics.trace_file import plain
+
+
+class Refusal(FirmwareRuntimeError):
+    """A datagram is not obeyed, and nothing else happens; the text goes back to its sender."""
+
 
 LONGEST: Final = 4096
 """Bytes of the longest datagram that is read."""
@@ -70,5 +75,5 @@ def understood(datagram: bytes) -> Request:
 
 
 def told(**what: Any) -> bytes:  # noqa: ANN401 -- whatever a model sends
-    """A message to who listens, its values as a trace shows them."""
+    """A message to a reader, its values as a trace shows them."""
     return _encode(plain(what))

@@ -1,16 +1,19 @@
-"""The ports of a model that others may write and hear, by the names they go by in datagrams."""
+"""The ports of a model that others may write and watch, by the names they go by in datagrams."""
 
-from collections.abc import Iterable, Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final, TypeAlias
 
 from msgspec import Raw
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.trace import path_below
-from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.datagrams import Refusal
 from firmware_runtime.links.values import Read, reader_of
 
 
@@ -77,3 +80,43 @@ def _components(component: Component) -> Iterator[Component]:
     if isinstance(component, Coupled):
         for child in component.components.values():
             yield from _components(child)
+
+
+Heard: TypeAlias = tuple[str, int, object]
+"""The port's path, the instant in ns, the value."""
+
+ROOM: Final = 256
+"""How many messages may wait to be sent on; then the oldest makes room."""
+
+
+class Taps:
+    """Output ports that are listened to while they are watched; one that is not costs nothing.
+
+    What was sent waits in `heard`, oldest first; `lost` counts what found no room.
+    """
+
+    def __init__(self, simulator: Engine) -> None:
+        self.heard: deque[Heard] = deque(maxlen=ROOM)
+        self.lost = 0
+        self._simulator = simulator
+        self._ports: Mapping[str, OutPort[Any]] = {}
+        self._listening: list[Listening] = []
+
+    def open(self, ports: Mapping[str, OutPort[Any]]) -> None:
+        """Listen to these ports from now on, by path, and to no others."""
+        if ports == self._ports:
+            return
+        self._ports = ports
+        for listening in self._listening:
+            listening.end()
+        self._listening = [self._listen(path, port) for path, port in ports.items()]
+
+    def _listen(self, path: str, port: OutPort[Any]) -> Listening:
+        heard = self.heard
+
+        def hear(at: int, value: object) -> None:
+            if len(heard) == ROOM:
+                self.lost += 1
+            heard.append((path, at, value))
+
+        return self._simulator.listen(port, hear)

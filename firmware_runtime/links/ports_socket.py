@@ -1,16 +1,17 @@
 """The ports socket: values into a running model, and what its ports send, for other processes.
 
-A Unix datagram socket beside the statistics (`BOARD.ports`), for whoever may write to it; what may
-be said is in `datagrams`. To the loop it is a source: a value enters the model as an external event
-of the next pass, like any other input. Input ports of the top model are all that can be written.
+A Unix datagram socket beside the statistics (`BOARD.ports`), for every process that may write to
+it; what may be said is in `datagrams`. To the loop it is a source: a value enters the model as an
+external event of the next pass, like any other input. Input ports of the top model are all that can
+be written.
 
 It costs the loop little, and never more than a bounded amount:
 
 - datagrams are read between two steps, `AT_ONCE` a pass at most, the others wait in the kernel;
-- a port that somebody watches costs the step one append a message, any other nothing (`taps`);
-- everything that is told, answers too, is told after the step, while there is time left until the
-  next event; a loop that is late tells nobody anything;
-- nothing waits for anybody: what finds no room, here or at a reader, is dropped and counted.
+- a port that is watched costs the step one append a message, any other nothing (`ports.Taps`);
+- everything that is sent, answers too, is sent after the step, while there is time left until the
+  next event; a loop that is late sends nothing;
+- nothing waits: what finds no room, here or at a reader, is dropped and counted.
 """
 
 from collections import deque
@@ -21,24 +22,20 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any, Final
 
-from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.datagrams import LONGEST, Put, Request, Watch, told, understood
-from firmware_runtime.links.outlet import Outlet, send_once
-from firmware_runtime.links.ports import Ports
-from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.datagrams import LONGEST, Put, Refusal, Request, Watch, told, understood
+from firmware_runtime.links.ports import Ports, Taps
 from firmware_runtime.links.socket_file import SocketFile
-from firmware_runtime.links.taps import Taps
-from firmware_runtime.links.watchers import PATIENCE, Address, Watchers
+from firmware_runtime.links.watchers import PATIENCE, Address, SocketOutlet, Watchers, send_once
 
 AT_ONCE: Final = 8
 """How many datagrams are read in one pass of the loop."""
 ROOM: Final = 64
 """How many answers may wait to be sent."""
 RESERVE: Final = 200 * MICROSECOND
-"""Nothing more is told when the next event is as near as this, ns."""
+"""Nothing more is sent when the next event is as near as this, ns."""
 
 
 @dataclass(slots=True)
@@ -53,27 +50,25 @@ class Counts:
 
 
 class PortsSocket:
-    """A source of the loop and an hook of the run; nothing is read before `attach`.
+    """A source of the executive's loop and a hook of its run, for these ports of its model.
 
-    Its mode is 0660 less the umask: never open to everybody. `now` is any clock in ns that does not
+    Its mode is 0660 less the umask: never open to all. `now` is any clock in ns that does not
     stand still. Raises ConfigError if the socket cannot be made.
     """
 
-    def __init__(self, path: Path, root: Component, now: Callable[[], int] = monotonic_ns) -> None:
+    def __init__(
+        self, path: Path, ports: Ports, executive: Executive, now: Callable[[], int] = monotonic_ns
+    ) -> None:
         self._counts = Counts()
-        self._ports = Ports(root)
-        self._watchers = Watchers(now, Outlet)
+        self._ports = ports
+        self._watchers = Watchers(now, SocketOutlet)
         self._listing = self._ports.listing()
         self._answers: deque[tuple[dict[str, object], Address]] = deque()
-        self._taps: Taps
-        self._run_now: Callable[[], int]
-        self._file = SocketFile(path)
-        self._socket = self._file.socket
-
-    def attach(self, executive: Executive) -> None:
-        """Serve the ports of this run."""
         self._taps = Taps(executive.simulator)
         self._run_now = executive.clock.now
+        self._file = SocketFile(path)
+        self._socket = self._file.socket
+        executive.add_source(self)
         executive.hooks.append(self)
 
     def close(self) -> None:
@@ -88,7 +83,7 @@ class PortsSocket:
         return self._socket.fileno()
 
     def receive(self) -> Sequence[tuple[InPort[Any], object]]:
-        """The values that have come, and note who wants to hear what."""
+        """The values that have come; note which ports each sender watches."""
         arrivals: list[tuple[InPort[Any], object]] = []
         for _ in range(AT_ONCE):
             try:
@@ -108,17 +103,17 @@ class PortsSocket:
         return arrivals
 
     def attend(self, now: int, left: int) -> None:
-        """Tell what is to be told, as far as there is time."""
+        """Send what is to be sent, as far as there is time."""
         if self._watchers and self._watchers.forget_silent():
             self._open_taps()
         if self._answers or self._taps.heard:
-            self._tell(now + left - RESERVE)
+            self._send_waiting(now + left - RESERVE)
 
     # ----------------------------------------------------------------------------------------------
 
     def _obey(self, request: Request, sender: Address | None) -> None:
         if sender is None:
-            raise Refusal("nobody to answer: the sender's socket has no address")
+            raise Refusal("no way to answer: the sender's socket has no address")
         if isinstance(request, Watch):
             self._ports.watched(request.watch)
             self._watchers.renew(sender, request.watch, request.every)
@@ -144,7 +139,7 @@ class PortsSocket:
         else:
             self._counts.dropped += 1
 
-    def _tell(self, until: int) -> None:
+    def _send_waiting(self, until: int) -> None:
         heard = self._taps.heard
         while self._run_now() < until:
             if self._answers:
@@ -170,7 +165,7 @@ class PortsSocket:
                 self._open_taps()
 
     def _send(self, send: Callable[[bytes], None], message: bytes) -> bool:
-        """Send and count it; whether somebody was there."""
+        """Send and count it; whether there is a reader still."""
         try:
             send(message)
         except OSError as error:

@@ -41,7 +41,7 @@ class RobotEnd:
                 yield self._socket.recv(_LONGEST)
 
     def close(self) -> None:
-        """Speak no more."""
+        """Close the socket."""
         self._socket.close()
 
 

@@ -21,7 +21,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args, get_origin, get
 import msgspec
 from msgspec import Meta
 
-from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.datagrams import Refusal
 
 Read: TypeAlias = Callable[[bytes | msgspec.Raw], object]
 """Makes a value of JSON; raises Refusal, with what is wrong."""

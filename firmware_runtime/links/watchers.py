@@ -1,11 +1,19 @@
-"""Who watches which output ports, and since when nobody has heard of them."""
+"""Who watches which output ports, until when, and the sockets by which messages go to them.
 
+One socket for each reader, because the kernel counts by sender: what waits unread takes room from
+the socket that sent it. With one socket for all, a reader that never reads would in the end silence
+the others. So each watcher has an outlet of its own, and an answer leaves by a socket that is
+closed at once. A reader must therefore not `connect` its socket: one that is connected receives
+from no other than the one it is connected to.
+"""
+
+import socket
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Final, Protocol, TypeAlias
 
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.datagrams import Refusal
 
 Address: TypeAlias = str | bytes
 """Of a Unix socket: a path, or bytes that begin with a zero."""
@@ -13,7 +21,7 @@ Address: TypeAlias = str | bytes
 MOST: Final = 16
 """How many may watch at a time."""
 PATIENCE: Final = 10 * SECOND
-"""How long somebody hears without asking again, ns."""
+"""How long messages go to a watcher that does not ask again, ns."""
 
 
 class Outlet(Protocol):
@@ -28,7 +36,7 @@ class Outlet(Protocol):
 
 @dataclass(slots=True)
 class Watcher:
-    """One who hears; `seen` counts the messages of each port it watches."""
+    """One reader; `seen` counts the messages of each port it watches."""
 
     address: Address
     outlet: Outlet
@@ -37,7 +45,7 @@ class Watcher:
     seen: dict[str, int] = field(default_factory=dict)
 
     def wants(self, port: str) -> bool:
-        """Whether this message is one to be told; the first is."""
+        """Whether this message is one to be sent; the first is."""
         if port not in self.seen:
             return False
         self.seen[port] += 1
@@ -61,11 +69,11 @@ class Watchers:
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What is watched by anybody, each once."""
+        """What is watched at all, each once."""
         return tuple(dict.fromkeys(port for each in self._all.values() for port in each.seen))
 
     def renew(self, address: Address, ports: Iterable[str], every: int) -> None:
-        """Take somebody in, or take up what it watches now. Raises Refusal if that cannot be."""
+        """Add a watcher, or note what it watches now. Raises Refusal if that cannot be."""
         watched = tuple(ports)
         if not watched:
             self.forget(address)
@@ -77,14 +85,14 @@ class Watchers:
         self._find_first_end()
 
     def forget(self, address: Address) -> None:
-        """Tell it nothing any more."""
+        """Close its outlet."""
         watcher = self._all.pop(address, None)
         if watcher is not None:
             watcher.outlet.close()
             self._find_first_end()
 
     def forget_silent(self) -> bool:
-        """Forget those who have not asked again; tell whether there were any."""
+        """Forget those who have not asked again; return whether there may have been any."""
         now = self._now()
         if now < self._first_ends_at:
             return False
@@ -93,11 +101,11 @@ class Watchers:
         return True
 
     def hearing(self, port: str) -> list[Watcher]:
-        """Who is to be told the message that has just left a port; counts it."""
+        """Who is to get the message that has just left a port; counts it."""
         return [each for each in self._all.values() if each.wants(port)]
 
     def close(self) -> None:
-        """Forget everybody."""
+        """Forget all."""
         for address in list(self._all):
             self.forget(address)
 
@@ -113,3 +121,33 @@ class Watchers:
 
     def _find_first_end(self) -> None:
         self._first_ends_at = min((each.until for each in self._all.values()), default=NEVER)
+
+
+class SocketOutlet:
+    """Leads to the socket that has this address now; raises OSError if there is none."""
+
+    def __init__(self, address: Address) -> None:
+        self._socket = _made()
+        try:
+            self._socket.connect(address)
+        except OSError:
+            self._socket.close()
+            raise
+
+    def send(self, message: bytes) -> None:
+        """Send without waiting. Raises BlockingIOError if there is no room, OSError otherwise."""
+        self._socket.send(message)
+
+    def close(self) -> None:
+        """Send no more; what waits to be read stays there."""
+        self._socket.close()
+
+
+def send_once(message: bytes, address: Address) -> None:
+    """Send without waiting, by a socket that is not kept. Raises OSError."""
+    with _made() as once:
+        once.sendto(message, address)
+
+
+def _made() -> socket.socket:
+    return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)

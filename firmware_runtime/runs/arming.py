@@ -19,7 +19,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
+from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.runs.watched_run import is_asked_for
 from firmware_runtime.statistics.layout import GENERATION, GUARD

@@ -2,7 +2,7 @@
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.executive.readiness import Device
+from firmware_runtime.executive.outcome import Device
 from firmware_runtime.runs.arming import Objection
 
 JUDGED = 5 * SECOND

@@ -16,17 +16,17 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, OutsideClock, WorldClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
-from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
+from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.control import Answer, ControlSocket
@@ -80,7 +80,7 @@ class Session:
             if statistics_path is not None:
                 self.replaced = keep_clear_of_other_runs(statistics_path)
             self.robot: Robot = board.build(self._lines)
-            ports = self._ports_of_the_model(clock)  # the world's own are none of them
+            ports = Ports(self.robot.model)  # the world's own are none of them
             if self.rig is not None:
                 self.rig.attach(self.robot.model)
             self.executive = Executive(
@@ -90,9 +90,7 @@ class Session:
                 self._configuration(armed_at_start=permission is None),
                 self.world_now,
             )
-            if ports is not None:
-                ports.attach(self.executive)
-                self.executive.add_source(ports)
+            self._serve(ports)
             self.arming = None if permission is None else self._arming(permission, tell)
             self.ending: Ending | None = None
             if self.robot.ended is not None:
@@ -207,13 +205,11 @@ class Session:
         if self._lines.enable is not None:
             self._lines.enable.set(enabled)
 
-    def _ports_of_the_model(self, clock: Clock) -> PortsSocket | None:
-        """Where other processes put values in and watch, in real time, if they can find it."""
-        if self._statistics_path is None or not isinstance(clock, MonotonicClock):
-            return None
-        ports = PortsSocket(Companion.PORTS.beside(self._statistics_path), self.robot.model)
-        self._sockets.append(ports)
-        return ports
+    def _serve(self, ports: Ports) -> None:
+        """Let other processes put values in and watch, in real time, if they can find it."""
+        if self._statistics_path is not None and isinstance(self.executive.clock, MonotonicClock):
+            path = Companion.PORTS.beside(self._statistics_path)
+            self._sockets.append(PortsSocket(path, ports, self.executive))
 
     def _arming(self, permission: Permission, tell: Callable[[str], None]) -> Arming:
         """What decides whether outputs may be driven; takes requests where it can be found."""

@@ -10,8 +10,7 @@ from firmware_runtime.board import kinds, registry
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.executive.clocks import VirtualClock, WorldClock
 from firmware_runtime.runs.rigs import has_rig, rig_for
 from firmware_runtime.runs.session import Session
 from tests.support.installed_here import installed_here

@@ -2,8 +2,7 @@ from collections.abc import Sequence
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.arrivals import Arrivals
-from firmware_runtime.executive.inbox import CAPACITY, Inbox
+from firmware_runtime.executive.inbox import CAPACITY, Arrivals, Inbox
 from sim_doubles.clock import ManualClock
 from tests.support.periodic_models import Robot
 

@@ -2,10 +2,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.clocks import OutsideClock, VirtualClock, WorldClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.world_clock import OutsideClock, WorldClock
 from sim_doubles.clock import ManualClock
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot

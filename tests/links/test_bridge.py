@@ -12,10 +12,9 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links import bridge as bridge_module
-from firmware_runtime.links.addresses import endpoint
 from firmware_runtime.links.bridge import LOOK_EVERY, Bridge
 from firmware_runtime.links.broadcast import RENEW_EVERY
-from firmware_runtime.links.route import Route
+from firmware_runtime.links.route import Route, endpoint
 from firmware_runtime.links.senders import MOST, MOST_OF_ADDRESS, QUIET
 from sim_doubles.clock import ManualClock
 from tests.support.waiting import PATIENCE_S

@@ -11,11 +11,11 @@ from firmware_runtime.links.datagrams import (
     MOST_PORTS,
     List,
     Put,
+    Refusal,
     Watch,
     told,
     understood,
 )
-from firmware_runtime.links.refusal import Refusal
 from firmware_runtime.models.motion import Motion
 
 KEYS = ("port", "value", "watch", "every", "list")

@@ -11,10 +11,13 @@ import pytest
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket
 from firmware_runtime.links.watchers import MOST, PATIENCE
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.statistics.companions import Companion
+from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.ports_rig import PortsRig
 
@@ -269,6 +272,10 @@ def test_the_list_names_every_port_and_the_counts(rig: PortsRig) -> None:
 # The socket's file --------------------------------------------------------------------------------
 
 
+def ports_of(robot: Robot, path: Path) -> PortsSocket:
+    return PortsSocket(path, Ports(robot), Run(robot, VirtualClock()).executive)
+
+
 @pytest.mark.parametrize(
     ("umask", "mode"), [(0, 0o660), (0o002, 0o660), (0o022, 0o640), (0o027, 0o640), (0o077, 0o600)]
 )
@@ -277,7 +284,7 @@ def test_its_mode_follows_the_umask_and_never_lets_everybody_in(
 ) -> None:
     before = os.umask(umask)
     try:
-        ports = PortsSocket(tmp_path / "robot.ports", robot)
+        ports = ports_of(robot, tmp_path / "robot.ports")
     finally:
         os.umask(before)
     assert (tmp_path / "robot.ports").stat().st_mode & 0o7777 == mode
@@ -287,7 +294,7 @@ def test_its_mode_follows_the_umask_and_never_lets_everybody_in(
 def test_it_is_beside_the_statistics_and_removed_at_the_end(tmp_path: Path, robot: Robot) -> None:
     path = Companion.PORTS.beside(tmp_path / "robot.stats")
     assert path == tmp_path / "robot.ports"
-    ports = PortsSocket(path, robot)
+    ports = ports_of(robot, path)
     assert path.is_socket()
     ports.close()
     ports.close()
@@ -295,8 +302,8 @@ def test_it_is_beside_the_statistics_and_removed_at_the_end(tmp_path: Path, robo
 
 
 def test_a_later_run_takes_its_place_and_keeps_it(tmp_path: Path, robot: Robot) -> None:
-    earlier = PortsSocket(tmp_path / "robot.ports", robot)
-    later = PortsSocket(tmp_path / "robot.ports", Robot())
+    earlier = ports_of(robot, tmp_path / "robot.ports")
+    later = ports_of(Robot(), tmp_path / "robot.ports")
     earlier.close()
     assert (tmp_path / "robot.ports").is_socket()
     later.close()
@@ -306,7 +313,7 @@ def test_a_later_run_takes_its_place_and_keeps_it(tmp_path: Path, robot: Robot) 
 def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: Robot) -> None:
     path = tmp_path / ("x" * 120 + ".ports")
     with pytest.raises(ConfigError, match="no socket can be made here"):
-        PortsSocket(path, robot)
+        ports_of(robot, path)
 
 
 def test_a_port_that_nobody_watches_leads_straight_to_its_destination(

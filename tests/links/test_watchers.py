@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.links.refusal import Refusal
+from firmware_runtime.links.datagrams import Refusal
 from firmware_runtime.links.watchers import MOST, PATIENCE, Address, Watchers
 from sim_doubles.clock import ManualClock
 

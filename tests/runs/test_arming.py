@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
+from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming, Permission

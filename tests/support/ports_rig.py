@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from sim_doubles.clock import ManualClock
 from tests.support.executives import Run
@@ -46,9 +46,8 @@ class PortsRig:
     def __init__(self, path: Path, model: Component) -> None:
         self.path = path
         self.now = ManualClock()
-        self.ports = PortsSocket(path, model, self.now)
-        self.run = Run(model, VirtualClock(), Configuration(sources=[self.ports]))
-        self.ports.attach(self.run.executive)
+        self.run = Run(model, VirtualClock())
+        self.ports = PortsSocket(path, Ports(model), self.run.executive, self.now)
         self._speakers: list[Speaker] = []
 
     def speaker(self) -> Speaker:

@@ -4,7 +4,7 @@ import argparse
 
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.executive.world_clock import WorldClock
+from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.runs.rigs import has_rig, rig_for
 from firmware_runtime.status import Status
 

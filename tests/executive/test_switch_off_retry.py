@@ -11,8 +11,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.executive.switching_off import OFF_AGAIN_EVERY
+from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY, Outcome
 from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT
 from firmware_runtime.statistics.statistics import RunState
