@@ -23,9 +23,10 @@ from functools import partial
 from typing import Any
 
 from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.errors import ModelError, ModelFailure, SelectError
-from firmware_runtime.devs.ports import InPort, Relay
+from firmware_runtime.devs.ports import InPort, Owner, Relay
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.devs.wiring import Feed
 from firmware_runtime.errors import text_of
@@ -121,7 +122,7 @@ class ClassicSimulator(Engine):
     def _ask(self, components: Sequence[Component]) -> Component:
         """What the coupled model that these are part of selects."""
         coupled = components[0].parent
-        assert coupled is not None  # noqa: S101 -- the root is nobody's component
+        assert isinstance(coupled, Coupled)  # noqa: S101 -- the root is no component
         try:
             chosen = coupled.select(components)
         except ModelError:
@@ -135,10 +136,10 @@ class ClassicSimulator(Engine):
             raise SelectError(coupled.path, self.now, fault)
         return chosen
 
-    def _lineage(self, model: Component | None) -> tuple[Component, ...]:
+    def _lineage(self, model: Owner | None) -> tuple[Component, ...]:
         """The components that hold an atomic, from below the root down to the atomic itself."""
         lineage: list[Component] = []
-        while model is not None and model is not self.root:
+        while isinstance(model, Component) and model is not self.root:
             lineage.append(model)
             model = model.parent
         return tuple(reversed(lineage))

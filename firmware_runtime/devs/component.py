@@ -1,31 +1,20 @@
 """What atomic and coupled models have in common: a name, a parent, ports."""
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TypeVar
 
 from firmware_runtime.devs.errors import CouplingError
-from firmware_runtime.devs.ports import InPort, OutPort
-
-if TYPE_CHECKING:
-    from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import InPort, OutPort, Owner
 
 T = TypeVar("T")
 
 
-class Component:
+class Component(Owner):
     """A named model with typed ports; names are unique among its siblings and hold no dot."""
 
     def __init__(self, name: str) -> None:
         if not name or "." in name:
             raise CouplingError(f"component {name!r}: a name is not empty and holds no dot")
-        self.name = name
-        self.parent: Coupled | None = None
-        self.in_ports: dict[str, InPort[Any]] = {}
-        self.out_ports: dict[str, OutPort[Any]] = {}
-
-    @property
-    def path(self) -> str:
-        """Names from the root to this model, joined by dots: `tachobot.controller.yaw`."""
-        return self.name if self.parent is None else f"{self.parent.path}.{self.name}"
+        super().__init__(name)
 
     def in_port(self, name: str, type_: type[T]) -> InPort[T]:
         """Declare an input port that carries values of one type."""

@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import CouplingError
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Source, carries
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, Source, carries
 
 C = TypeVar("C", bound=Component)
 T = TypeVar("T")
@@ -57,10 +57,10 @@ class Coupled(Component):
 
     # ---------------------------------------------------------------------------------------------
 
-    def _ancestry(self) -> list[Component]:
+    def _ancestry(self) -> list[Owner]:
         """This model and all it is part of."""
-        ancestry: list[Component] = []
-        model: Component | None = self
+        ancestry: list[Owner] = []
+        model: Owner | None = self
         while model is not None:
             ancestry.append(model)
             model = model.parent

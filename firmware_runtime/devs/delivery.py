@@ -10,8 +10,7 @@ several has `FilledBags` beside them. What a model does not use costs it nothing
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.ports import NOWHERE, InPort, OutPort, Register, StandIn
+from firmware_runtime.devs.ports import NOWHERE, InPort, OutPort, Owner, Register, StandIn
 from firmware_runtime.devs.sharing import Bags, Pool, pools
 from firmware_runtime.devs.wiring import Feed
 
@@ -75,7 +74,7 @@ class Delivery:
     those that hold values; they are to be poured before any bag is read.
     """
 
-    def __init__(self, numbers: Mapping[Component, int], feeds: Iterable[Feed]) -> None:
+    def __init__(self, numbers: Mapping[Owner, int], feeds: Iterable[Feed]) -> None:
         self.reached: list[int] = []
         self.marks: list[InPort[Any] | FilledBags] = []
         self.pools: list[Pool] = []

@@ -17,7 +17,7 @@ from firmware_runtime.devs.errors import (
 )
 from firmware_runtime.devs.functions import Instrument, bind
 from firmware_runtime.devs.listening import Listener, Listening
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, carries
 from firmware_runtime.devs.time import NEVER, format_time, whole
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
 from firmware_runtime.errors import text_of
@@ -52,7 +52,7 @@ class Engine(ABC):
         self._zero_time_limit = zero_time_limit
         wiring = Wiring(root)
         self.atomics = tuple(wiring.atomics)
-        self._numbers: dict[Component, int] = {
+        self._numbers: dict[Owner, int] = {
             atomic: number for number, atomic in enumerate(self.atomics)
         }
         self._entrances: dict[InPort[Any], OutPort[Any]] = {
@@ -210,7 +210,7 @@ class Engine(ABC):
         self._number(port.owner)
         return port
 
-    def _number(self, model: Component) -> int:
+    def _number(self, model: Owner) -> int:
         if model not in self._numbers:
             raise ModelError(f"{model.path}: not an atomic model in {self.root.path}")
         return self._numbers[model]

@@ -9,13 +9,25 @@ on by reference: treat them as immutable.
 import builtins
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeAlias, TypeVar
-
-if TYPE_CHECKING:
-    from firmware_runtime.devs.component import Component
+from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
+
+
+class Owner:
+    """What has ports: a name, and a place in the tree below `parent`."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.parent: Owner | None = None
+        self.in_ports: dict[str, InPort[Any]] = {}
+        self.out_ports: dict[str, OutPort[Any]] = {}
+
+    @property
+    def path(self) -> str:
+        """Names from the root to this model, joined by dots: `tachobot.controller.yaw`."""
+        return self.name if self.parent is None else f"{self.parent.path}.{self.name}"
 
 
 class InPort(list[T], Generic[T]):
@@ -23,7 +35,7 @@ class InPort(list[T], Generic[T]):
 
     __slots__ = ("name", "owner", "type")
 
-    def __init__(self, owner: "Component", name: str, type_: type[T]) -> None:
+    def __init__(self, owner: Owner, name: str, type_: type[T]) -> None:
         # list's own __init__ is left out: it would empty what is empty, for every port made.
         self.owner = owner
         self.name = name
@@ -95,7 +107,7 @@ class OutPort(Generic[T]):
 
     __slots__ = ("bag", "entry", "name", "owner", "register", "type")
 
-    def __init__(self, owner: "Component", name: str, type_: type[T]) -> None:
+    def __init__(self, owner: Owner, name: str, type_: type[T]) -> None:
         self.owner = owner
         self.name = name
         self.type = type_

@@ -6,7 +6,7 @@ from typing import Final
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.ports import AnyPort, InPort
+from firmware_runtime.devs.ports import AnyPort, InPort, Owner
 from firmware_runtime.diagram import columns
 from firmware_runtime.diagram.boxes import NAME_SIZE, Box, End, Node, Wire, atomic_box, label_width
 from firmware_runtime.diagram.routes import Routes
@@ -35,7 +35,7 @@ class _Nest:
 
     def __init__(self, model: Coupled) -> None:
         self._model = model
-        self._boxes = {each: box_of(each) for each in model.components.values()}
+        self._boxes: dict[Owner, Box] = {each: box_of(each) for each in model.components.values()}
         placed = columns.assign(list(self._boxes), list(self._between()))
         self._nodes = {
             each: Node(box.width, box.height, BOX_CLEARANCE, BOX_WEIGHT, placed[each])
@@ -75,7 +75,7 @@ class _Nest:
 
     # Nodes and wires ----------------------------------------------------------------------------
 
-    def _between(self) -> Iterator[tuple[Component, Component]]:
+    def _between(self) -> Iterator[tuple[Owner, Owner]]:
         """Which component feeds which."""
         for source, end in self._model.couplings:
             if source.owner is not self._model and end.owner is not self._model:

@@ -7,6 +7,7 @@ from boards.detective.detective import Detective
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import Owner
 from firmware_runtime.diagram import columns
 from firmware_runtime.diagram.boxes import Box, Node
 from firmware_runtime.diagram.draw import diagram
@@ -107,7 +108,9 @@ def test_boxes_stand_apart_within_their_box(model: Coupled) -> None:
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_wires_run_from_port_to_port_and_round_the_boxes(model: Coupled) -> None:
     for box in inner_boxes(box_of(model)):
-        places = {part.model: (node, part) for node, part in box.parts}
+        places: dict[Owner, tuple[Node, Box]] = {
+            part.model: (node, part) for node, part in box.parts
+        }
         for source, end, route in box.routes:
             if source.owner is box.model:
                 assert route[0] == Point(0, box.inputs[source.name])
