@@ -33,7 +33,6 @@ from firmware_runtime.statistics.layout import (
     ELAPSED,
     INPUTS_DROPPED,
     MODEL,
-    MODEL_COUNTERS,
     STEP_HISTOGRAM,
     STEPS,
     TIMELINE,
@@ -41,12 +40,13 @@ from firmware_runtime.statistics.layout import (
     YIELDED,
     Layout,
 )
+from firmware_runtime.statistics.rows import ModelRow, counters
 from firmware_runtime.statistics.statistics import NO_INSTANT, RunState, Statistics
 
 _LAST_LATE, _DUE = MODEL.index("last_late_ns"), MODEL.index("due_ns")
 _SCHEDULED, _SKIPPED = MODEL.index("scheduled"), MODEL.index("skipped")
 _OUTCOMES = [MODEL.index(name) for name in ("run", "skipped", "coalesced")]
-_COUNTERS = [MODEL.index(name) for name in MODEL_COUNTERS]
+_COUNTERS = [MODEL.index(name) for name in counters(ModelRow)]
 _LATENESS, _STEP = WORST.index("lateness_ns"), WORST.index("step_ns")
 
 

@@ -1,7 +1,7 @@
 """Under which conditions a run took place, and how far it has come."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from msgspec import Struct, convert, to_builtins
 from msgspec.structs import replace
@@ -28,7 +28,7 @@ class Request(Struct, frozen=True):
         return not self.granted and self.reason not in {NOT_ASKED, NOTHING_TO_WAIT_FOR}
 
 
-Settings = dict[str, Request]
+Settings: TypeAlias = dict[str, Request]
 """By the setting's name."""
 
 

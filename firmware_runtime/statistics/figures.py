@@ -1,8 +1,9 @@
 """The statistics of a run as one typed definition, and the JSON that `stats` prints.
 
 Text, `top`, page, Prometheus, comparison and traces go by it. Names are the keys of the JSON.
-Of a new figure there is its definition here, the cell in which the loop writes it (`layout`),
-the line in `statistics` that brings it here, and wherever it is shown.
+Of a new figure there is its definition here, where it is written, and where it is shown. A counter
+of a model or a bus is also a field of that name in `rows`; what is computed has a line in
+`statistics`.
 """
 
 from typing import Any, Literal

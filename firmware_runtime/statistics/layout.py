@@ -36,8 +36,6 @@ RUN = (
 )
 """All written by the run, but `generation` and `guard_ns`: they are the guard's, see there."""
 MODEL = ModelRow.__struct_fields__
-MODEL_COUNTERS = (*MODEL[: MODEL.index("last_late_ns")], "irregular", "reactions")
-"""Of these, the ones that only grow."""
 BUS = BusRow.__struct_fields__
 DEADLINE = DeadlineRow.__struct_fields__
 WORST = WorstRow.__struct_fields__

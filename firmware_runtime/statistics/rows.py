@@ -1,51 +1,54 @@
 """What stands in the blocks of a statistics file, cell by cell: one class a block, by name.
 
-Nothing but signed 64-bit integers. The order of the fields is their order in the file.
+Nothing but signed 64-bit integers. The order of the fields is their order in the file. A field that
+has the name of a figure (`figures`) is that figure.
 """
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Annotated, TypeAlias, TypeVar, get_type_hints
 
 from msgspec import Struct
 
 from firmware_runtime.statistics.histogram import Cells
 
 Row = TypeVar("Row", bound=Struct)
+Counter: TypeAlias = Annotated[int, "only grows"]
+"""A cell that two readings of one run subtract, and readings of several runs add up."""
 
 
 class ModelRow(Struct, frozen=True):
     """Of one model; its histograms follow in the file."""
 
-    scheduled: int
-    run: int
-    skipped: int
-    coalesced: int
-    overruns: int
-    episodes: int
+    scheduled: Counter
+    run: Counter
+    skipped: Counter
+    coalesced: Counter
+    overruns: Counter
+    episodes: Counter
     last_late_ns: int
     due_ns: int
     is_in_period: int
-    irregular: int
+    irregular: Counter
     returned_ns: int
-    reactions: int
+    reactions: Counter
 
 
 class BusRow(Struct, frozen=True):
     """Of one bus, since it was opened."""
 
-    transactions: int
-    bytes: int
-    errors: int
-    retries: int
-    busy_ns: int
+    transactions: Counter
+    bytes: Counter
+    errors: Counter
+    retries: Counter
+    busy_ns: Counter
 
 
 class DeadlineRow(Struct, frozen=True):
     """Of one deadline on a path."""
 
-    misses: int
-    samples: int
-    answers: int
+    misses: Counter
+    samples: Counter
+    answers: Counter
 
 
 class WorstRow(Struct, frozen=True):
@@ -70,3 +73,18 @@ def read_rows(
 ) -> dict[str, Row]:
     """Rows by name; `first` gives the cell at which each begins, by its number."""
     return {name: read_row(kind, cells, first(index)) for index, name in enumerate(names)}
+
+
+def counters(kind: type[Struct]) -> list[str]:
+    """The fields of a row that only grow."""
+    hints = get_type_hints(kind, include_extras=True)
+    return [name for name in kind.__struct_fields__ if hints[name] == Counter]
+
+
+def as_counted(row: Struct, figures: type[Struct]) -> dict[str, int]:
+    """The fields of a row that have the name of a figure."""
+    return {
+        name: getattr(row, name)
+        for name in row.__struct_fields__
+        if name in figures.__struct_fields__
+    }

@@ -35,7 +35,14 @@ from firmware_runtime.statistics.layout import (
     Layout,
 )
 from firmware_runtime.statistics.overdue import waiting
-from firmware_runtime.statistics.rows import BusRow, DeadlineRow, ModelRow, read_row, read_rows
+from firmware_runtime.statistics.rows import (
+    BusRow,
+    DeadlineRow,
+    ModelRow,
+    as_counted,
+    read_row,
+    read_rows,
+)
 from firmware_runtime.statistics.timeline import Span, read_timeline
 from firmware_runtime.statistics.worst_list import read_worst
 
@@ -157,15 +164,13 @@ class Statistics:
         period_ns = stated.period_ns
         own_time = self.own_time_of(index)
         return ModelFigures(
-            **{total: getattr(row, total) for total in TOTALS},
+            **as_counted(row, ModelFigures),
             last_late_t_ns=row.last_late_ns if is_known else None,
             kind="event" if period_ns is None else "periodic",
             period_us=None if period_ns is None else period_ns / 1000,
             tolerance_us=stated.tolerance_ns / 1000,
             policy=stated.policy,
             waiting=self._waiting(index),
-            reactions=row.reactions,
-            irregular=row.irregular,
             returned_after_us=row.returned_ns / 1000 if row.irregular > 0 else None,
             lateness_us=self.lateness_of(index).summary_us(),
             step_us=own_time.summary_us(),
@@ -183,9 +188,7 @@ class Statistics:
 
     def _bus(self, index: int) -> BusFigures:
         row = read_row(BusRow, self.cells, self.layout.bus(index))
-        return BusFigures(
-            row.transactions, row.bytes, row.errors, row.retries, self._share(row.busy_ns)
-        )
+        return BusFigures(**as_counted(row, BusFigures), utilisation=self._share(row.busy_ns))
 
     def _share(self, spent_ns: int) -> float | None:
         """A part of the time of the run; None at its very start."""

@@ -5,8 +5,10 @@ from hypothesis import strategies as st
 from msgspec import convert
 
 from firmware_runtime.statistics.fault_table import MODEL_CELLS
+from firmware_runtime.statistics.figures import Activations, BusFigures
 from firmware_runtime.statistics.histogram import CELLS
 from firmware_runtime.statistics.layout import BUS, DEADLINE, MODEL, REASON, RUN, TIMELINE, Layout
+from firmware_runtime.statistics.rows import BusRow, ModelRow, WorstRow, as_counted, counters
 
 NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
 LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20), NAMES)
@@ -32,6 +34,18 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
     assert layout.faults.start == layout.timeline.stop == layout.timeline.start + TIMELINE
     assert layout.cells == layout.faults.stop
     assert layout.cells - layout.faults.start == len(layout.fault_models) * MODEL_CELLS
+
+
+def test_what_only_grows_is_said_where_a_field_is_defined() -> None:
+    assert counters(ModelRow) == [*Activations.__struct_fields__, "irregular", "reactions"]
+    assert counters(BusRow) == list(BUS)
+    assert counters(WorstRow) == []
+
+
+def test_a_field_with_the_name_of_a_figure_is_that_figure() -> None:
+    row = BusRow(transactions=1, bytes=2, errors=3, retries=4, busy_ns=5)
+    shown = {"transactions": 1, "bytes": 2, "errors": 3, "retries": 4}
+    assert as_counted(row, BusFigures) == shown
 
 
 @given(LAYOUTS)
