@@ -6,25 +6,13 @@ from balancing.wiring import Balancing, chip_settings
 from drivers import dc_motor
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import prescale_for
+from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.absent import AbsentBus
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
-
-SETTINGS = BalancingSettings
-RETUNABLE = (
-    "controller.kp",
-    "controller.ki",
-    "controller.kd",
-    "controller.max_drive",
-    "controller.lean_per_speed_rad",
-    "controller.lean_per_place_rad_s",
-)
-"""Keys that a running robot takes up."""
-DOUBLES_RUN_S = 10.0
-"""How long a run on doubles takes when nothing else is asked for."""
 
 
 def devices(settings: BalancingSettings) -> tuple[Device, ...]:
@@ -102,3 +90,21 @@ def _rate_faults(settings: BalancingSettings) -> list[str]:
     return [
         f"imu.sample_hz: {sample_hz} Hz, expected more than the control rate ({1 / period_s:g} Hz)"
     ]
+
+
+BOARD = BoardDefinition(
+    settings=BalancingSettings,
+    build=build,
+    devices=devices,
+    loads=loads,
+    faults=faults,
+    retunable=(
+        "controller.kp",
+        "controller.ki",
+        "controller.kd",
+        "controller.max_drive",
+        "controller.lean_per_speed_rad",
+        "controller.lean_per_place_rad_s",
+    ),
+    doubles_run_s=10.0,
+)

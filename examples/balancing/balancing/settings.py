@@ -6,15 +6,9 @@ from msgspec import Meta
 
 from firmware_runtime.board.settings import (
     Address,
-    ArmingSettings,
-    BusSettings,
+    BoardSettings,
     Channel,
-    ExecutiveSettings,
-    GuardSettings,
-    ModelPolicy,
     NotNegative,
-    OutputEnableSettings,
-    PathDeadlineSettings,
     Positive,
     Seconds,
     SecondsOrNone,
@@ -97,19 +91,11 @@ class WorldTable(Settings, frozen=True):
     """How long a hand holds it in place at the start."""
 
 
-class BalancingSettings(Settings, frozen=True):
+class BalancingSettings(BoardSettings, frozen=True, kw_only=True):
     """The whole file."""
 
     board: Literal["balancing"]
-    description: str
-    buses: dict[str, BusSettings]
     imu: ImuTable
     wheels: WheelsTable
     controller: ControllerTable
     world: WorldTable
-    executive: ExecutiveSettings = ExecutiveSettings()
-    arming: ArmingSettings = ArmingSettings()
-    guard: GuardSettings = GuardSettings()
-    output_enable: OutputEnableSettings | None = None
-    overruns: dict[str, ModelPolicy] = {}
-    deadlines: tuple[PathDeadlineSettings, ...] = ()

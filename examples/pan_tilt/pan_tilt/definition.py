@@ -1,6 +1,7 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
 from drivers.chips import ads1115
+from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
@@ -9,12 +10,6 @@ from firmware_runtime.hal.absent import AbsentBus
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 from pan_tilt.settings import PanTiltSettings
 from pan_tilt.wiring import INPUTS, PanTilt, chip_settings, servos_settings
-
-SETTINGS = PanTiltSettings
-RETUNABLE = ("controller.kp", "controller.ki", "controller.kd", "controller.most_rad_s")
-"""Keys that a running robot takes up."""
-DOUBLES_RUN_S = 15.0
-"""How long a run on doubles takes when nothing else is asked for."""
 
 
 def devices(settings: PanTiltSettings) -> tuple[Device, ...]:
@@ -73,3 +68,14 @@ def build(settings: PanTiltSettings, lines: Lines) -> Robot:
         retune=model.controller.retune,
         warnings=(),
     )
+
+
+BOARD = BoardDefinition(
+    settings=PanTiltSettings,
+    build=build,
+    devices=devices,
+    loads=loads,
+    faults=faults,
+    retunable=("controller.kp", "controller.ki", "controller.kd", "controller.most_rad_s"),
+    doubles_run_s=15.0,
+)

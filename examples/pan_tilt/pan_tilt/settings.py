@@ -6,15 +6,9 @@ from msgspec import Meta
 
 from firmware_runtime.board.settings import (
     Address,
-    ArmingSettings,
-    BusSettings,
+    BoardSettings,
     Channel,
-    ExecutiveSettings,
-    GuardSettings,
-    ModelPolicy,
     NotNegative,
-    OutputEnableSettings,
-    PathDeadlineSettings,
     Positive,
     Seconds,
     SecondsOrNone,
@@ -82,19 +76,11 @@ class WorldTable(Settings, frozen=True):
     shines_until_s: SecondsOrNone
 
 
-class PanTiltSettings(Settings, frozen=True):
+class PanTiltSettings(BoardSettings, frozen=True, kw_only=True):
     """The whole file."""
 
     board: Literal["pan_tilt"]
-    description: str
-    buses: dict[str, BusSettings]
     eyes: EyesTable
     servos: ServosTable
     controller: ControllerTable
     world: WorldTable
-    executive: ExecutiveSettings = ExecutiveSettings()
-    arming: ArmingSettings = ArmingSettings()
-    guard: GuardSettings = GuardSettings()
-    output_enable: OutputEnableSettings | None = None
-    overruns: dict[str, ModelPolicy] = {}
-    deadlines: tuple[PathDeadlineSettings, ...] = ()
