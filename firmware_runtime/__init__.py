@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from firmware_runtime.models.state_diagram import StateDiagram
     from firmware_runtime.models.state_table import Arrow, State, StateTableError
     from firmware_runtime.runs.model_alone import open_model, run
+    from firmware_runtime.runs.open_board import OpenBoard, open_board
     from firmware_runtime.runs.open_run import OpenRun
     from firmware_runtime.runs.result import RunResult
     from firmware_runtime.statistics.errors import StatisticsFileError
@@ -131,6 +132,8 @@ _WHERE: Final = {
     "ProcessSettings": "executive.process",
     "open_model": "runs.model_alone",
     "run": "runs.model_alone",
+    "OpenBoard": "runs.open_board",
+    "open_board": "runs.open_board",
     "OpenRun": "runs.open_run",
     "RunResult": "runs.result",
     "Figures": "statistics.figures",
@@ -230,6 +233,7 @@ __all__ = [
     "Motion",
     "NoAcknowledge",
     "NotReady",
+    "OpenBoard",
     "OpenRun",
     "OutPort",
     "Outcome",
@@ -261,6 +265,7 @@ __all__ = [
     "WrongDevice",
     "always_enabled",
     "format_time",
+    "open_board",
     "open_model",
     "read_statistics",
     "run",

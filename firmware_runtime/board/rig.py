@@ -37,7 +37,10 @@ class Doubles(Protocol):
 
 
 class Rig(Doubles, Protocol):
-    """Doubles in this process, and the world behind them."""
+    """Doubles in this process, and the world behind them.
+
+    A rig with an attribute `world` lets programs look at that, see `firmware_runtime.open_board`.
+    """
 
     @property
     def shown(self) -> OutPort[float] | None:

@@ -2,10 +2,11 @@
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.runs import choices
+from firmware_runtime.runs.choices import clock_faults
 
 
 def choose_clock(arguments: argparse.Namespace) -> None:
@@ -15,13 +16,8 @@ def choose_clock(arguments: argparse.Namespace) -> None:
     """
     if arguments.clock is None:
         arguments.clock = "monotonic" if arguments.events is None else "virtual"
-    faults = []
-    if (arguments.clock == "scaled") != (arguments.speed is not None):
-        faults.append("--speed N belongs to --clock scaled, and only to it")
-    if arguments.clock != "monotonic" and not arguments.doubles and arguments.events is None:
-        faults.append(f"--clock {arguments.clock} needs --doubles: chips live in real time")
-    if arguments.clock != "monotonic" and isinstance(arguments.doubles, Path):
-        faults.append(f"--clock {arguments.clock}: doubles that are served live in real time")
+    doubles = arguments.doubles or arguments.events is not None
+    faults = clock_faults(arguments.clock, arguments.speed, doubles=doubles)
     if arguments.events is not None:
         faults += _not_for_a_model_alone(arguments)
     if arguments.events is None and (arguments.outputs or arguments.model or arguments.until):
@@ -41,6 +37,4 @@ def _not_for_a_model_alone(arguments: argparse.Namespace) -> Iterator[str]:
 
 def clock_of(arguments: argparse.Namespace) -> Clock:
     """The clock chosen."""
-    if arguments.clock == "virtual":
-        return VirtualClock()
-    return ScaledClock(arguments.speed) if arguments.clock == "scaled" else MonotonicClock()
+    return choices.clock_of(arguments.clock, arguments.speed)

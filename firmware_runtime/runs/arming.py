@@ -138,10 +138,12 @@ class Arming:
         That is by the same terms as at first, if it was armed, and nobody disarms it meanwhile.
         Returns what failed, one sentence each.
         """
-        is_wanted = self.armed or self._is_wanted
-        failed = self.disarm("the run pauses")
-        self._is_wanted = is_wanted
+        self._notice()
         self._try_at = 0
+        if not self.armed:
+            return self._switch_off()
+        failed = self.disarm("the run pauses")
+        self._is_wanted = True
         return failed
 
     def attend(self, now: int, _left: int) -> None:

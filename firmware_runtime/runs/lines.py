@@ -11,9 +11,8 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
-from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_gpio import open_enable_line
-from firmware_runtime.hal.linux_serial import open_serial
+from firmware_runtime.hal.on_demand import open_i2c, open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.timed_port import TimedPort

@@ -98,7 +98,7 @@ class OpenRun:
         Raises ModelError if a model's exit failed.
         """
         self._is_closed = True
-        outcome = self._executive.end()
+        outcome = self._end()
         if outcome is None:
             return None
         self._raise_what_failed(outcome)
@@ -119,6 +119,9 @@ class OpenRun:
 
     def _run_to(self, until: int) -> Outcome:
         return self._executive.run_on(until)
+
+    def _end(self) -> Outcome | None:
+        return self._executive.end()
 
     def _raise_what_failed(self, outcome: Outcome) -> None:
         """Raise the error of a run that has ended by one, or could not be ended in order."""

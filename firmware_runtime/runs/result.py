@@ -1,6 +1,6 @@
 """What a run gives back to the program that started it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.figures import Figures
@@ -20,7 +20,7 @@ class RunResult:
     reason: str
     at: int
     """The instant of the run, ns since its start."""
-    statistics: Figures
+    statistics: Figures = field(repr=False)
 
     @property
     def at_s(self) -> float:

@@ -175,6 +175,11 @@ class DetectiveRig:
 
     # The world ----------------------------------------------------------------------------------
 
+    @property
+    def world(self) -> Arena:
+        """The arena with the robot in it."""
+        return self.arena
+
     def _wheel_angles(self, at: int) -> tuple[float, float]:
         """How far the right and the left wheel have turned; motor 1 drives the left."""
         left, right = self.motors.turned_rad(at)

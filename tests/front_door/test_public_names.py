@@ -78,3 +78,9 @@ def test_importing_the_package_loads_no_other_module_of_it() -> None:
 
 def test_writing_a_model_and_simulating_it_loads_nothing_heavy() -> None:
     assert HEAVY & modules_after("from firmware_runtime import Atomic, Coupled, Simulator") == set()
+
+
+@pytest.mark.slow
+def test_not_even_all_names_together_load_what_only_some_robots_need() -> None:
+    not_needed = {"numpy", "argparse", "smbus2", "serial", "gpiod", "rich", "prometheus_client"}
+    assert not_needed & modules_after("from firmware_runtime import *") == set()

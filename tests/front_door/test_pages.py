@@ -1,11 +1,11 @@
-"""docs/first-model.md shows programs and what they print: they must."""
+"""docs/first-model.md and docs/notebooks-and-tests.md show programs and what they print."""
 
 import pytest
 
 from tests.support.pages import Example, examples, printed
 
-PAGE = "first-model.md"
-FIRST, *OTHERS = examples(PAGE)
+FIRST, *OTHERS = examples("first-model.md")
+WITH_ROBOTS = examples("notebooks-and-tests.md")
 
 
 def lines_of_code(program: str) -> int:
@@ -32,9 +32,15 @@ def test_the_first_model_has_fifteen_lines_at_most() -> None:
 @pytest.mark.slow
 @pytest.mark.real_time
 @pytest.mark.parametrize("example", OTHERS)
-def test_every_other_program_prints_what_the_page_says(example: Example) -> None:
+def test_every_other_model_prints_what_the_page_says(example: Example) -> None:
     assert printed(example.program) == example.output
 
 
-def test_there_are_other_programs() -> None:
-    assert len(OTHERS) == 2
+@pytest.mark.slow
+@pytest.mark.parametrize("example", WITH_ROBOTS)
+def test_every_robot_does_what_the_page_says(example: Example) -> None:
+    assert printed(example.program) == example.output
+
+
+def test_every_program_with_a_text_after_it_is_run() -> None:
+    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 3)

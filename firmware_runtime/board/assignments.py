@@ -1,0 +1,39 @@
+"""Values of a program as overrides of a board's file: `KEY=VALUE`, the value in TOML."""
+
+import json
+from collections.abc import Mapping
+from numbers import Integral, Real
+from os import PathLike, fspath
+
+from firmware_runtime.errors import ConfigError
+
+
+def assignments_of(values: Mapping[str, object]) -> list[str]:
+    """One override for each value, by its dotted key. Raises ConfigError, naming every fault."""
+    faults: list[str] = []
+    assignments: list[str] = []
+    for key, value in values.items():
+        try:
+            assignments.append(f"{key}={_toml(value)}")
+        except TypeError as error:
+            faults.append(f"{key}: {error}")
+    if faults:
+        raise ConfigError("set", faults)
+    return assignments
+
+
+def _toml(value: object) -> str:
+    """A value as TOML; numbers may be numpy's. Raises TypeError for what TOML has no word for."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Integral):
+        return str(int(value))
+    if isinstance(value, Real):
+        return repr(float(value))
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, PathLike):
+        return json.dumps(fspath(value))
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    raise TypeError(f"{value!r}: expected a number, a text, true or false, or a list of these")

@@ -1,0 +1,188 @@
+"""A robot in the hands of a program: a test, a notebook, a script.
+
+It goes through the same session as the command `run`: the same settings, refusals, pre-arm checks,
+guard and sockets. What differs is that it can be run in stretches and looked at in between.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from firmware_runtime.board import registry
+from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Rig
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.runs.arming import permission_for
+from firmware_runtime.runs.choices import ClockName, clock_faults, clock_name, clock_of
+from firmware_runtime.runs.open_run import OpenRun
+from firmware_runtime.runs.result import RunResult
+from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.companions import check_ending
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.statistics.statistics import RunState
+
+Settings = Mapping[str, object]
+"""Numbers of board.toml by their dotted keys."""
+
+_AS_IT_IS: Settings = MappingProxyType({})
+
+
+class OpenBoard(OpenRun):
+    """A robot whose chips have answered; `close` switches all outputs off, however it ran.
+
+    Outputs of a real robot, and of doubles in another process, are off between two calls of `run`.
+    """
+
+    def __init__(self, session: Session, default_for_s: float | None) -> None:
+        super().__init__(session.executive)
+        self._session = session
+        self._default_for_s = default_for_s
+
+    @property
+    def board(self) -> Board:
+        """The board and its settings, as they are in force."""
+        return self._session.board
+
+    @property
+    def model(self) -> Coupled:
+        """The robot's model: its components, their ports and attributes."""
+        return self._session.robot.model
+
+    @property
+    def rig(self) -> Rig | None:
+        """The doubles and the lines they are on, if they are in this process."""
+        return self._session.rig
+
+    @property
+    def world(self) -> Any:  # noqa: ANN401 -- a world is of its board's own class
+        """The world behind the doubles, brought up to now; None where there is none."""
+        rig = self._session.rig
+        if rig is None:
+            return None
+        rig.catch_up()
+        return getattr(rig, "world", None)
+
+    @property
+    def now(self) -> int:
+        """The present instant of doubles and their world, ns since the start of the run."""
+        return self._session.world_now()
+
+    @property
+    def result(self) -> dict[str, object]:
+        """How the robot fares: the world's truth on doubles, else what the robot itself knows."""
+        return self._session.result()
+
+    @property
+    def outputs(self) -> dict[str, int] | None:
+        """How many outputs of each chip are on; None on a real robot, where it cannot be seen."""
+        return self._session.outputs()
+
+    @property
+    def armed(self) -> bool:
+        """Whether its outputs may be driven."""
+        arming = self._session.arming
+        return arming is None or arming.armed
+
+    @property
+    def why_not_armed(self) -> str | None:
+        """What keeps it from being armed, in a sentence; None if it is."""
+        arming = self._session.arming
+        return None if arming is None or arming.armed else arming.reason
+
+    def run(self, for_s: float | None = None) -> RunResult:
+        """Run for so many seconds; again, go on. Without a number, as the command `run` would.
+
+        That is for as long as the board says on doubles, else until it is over or stopped.
+        Raises what a model's run raises, and HalError if outputs could not be switched off.
+        """
+        return super().run(self._default_for_s if for_s is None else for_s)
+
+    def close(self) -> RunResult | None:
+        """End the run with all outputs off, and release the buses. Closing twice is harmless.
+
+        Raises HalError if some output could not be switched off.
+        """
+        if self._is_closed:
+            return None
+        try:
+            if self._executive.reached == 0 and not self._executive.is_over:
+                self._switch_off()
+            return super().close()
+        finally:
+            self._session.close()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _switch_off(self) -> None:
+        """Switch off what never ran: something before it may have left outputs on."""
+        if failed := self._session.make_safe():
+            self._is_closed = True
+            raise self._failure("; ".join(failed))
+
+    def _run_to(self, until: int) -> Outcome:
+        return self._session.run_on(until)
+
+    def _end(self) -> Outcome | None:
+        return self._session.end()
+
+    def _result(self, outcome: Outcome) -> RunResult:
+        result = super()._result(outcome)
+        return replace(result, state=RunState.FAILED) if self._session.has_failed else result
+
+    def _failure(self, faults: str) -> FirmwareRuntimeError:
+        return HalError(f"not made safe: {faults}")
+
+
+def open_board(  # noqa: PLR0913 -- the options of the command, by the same names
+    board: str | PathLike[str],
+    *,
+    doubles: bool | str | PathLike[str] = False,
+    clock: ClockName | Clock = "monotonic",
+    speed: float | None = None,
+    set: Settings = _AS_IT_IS,  # noqa: A002 -- as the command has it
+    arm: bool = False,
+    supervised: bool = False,
+    statistics: str | PathLike[str] | None = None,
+    tell: Callable[[str], None] = lambda _: None,
+) -> OpenBoard:
+    """A robot ready to run, by the choices of the command `run`; close it, or use it in a `with`.
+
+    `board` is a board's name, or the path of a board.toml or its folder; `set` overrides single
+    numbers of it: `set={"controller.yaw.kp": 0.8}`. `doubles` are made for the run (True) or served
+    at a path. The outputs of a real robot (`doubles=False`) are driven only while it is armed: by
+    `arm=True`, by the board's `[arming] at_start`, or by `firmware-runtime arm` while it runs, and
+    each time only once nothing speaks against it. `statistics` are kept in a file where it is
+    given, and where outputs are outside this process: the guard looks there. `tell` gets what the
+    command would print on the way. Raises ConfigError, and HalError when a bus or chip is missing.
+    """
+    name = clock_name(clock, speed)
+    where = doubles if isinstance(doubles, bool) else Path(doubles)
+    if faults := clock_faults(name, speed, doubles=where):
+        raise ConfigError("run", faults)
+    found = registry.load(str(board), assignments_of(set))
+    session = Session(
+        found,
+        clock_of(clock, speed),
+        doubles=where,
+        statistics_path=_statistics_path(statistics, found, is_outside=where is not True),
+        permission=permission_for(found, doubles=where, arm=arm, supervised=supervised),
+        tell=tell,
+    )
+    return OpenBoard(session, found.doubles_run_s if where else None)
+
+
+def _statistics_path(
+    stated: str | PathLike[str] | None, board: Board, *, is_outside: bool
+) -> Path | None:
+    if stated is None:
+        return default_path(board.name) if is_outside else None
+    check_ending(Path(stated))
+    return Path(stated)

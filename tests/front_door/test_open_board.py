@@ -1,0 +1,255 @@
+"""`firmware_runtime.open_board`: a robot in the hands of a test or a notebook."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime import (
+    BusAbsent,
+    ConfigError,
+    HalError,
+    RunState,
+    StatisticsFileError,
+    VirtualClock,
+    open_board,
+)
+from firmware_runtime.board import registry
+from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.runs import session
+from firmware_runtime.runs.arming import Permission
+from firmware_runtime.runs.lines import open_lines
+from firmware_runtime.runs.open_board import OpenBoard
+from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.paths import directories
+from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.rigs.rig import DoublesRig, rig_for
+
+TURNING = 1.0
+"""Seconds of TachoBot after which its propellers turn."""
+REFUSED = FaultScript([NackAddress(times=None)])
+
+
+def virtual(board: str = "tachobot", **choices: Any) -> OpenBoard:  # noqa: ANN401
+    return open_board(board, doubles=True, clock="virtual", **choices)
+
+
+@pytest.mark.slow
+def test_a_robot_runs_and_can_be_looked_at() -> None:
+    with virtual() as robot:
+        result = robot.run(10.0)
+        assert (result.state, result.at_s) == (RunState.ENDED, 10.0)
+        assert robot.result["settled"] is True
+        assert robot.world.state(robot.now).yaw_rad == pytest.approx(1.0, abs=0.05)
+        assert robot.statistics.models["imu"].skipped == 0
+        assert robot.outputs == {"thrust_pairs": 8}
+
+
+def test_set_overrides_numbers_of_the_board() -> None:
+    with virtual(set={"world.mass_kg": 2.5, "controller.mode": "platform"}) as robot:
+        assert robot.board.settings.world.mass_kg == 2.5
+        assert robot.board.assignments == ["world.mass_kg=2.5", 'controller.mode="platform"']
+
+
+@pytest.mark.slow
+def test_a_robot_that_goes_on_is_the_robot_that_ran_at_once() -> None:
+    with virtual() as whole, virtual() as parts:
+        at_once = whole.run(2.0)
+        in_parts = [parts.run(0.5), parts.run(1.5)]
+        assert [each.at_s for each in in_parts] == [0.5, 2.0]
+        assert parts.result == whole.result
+        assert in_parts[-1].statistics.models == at_once.statistics.models
+
+
+def test_outputs_are_off_once_it_is_closed() -> None:
+    with virtual() as robot:
+        robot.run(TURNING)
+        assert robot.outputs == {"thrust_pairs": 8}
+    assert robot.outputs == {"thrust_pairs": 0}
+
+
+def test_outputs_are_off_also_after_an_error_in_the_program() -> None:
+    def program() -> None:
+        with robot:
+            robot.run(TURNING)
+            raise LookupError
+
+    robot = virtual()
+    with pytest.raises(LookupError):
+        program()
+    assert robot.outputs == {"thrust_pairs": 0}
+
+
+def test_what_cannot_be_switched_off_is_said() -> None:
+    robot = virtual(set={"executive.switch_off_s": 0.0})
+    robot.run(TURNING)
+    rig: Any = robot.rig
+    rig.buses["i2c1"].faults = REFUSED
+    with pytest.raises(HalError, match="not made safe"):
+        robot.close()
+
+
+def test_a_robot_that_is_closed_does_not_run_any_more() -> None:
+    with virtual() as robot:
+        robot.run(0.1)
+    assert robot.close() is None
+    with pytest.raises(RuntimeError):
+        robot.run(0.1)
+
+
+@pytest.mark.slow
+def test_a_task_that_is_over_ends_the_run() -> None:
+    with virtual("detective") as robot:
+        result = robot.run()
+        assert result.state is RunState.STOPPED
+        assert robot.result["found"] is True
+        assert robot.outputs is not None
+        assert set(robot.outputs.values()) == {0}
+        with pytest.raises(RuntimeError):
+            robot.run(1.0)
+
+
+def test_ports_at_any_level_can_be_listened_to() -> None:
+    instants: list[int] = []
+    with virtual() as robot:
+        sample = robot.model.components["imu"].out_ports["sample"]
+        with robot.listen(sample, lambda at, _sample: instants.append(at)):
+            robot.run(TURNING)
+        count = len(instants)
+        robot.run(0.1)
+    assert 0 < count == len(instants)
+
+
+def test_a_run_on_doubles_leaves_no_file() -> None:
+    before = {path for folder in directories() for path in folder.glob("*")}
+    with virtual() as robot:
+        robot.run(0.1)
+    assert {path for folder in directories() for path in folder.glob("*")} == before
+
+
+@pytest.mark.parametrize(
+    ("board", "choices", "error"),
+    [
+        ("tachobt", {"doubles": True}, ConfigError),
+        ("tachobot", {"doubles": True, "set": {"world.mas_kg": 2.5}}, ConfigError),
+        ("tachobot", {"doubles": True, "set": {"world.mass_kg": -2.5}}, ConfigError),
+        ("tachobot", {"doubles": True, "set": {"world.mass_kg": object()}}, ConfigError),
+        ("tachobot", {"clock": "virtual"}, ConfigError),
+        ("tachobot", {"clock": VirtualClock()}, ConfigError),
+        ("tachobot", {"doubles": True, "clock": "fast"}, ConfigError),
+        ("tachobot", {"doubles": True, "clock": "scaled"}, ConfigError),
+        ("tachobot", {"doubles": True, "speed": 2.0}, ConfigError),
+        ("tachobot", {"doubles": "/no/socket", "clock": "virtual"}, ConfigError),
+        ("tachobot", {"doubles": "/no/socket"}, BusAbsent),
+        ("tachobot", {"set": {"buses.i2c1.device": "/dev/no-bus"}}, BusAbsent),
+        ("tachobot", {"doubles": True, "statistics": "tachobot.ports"}, StatisticsFileError),
+    ],
+)
+def test_what_the_command_refuses_is_refused_here(
+    board: str, choices: dict[str, Any], error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        open_board(board, **choices)
+
+
+def test_values_of_a_program_are_numbers_of_a_board() -> None:
+    values = {"a": True, "b": 2, "c": 0.5, "d": "x = 1", "e": (1, "2"), "f": Path("/dev/i2c-1")}
+    assert assignments_of(values) == [
+        "a=true",
+        "b=2",
+        "c=0.5",
+        'd="x = 1"',
+        'e=[1, "2"]',
+        'f="/dev/i2c-1"',
+    ]
+
+
+# Outputs outside of this process ----------------------------------------------------------------
+
+
+@dataclass
+class Outside:
+    """Robots whose chips are as real as they get here: doubles that no session knows of."""
+
+    rig: DoublesRig | None = None
+    told: list[str] = field(default_factory=list)
+
+    def robot(self, *, at_start: bool) -> OpenBoard:
+        board = registry.load("tachobot", ["executive.fifo_priority=0"])
+        permission = Permission(at_start, demand_guard=False)
+        made = Session(
+            board,
+            VirtualClock(),
+            doubles=False,
+            statistics_path=None,
+            permission=permission,
+            tell=self.told.append,
+        )
+        return OpenBoard(made, None)
+
+    @property
+    def on(self) -> int:
+        """How many outputs are on."""
+        assert self.rig is not None
+        return self.rig.outputs["thrust_pairs"]
+
+
+@pytest.fixture
+def outside(monkeypatch: pytest.MonkeyPatch) -> Outside:
+    found = Outside()
+
+    def opened(board: Any, _doubles: None, interlock: Any, time: Any) -> Any:  # noqa: ANN401
+        found.rig = rig_for(board, time)
+        return open_lines(board, found.rig, interlock, time)
+
+    monkeypatch.setattr(session, "open_lines", opened)
+    return found
+
+
+def test_outputs_of_a_real_robot_are_not_driven_unless_it_is_armed(outside: Outside) -> None:
+    driven: list[int] = []
+    with outside.robot(at_start=False) as robot:
+        sample = robot.model.components["imu"].out_ports["sample"]
+        robot.listen(sample, lambda _at, _sample: driven.append(outside.on))
+        robot.run(3.0)
+        assert (robot.armed, robot.why_not_armed) == (False, "nothing asked for it")
+    assert set(driven) == {0}
+
+
+@pytest.mark.slow
+def test_outputs_of_a_real_robot_are_off_in_a_pause_and_driven_again_after_it(
+    outside: Outside,
+) -> None:
+    driven: list[int] = []
+    with outside.robot(at_start=True) as robot:
+        sample = robot.model.components["imu"].out_ports["sample"]
+        robot.listen(sample, lambda _at, _sample: driven.append(outside.on))
+        for _ in range(2):
+            driven.clear()
+            robot.run(5.0)
+            assert driven[-1] == 8
+            assert (outside.on, robot.armed) == (0, False)
+    assert outside.told == ["armed", "disarmed: the run pauses"] * 2
+    assert outside.on == 0
+
+
+def test_a_real_robot_that_never_ran_is_switched_off_too(outside: Outside) -> None:
+    robot = outside.robot(at_start=True)
+    rig: Any = outside.rig
+    before = rig.buses["i2c1"].transactions
+    robot.close()
+    assert rig.buses["i2c1"].transactions > before
+    assert outside.on == 0
+
+
+def test_a_real_robot_that_cannot_be_switched_off_for_a_pause_is_ended(outside: Outside) -> None:
+    robot = outside.robot(at_start=False)
+    rig: Any = outside.rig
+    robot.run(TURNING)
+    rig.buses["i2c1"].faults = REFUSED
+    with pytest.raises(HalError):
+        robot.run(TURNING)
+    rig.buses["i2c1"].faults = None
+    with pytest.raises(RuntimeError):
+        robot.run(TURNING)
