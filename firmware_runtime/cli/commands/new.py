@@ -1,4 +1,4 @@
-"""`firmware-runtime new robot NAME`: a package of one's own to begin with."""
+"""`firmware-runtime new robot NAME` and `new chip NAME`: a package of one's own to begin with."""
 
 import argparse
 import shlex
@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.scaffold.chip import write_chip
 from firmware_runtime.scaffold.robot import write_robot
 from firmware_runtime.status import Status
 
@@ -14,20 +15,37 @@ _ROBOT = """
 The robot has one motor and one sonar and keeps its distance from a wall: a package that is complete
 and small, to be changed. Its tests run on doubles.
 """
+_CHIP = """
+The package has a driver and a double made from the table, the table as a page, and the contract of
+chips as its test. Without a table it begins with an example, to be edited.
+"""
 
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Write a package of your own: a robot to begin with."
+    summary = "Write a package of your own: a robot, or a chip, to begin with."
     verb = verbs.add_parser("new", help=summary, description=summary)
     kinds = verb.add_subparsers(required=True, metavar="WHAT")
     _add_robot_to(kinds)
+    _add_chip_to(kinds)
 
 
 def _add_robot_to(kinds: SubParsers) -> None:
     verb = add_verb(kinds, "robot", "Write a robot's package, with tests on doubles.", _robot)
     verb.epilog = _ROBOT
     add_place(verb, "what the package and its board are called: small letters, digits and _")
+
+
+def _add_chip_to(kinds: SubParsers) -> None:
+    verb = add_verb(kinds, "chip", "Write a chip's package from its register table.", _chip)
+    verb.epilog = _CHIP
+    add_place(verb, "what the package and the chip are called: small letters, digits and _")
+    verb.add_argument(
+        "--registers",
+        type=Path,
+        metavar="FILE.toml",
+        help="its register table; default: an example",
+    )
 
 
 def add_place(verb: argparse.ArgumentParser, about: str) -> None:
@@ -41,6 +59,12 @@ def add_place(verb: argparse.ArgumentParser, about: str) -> None:
 def _robot(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.into or Path(arguments.name)
     show_written(folder, write_robot(arguments.name, folder))
+    return Status.OK
+
+
+def _chip(arguments: argparse.Namespace) -> int:
+    folder: Path = arguments.into or Path(arguments.name)
+    show_written(folder, write_chip(arguments.name, folder, arguments.registers))
     return Status.OK
 
 
