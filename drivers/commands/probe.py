@@ -7,8 +7,9 @@ from typing import Any
 
 from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
+from firmware_runtime.board.in_force import known_names
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board, known_names
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.runs.rigs import rig_for

@@ -3,8 +3,9 @@
 import argparse
 
 from firmware_runtime.board import kinds
+from firmware_runtime.board.in_force import SETTINGS
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.installation.places import SETTINGS, boards_with_settings
+from firmware_runtime.host.installation.places import boards_with_settings
 from firmware_runtime.host.installation.target import Target
 from firmware_runtime.host.installation.uninstall import installed_boards
 from firmware_runtime.spelling import did_you_mean

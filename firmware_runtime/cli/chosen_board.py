@@ -1,23 +1,12 @@
-"""The board that the command line names.
+"""The board that the command line names, by the settings in force on this machine."""
 
-A name means the settings in force on this machine: the user's copy in /etc/firmware-runtime, which
-`service install` makes, or else what is shipped. A robot with a name of its own, one of two of a
-kind, has its copy there only. A path means that file.
-"""
-
-import os
 import sys
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
-from firmware_runtime.board import kinds, registry
+from firmware_runtime.board.in_force import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.readers_gone import tell
-from firmware_runtime.host.installation.places import SETTINGS, boards_with_settings
-
-PLACE = "FIRMWARE_RUNTIME_SETTINGS_DIRECTORY"
-"""Names another directory for settings in force, as tests need."""
 
 
 def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
@@ -25,40 +14,12 @@ def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
 
     Raises ConfigError with every fault found.
     """
-    copy = settings_in_force(board)
-    if copy is None:
-        return registry.load(board, assignments, own_names())
-    _tell_once(f"firmware-runtime: {board} has its settings from {copy}")
-    return registry.load_copy(copy, board, assignments)
+    if (copy := settings_in_force(board)) is not None:
+        _tell_once(f"firmware-runtime: {board} has its settings from {copy}")
+    return board_in_force(board, assignments)
 
 
 @cache
 def _tell_once(what: str) -> None:
     """A verb may read a board more than once."""
     tell(what, sys.stderr)
-
-
-def settings_in_force(board: str) -> Path | None:
-    """The user's copy of the settings of a board of that name, if there is one."""
-    if not registry.is_name(board):
-        return None
-    copy = _directory() / f"{board}.toml"
-    return copy if os.path.exists(copy) else None  # noqa: PTH110 -- pathlib's raise
-
-
-def own_names() -> list[str]:
-    """The robots whose settings are in force here by a name that is no kind's."""
-    try:
-        found = os.listdir(_directory())  # noqa: PTH208 -- names are all that is wanted
-    except OSError:
-        return []  # none were installed, or this user may not look
-    return [name for name in boards_with_settings(sorted(found)) if name not in kinds.names()]
-
-
-def known_names() -> list[str]:
-    """Every board that can be named here: the kinds, then robots with a name of their own."""
-    return [*kinds.names(), *own_names()]
-
-
-def _directory() -> Path:
-    return Path(os.environ.get(PLACE) or SETTINGS)

@@ -11,8 +11,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from firmware_runtime.board import registry
 from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.in_force import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.coupled import Coupled
@@ -155,7 +155,8 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
 ) -> OpenBoard:
     """A robot ready to run, by the choices of the command `run`; close it, or use it in a `with`.
 
-    `board` is a board's name, or the path of a board.toml or its folder; `set` overrides single
+    `board` is a board's name, which means its settings in force on this machine, or the path of a
+    board.toml or its folder; `set` overrides single
     numbers of it: `set={"controller.yaw.kp": 0.8}`. `doubles` are made for the run (True) or served
     at a path. The outputs of a real robot (`doubles=False`) are driven only while it is armed: by
     `arm=True`, by the board's `[arming] at_start`, or by `firmware-runtime arm` while it runs, and
@@ -167,7 +168,9 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     where = doubles if isinstance(doubles, bool) else Path(doubles)
     if faults := clock_faults(name, speed, doubles=where):
         raise ConfigError("run", faults)
-    found = registry.load(str(board), assignments_of(set))
+    found = board_in_force(str(board), assignments_of(set))
+    if (copy := settings_in_force(str(board))) is not None:
+        tell(f"{board} has its settings from {copy}")
     session = Session(
         found,
         clock_of(clock, speed),

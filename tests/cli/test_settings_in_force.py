@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board import kinds, registry
-from firmware_runtime.cli.chosen_board import PLACE
+from firmware_runtime.board.in_force import PLACE
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import kinds, registry
-from firmware_runtime.cli.chosen_board import PLACE, known_names
+from firmware_runtime.board.in_force import PLACE, known_names
 from firmware_runtime.cli.commands.completion import candidates
 from firmware_runtime.cli.main import main, parser
 from firmware_runtime.errors import ConfigError

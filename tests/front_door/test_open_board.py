@@ -15,8 +15,9 @@ from firmware_runtime import (
     VirtualClock,
     open_board,
 )
-from firmware_runtime.board import registry
+from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.in_force import PLACE
 from firmware_runtime.runs import session
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines
@@ -253,3 +254,16 @@ def test_a_real_robot_that_cannot_be_switched_off_for_a_pause_is_ended(outside: 
     rig.buses["i2c1"].faults = None
     with pytest.raises(RuntimeError):
         robot.run(TURNING)
+
+
+def test_a_name_means_the_settings_in_force_on_this_machine(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shipped = kinds.shipped_file("tachobot").read_text()
+    assert "mass_kg = 3.0" in shipped
+    (tmp_path / "tachobot.toml").write_text(shipped.replace("mass_kg = 3.0", "mass_kg = 2.75"))
+    monkeypatch.setenv(PLACE, str(tmp_path))
+    told: list[str] = []
+    with virtual(tell=told.append) as robot:
+        assert robot.board.settings.world.mass_kg == 2.75
+    assert told == [f"tachobot has its settings from {tmp_path / 'tachobot.toml'}"]

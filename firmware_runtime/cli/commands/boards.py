@@ -4,8 +4,8 @@ import argparse
 import sys
 
 from firmware_runtime.board import kinds, registry
+from firmware_runtime.board.in_force import known_names, settings_in_force
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import known_names, settings_in_force
 from firmware_runtime.cli.readers_gone import tell
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status

@@ -9,8 +9,9 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from firmware_runtime.board.in_force import known_names
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board, known_names
+from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 

@@ -6,6 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from firmware_runtime.board import kinds, registry
+from firmware_runtime.board.in_force import SETTINGS
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.board_name import add_board_name, demand_known
 from firmware_runtime.cli.service_logs import add_logs_to
@@ -16,7 +17,6 @@ from firmware_runtime.host.installation.places import (
     GUARD,
     PROGRAM,
     RUNTIME,
-    SETTINGS,
     boards_with_settings,
     instance,
     settings_path,

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from fnmatch import filter as matching
 
+from firmware_runtime.board.in_force import SETTINGS
+
 RUNTIME, GUARD = "firmware-runtime", "firmware-runtime-guard"
 METRICS, RECORDER = "firmware-runtime-metrics", "firmware-runtime-record"
 BRIDGE = "firmware-runtime-bridge"
@@ -10,7 +12,6 @@ SERVICES = (RUNTIME, GUARD, METRICS, RECORDER, BRIDGE)
 
 UNITS = "/etc/systemd/system"
 WANTED = f"{UNITS}/multi-user.target.wants"
-SETTINGS = "/etc/firmware-runtime"
 SYSTEM_USERS = "/etc/sysusers.d/firmware-runtime.conf"
 TEMPORARY_FILES = "/etc/tmpfiles.d/firmware-runtime.conf"
 DEVICE_RULES = "/etc/udev/rules.d/60-firmware-runtime.rules"
