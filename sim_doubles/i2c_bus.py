@@ -180,6 +180,10 @@ class I2cBusDouble(I2cBus):
             for target in self._targets:
                 target.power_cycle()
 
+    def pause(self, span: int) -> None:
+        """Let `span` ns pass on the clock that transactions take their time on."""
+        self._timing.pause(span)
+
     def close(self) -> None:
         """Release the bus; the targets go on as they are."""
         self._closed = True

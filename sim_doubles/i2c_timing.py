@@ -26,6 +26,11 @@ class WireTiming:
             self._began_at = self._now() + self._overhead_ns
             self._reach(self._began_at)
 
+    def pause(self, span: int) -> None:
+        """Let `span` ns pass between two transactions."""
+        if self._reach is not None:
+            self._reach(self._now() + span)
+
     def take(self, bits: int) -> None:
         """Let that many more bits of the transaction take their time."""
         if self._reach is not None:

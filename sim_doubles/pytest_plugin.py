@@ -12,14 +12,16 @@ the environment, so it imports nothing of the doubles until a fixture is asked f
 
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from sim_doubles.stand_ins import StandIns
+from firmware_runtime.hal.circuitpython.stand_ins import MODULES, StandIns
 
 if TYPE_CHECKING:
+    from firmware_runtime import OpenBoard
     from firmware_runtime.hal.line_time import WireClock
     from sim_doubles.faults import FaultScript
     from sim_doubles.i2c_bus import I2cBusDouble
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from sim_doubles.testing.wire_log import WireLog
 
 KEEP_BLINKA = "keep_blinka"
+STAND_INS = {**MODULES, "busio": "sim_doubles.busio", "smbus": "sim_doubles.smbus"}
+"""What a test imports that a PC does not have."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -41,8 +45,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let tests import what a Raspberry Pi has; see `sim_doubles.stand_ins`."""
-    stand_ins = StandIns(keep_blinka=config.getini(KEEP_BLINKA))
+    """Let tests import what a Raspberry Pi has; see `StandIns`."""
+    stand_ins = StandIns(STAND_INS, keep_blinka=config.getini(KEEP_BLINKA))
     stand_ins.install()
     config.add_cleanup(stand_ins.remove)
 
@@ -127,6 +131,23 @@ def no_protocol_warning(i2c_buses: "TestBuses") -> Iterator[Callable[[], None]]:
     look = partial(check, i2c_buses)
     yield look
     look()
+
+
+@pytest.fixture
+def board() -> "Iterator[Callable[..., OpenBoard]]":
+    """Opens a robot on its doubles in virtual time: `board("tachobot", set={...}).run(10.0)`.
+
+    Takes what `firmware_runtime.open_board` takes; outputs are off and it is closed at the end.
+    """
+    from firmware_runtime import open_board
+
+    with ExitStack() as opened:
+
+        def opened_board(name: str, **choices: Any) -> "OpenBoard":  # noqa: ANN401
+            chosen = {"doubles": True, "clock": "virtual", **choices}
+            return opened.enter_context(open_board(name, **chosen))
+
+        yield opened_board
 
 
 @pytest.fixture

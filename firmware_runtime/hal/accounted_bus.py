@@ -90,6 +90,10 @@ class AccountedBus(I2cBus, BusCounters):
                     return answer
                 attempt += 1
 
+    def pause(self, span: int) -> None:
+        """Let `span` ns pass on the bus underneath; a robot's lines are late by it."""
+        self._bus.pause(span)
+
     def elapsed(self) -> int:
         """Return the ns from the instant of the step under way to the last transaction's end."""
         return self._time.elapsed()

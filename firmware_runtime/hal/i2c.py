@@ -13,7 +13,10 @@ happened whole, or a `HalError` says where it ended.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from time import sleep
 from typing import TypeAlias
+
+from firmware_runtime.devs.time import SECOND
 
 Message: TypeAlias = bytes | int
 """Bytes to write, or a number of bytes to read (1 or more)."""
@@ -56,6 +59,10 @@ class I2cBus(ABC):
         0 on a bus that belongs to no run.
         """
         return 0
+
+    def pause(self, span: int) -> None:
+        """Let `span` ns pass before the next transaction, in the time that the bus lives in."""
+        sleep(span / SECOND)
 
     def close(self) -> None:  # noqa: B027 -- a bus that holds nothing has nothing to release
         """Release the bus; using it afterwards raises PortClosed."""

@@ -21,6 +21,9 @@ class NotingBus(I2cBus):
             self._notes.append(f"{self._place} 0x{address:02x}: {b''.join(written).hex()}")
         return bytes(sum(message for message in messages if isinstance(message, int)))
 
+    def pause(self, span: int) -> None:
+        """Let no time pass: nothing is waited for."""
+
 
 class NotingPort(SerialPort):
     """Notes what is written; nothing arrives."""

@@ -207,6 +207,15 @@ def test_no_warning_is_no_failure(
     no_protocol_warning()
 
 
+@pytest.mark.slow
+def test_a_robot_runs_on_its_doubles_in_virtual_time(board: Connect) -> None:
+    robot = board("tachobot", set={"world.mass_kg": 2.5})
+    assert robot.outputs == {"thrust_pairs": 0}
+    assert robot.run(4.0).at_s == 4.0
+    assert robot.outputs == {"thrust_pairs": 8}
+    assert robot.board.settings.world.mass_kg == 2.5
+
+
 def test_a_serial_device_sends_and_receives(
     serial_double: Callable[..., SerialPty], virtual_time: VirtualTime
 ) -> None:
@@ -229,8 +238,8 @@ def test_a_serial_device_is_not_one_on_i2c(serial_double: Connect) -> None:
 def test_the_plugin_imports_nothing_of_the_doubles() -> None:
     code = (
         "import sys, sim_doubles.pytest_plugin;"
-        "print(sorted(m for m in sys.modules if m.split('.')[0] in {'firmware_runtime','numpy',"
-        "'smbus2','msgspec'}), 'sim_doubles.i2c_bus' in sys.modules)"
+        "print(sorted(m for m in sys.modules if m.split('.')[0] in {'numpy',"
+        "'smbus2','msgspec'}), 'firmware_runtime.hal.i2c' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["[]", "False"]

@@ -1,37 +1,34 @@
-"""Modules of a Raspberry Pi that drivers import, for a machine that is none.
+"""Modules that drivers import and a machine that is no Raspberry Pi does not have.
 
-While `StandIns` is in force, each name of `MODULES` imports a module that speaks to doubles where
-none is installed, or where it is Blinka's, which does not import on a machine it does not know. A
+While `StandIns` is in force, each name of `MODULES` imports a module of this folder where none is
+installed, or where it is Blinka's, which does not import on a machine it does not know. A
 `board.py` of the user's own is left alone.
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
-from types import ModuleType
-from typing import Final
+from types import ModuleType, TracebackType
+from typing import Final, Self
 
+_HERE: Final = "firmware_runtime.hal.circuitpython"
 MODULES: Final = {
-    "smbus": "sim_doubles.smbus",
-    "busio": "sim_doubles.busio",
-    "board": "sim_doubles.stand_ins.board",
-    "digitalio": "sim_doubles.stand_ins.digitalio",
-    "micropython": "sim_doubles.stand_ins.micropython",
-    "pwmio": "sim_doubles.stand_ins.pwmio",
+    name: f"{_HERE}.{name}" for name in ("board", "busio", "digitalio", "micropython", "pwmio")
 }
 """What is imported under whose name."""
 
 
 class StandIns(MetaPathFinder):
-    """Finds a stand-in for each of `MODULES` from `install` to `remove`.
+    """Finds a stand-in for each of `modules` from `install` to `remove`; a context manager.
 
     With `keep_blinka` Blinka's own modules are imported where it is installed.
     """
 
-    def __init__(self, *, keep_blinka: bool = False) -> None:
+    def __init__(self, modules: Mapping[str, str] = MODULES, *, keep_blinka: bool = False) -> None:
+        self._modules = modules
         self._keep_blinka = keep_blinka
 
     def install(self) -> None:
@@ -42,9 +39,21 @@ class StandIns(MetaPathFinder):
         """Find nothing any more, and let those found be looked for again."""
         if self in sys.meta_path:
             sys.meta_path.remove(self)
-        for name, ours in MODULES.items():
+        for name, ours in self._modules.items():
             if sys.modules.get(name) is sys.modules.get(ours, self):
                 del sys.modules[name]
+
+    def __enter__(self) -> Self:
+        self.install()
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _traceback: TracebackType | None,
+    ) -> None:
+        self.remove()
 
     def find_spec(
         self,
@@ -53,9 +62,9 @@ class StandIns(MetaPathFinder):
         target: ModuleType | None = None,  # noqa: ARG002 -- a reload gives the same
     ) -> ModuleSpec | None:
         """The stand-in for that name; None for any other, and where the real one is to be had."""
-        if name not in MODULES or self._is_to_be_had(name):
+        if name not in self._modules or self._is_to_be_had(name):
             return None
-        return ModuleSpec(name, _Renamed(MODULES[name]))
+        return ModuleSpec(name, _Renamed(self._modules[name]))
 
     def _is_to_be_had(self, name: str) -> bool:
         real = PathFinder.find_spec(name)
