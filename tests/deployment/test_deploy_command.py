@@ -7,8 +7,10 @@ from zipfile import ZipFile
 import pytest
 
 from firmware_runtime.cli.main import main
+from firmware_runtime.scaffold.robot import write_robot
 from firmware_runtime.status import Status
 from tests.support.ssh_target import HOST, SshTarget, free_port, make_key
+from tests.support.written_package import as_installed
 
 Deploy = Callable[..., int]
 
@@ -96,6 +98,24 @@ def test_what_does_not_pass_leaves_no_trace_but_what_was_sent(
 
 
 @pytest.mark.slow
+def test_a_robot_of_anyones_own_brings_its_package_and_keeps_it(
+    target: SshTarget, deploy: Deploy, root: Path, wheel: Path, tmp_path: Path
+) -> None:
+    write_robot("rover", tmp_path / "rover")
+    package = as_installed(tmp_path / "rover", tmp_path / "site")
+    fixed = [*target.words, "--root", root, "--wheel", wheel, "--force"]
+    words = [str(word) for word in fixed]
+    ended = package.command("deploy", HOST, "rover", *words)
+    assert ended.returncode == 0, ended.stderr
+    program = root / "usr/local/bin/firmware-runtime"
+    assert "rover" in boards_by(program)
+    assert (root / "etc/systemd/system/firmware-runtime@rover.service.d/board.conf").is_file()
+    assert deploy(target) == Status.NOT_DEPLOYED  # here its package is not known
+    assert package.command("deploy", HOST, "tachobot", *words).returncode == 0
+    assert "rover" in boards_by(program)
+
+
+@pytest.mark.slow
 def test_a_dry_run_prints_every_command_and_changes_nothing(
     target: SshTarget, deploy: Deploy, root: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -176,7 +196,7 @@ def test_board_wheel_and_settings_are_looked_at_first(
     settings = ["--settings", "boards/detective/board.toml"]
     assert main([*words, *settings]) == Status.BAD_INPUT
     said = capsys.readouterr().err
-    assert "3 faults" in said
+    assert "2 faults" in said
     assert "settings of detective, not of tachobit" in said
 
 
@@ -191,7 +211,7 @@ def test_a_wheel_that_was_cut_off_is_refused_here(
     cut = root.with_name(wheel.name)
     cut.write_bytes(wheel.read_bytes()[:-2000])
     assert deploy(target, "--wheel", cut) == Status.NOT_DEPLOYED
-    assert "expected the project's wheel" in capsys.readouterr().err
+    assert "expected a wheel" in capsys.readouterr().err
     assert list(root.iterdir()) == []
 
 

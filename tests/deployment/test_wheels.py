@@ -1,12 +1,16 @@
 import json
+from importlib.metadata import Distribution, distribution
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
-from firmware_runtime.host.deployment import project_wheel, wheels
+from firmware_runtime.host.deployment import package_wheel, project_wheel, wheels
 from firmware_runtime.host.deployment.commands import Commands, Ended
 from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.scaffold.robot import write_robot
+from tests.support.written_package import as_installed
 
 PI = Platform("aarch64", (3, 11))
 TAKEN = [
@@ -94,19 +98,64 @@ def test_a_file_of_the_cache_that_has_changed_is_not_trusted(
         wheels.collect(NoCommands(print), PI, wheel, tmp_path / "wheels")
 
 
-def test_another_project_than_ours_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_wheel_is_refused(tmp_path: Path) -> None:
     cache = tmp_path / "no.whl"
     cache.write_bytes(b"no archive")
-    with pytest.raises(DeploymentError, match="expected the project's wheel"):
+    with pytest.raises(DeploymentError, match="expected a wheel"):
         project_wheel.requirements(cache)
 
 
-def test_without_a_checkout_a_wheel_has_to_be_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(project_wheel, "checkout", lambda: None)
-    with pytest.raises(DeploymentError, match="expected --wheel FILE"):
-        project_wheel.build(NoCommands(print), tmp_path)
+def test_a_package_is_packed_again_from_what_was_installed(tmp_path: Path) -> None:
+    installed = distribution("smbus2")
+    wheel = package_wheel.wheel_of(installed, NoCommands(print), tmp_path)
+    assert PI.takes(wheel.name)
+    assert wheel.name.startswith(f"smbus2-{installed.version}-")
+    with ZipFile(wheel) as archive:
+        names = archive.namelist()
+        record = f"smbus2-{installed.version}.dist-info/RECORD"
+        assert set(names) >= {"smbus2/smbus2.py", record.replace("RECORD", "WHEEL")}
+        listed = [line.split(",")[0] for line in archive.read(record).decode().splitlines()]
+    assert sorted(listed) == sorted(names)
+    assert not [name for name in names if "__pycache__" in name or ".." in name]
+    assert project_wheel.requirements(wheel) == sorted(installed.requires or [])
+
+
+@pytest.mark.slow
+def test_a_wheel_packed_again_can_be_installed(tmp_path: Path) -> None:
+    wheel = package_wheel.packed_again(distribution("smbus2"), tmp_path)
+    into = [*package_wheel.PIP, "install", "--no-deps", "--no-index", "--target"]
+    Commands(print).demand([*into, str(tmp_path / "site"), str(wheel)], "not installed")
+    assert (tmp_path / "site/smbus2/smbus2.py").is_file()
+
+
+def test_an_editable_package_is_built_from_its_folder(tmp_path: Path) -> None:
+    told: list[str] = []
+    write_robot("heron", tmp_path / "a heron")
+    package = as_installed(tmp_path / "a heron", tmp_path / "site")
+    found = Distribution.discover(name="heron", path=[str(package.site)])
+    wheel = package_wheel.wheel_of(next(iter(found)), Commands(told.append, dry_run=True), tmp_path)
+    assert wheel.name == "heron-VERSION-py3-none-any.whl"
+    assert f"'{package.folder}'" in told[0]
+
+
+def test_a_package_that_no_wheel_was_made_of_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "old-1.0.dist-info").mkdir()
+    (tmp_path / "old-1.0.dist-info/METADATA").write_text("Name: old\nVersion: 1.0\n")
+    found = next(iter(Distribution.discover(name="old", path=[str(tmp_path)])))
+    with pytest.raises(DeploymentError, match="old: not installed from a wheel"):
+        package_wheel.wheel_of(found, NoCommands(print), tmp_path)
+
+
+def test_our_own_boards_bring_no_other_package_and_an_unknown_one_is_refused() -> None:
+    assert package_wheel.packages_of({"tachobot", "detective"}) == []
+    with pytest.raises(DeploymentError, match="'heron'"):
+        package_wheel.packages_of({"tachobot", "heron"})
+
+
+def test_another_project_than_ours_is_refused(tmp_path: Path) -> None:
+    wheel = package_wheel.packed_again(distribution("smbus2"), tmp_path)
+    with pytest.raises(DeploymentError, match="smbus2; expected firmware-runtime"):
+        project_wheel.demand_ours(wheel)
 
 
 @pytest.mark.slow

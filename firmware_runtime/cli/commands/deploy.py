@@ -22,8 +22,9 @@ LOOK_S = 1.0
 _ABOUT = """
 The target needs Python 3.11 or later with venv, rsync, systemd, and a login by key as root or as a
 user with sudo. Nothing is compiled there, and nothing is downloaded there. The program goes to
-/opt/firmware-runtime, beside the old one; a robot that runs is stopped, and switched off, only when
-the new one has passed check and doctor. What stands in /etc/firmware-runtime stays.
+/opt/firmware-runtime, beside the old one, with the packages of all its robots; a robot that runs is
+stopped, and switched off, only when the new one has passed check and doctor. What stands in
+/etc/firmware-runtime stays.
 """
 
 
@@ -33,7 +34,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "deploy", about, execute)
     verb.epilog = _ABOUT
     verb.add_argument("host", metavar="HOST", help="as ssh takes it: a name, or USER@NAME")
-    verb.add_argument("board", metavar="BOARD", help="a board's name")
+    verb.add_argument("board", metavar="BOARD", help="a board's name, or a robot's own")
     verb.add_argument(
         "--settings",
         type=Path,
@@ -41,7 +42,7 @@ def add_to(verbs: SubParsers) -> None:
         help="a board.toml that becomes the board's settings there; those before are kept beside",
     )
     verb.add_argument(
-        "--wheel", type=Path, metavar="FILE", help="this wheel, not one built from the checkout"
+        "--wheel", type=Path, metavar="FILE", help="this wheel of the project, not one made here"
     )
     verb.add_argument(
         "--dry-run", action="store_true", help="look at the target, print what would be run"
@@ -94,10 +95,10 @@ def _root(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Deploy, then wait for the first activations. Raises DeploymentError."""
-    _demand_sound(arguments)
     order = Order(
         host=arguments.host,
         board=arguments.board,
+        kind=_sound_kind(arguments),
         ssh_options=_ssh_options(arguments),
         root=arguments.root or "",
         python=arguments.python,
@@ -125,25 +126,27 @@ def _deploy(order: Order, commands: Commands) -> int:
     return Status.OK
 
 
-def _demand_sound(arguments: argparse.Namespace) -> None:
-    """Raises ConfigError with everything that is wrong with the command line."""
+def _sound_kind(arguments: argparse.Namespace) -> str:
+    """The kind of the board; raises ConfigError with everything wrong with the command line."""
     faults = [fault] if (fault := fault_of_host(arguments.host)) else []
-    known = kinds.names()
-    if arguments.board not in known:
-        faults.append(
-            f"{arguments.board!r}: no board; expected {' or '.join(known)}, "
-            "and a file of your own as --settings FILE"
-        )
+    settings: Path | None = arguments.settings
+    board: registry.Board | None = None
     if arguments.wheel is not None and not arguments.wheel.is_file():
         faults.append(f"{arguments.wheel}: no file; expected the project's wheel")
-    if arguments.settings is not None and not arguments.settings.is_file():
-        faults.append(f"{arguments.settings}: no file; expected a board.toml")
-    elif arguments.settings is not None:
-        board = registry.load(str(arguments.settings))
+    if settings is not None and not settings.is_file():
+        faults.append(f"{settings}: no file; expected a board.toml")
+    elif settings is not None:
+        board = registry.load(str(settings))
         if board.name != arguments.board:
             faults.append(f"{board.source}: settings of {board.name}, not of {arguments.board}")
+    elif arguments.board not in kinds.names():
+        faults.append(
+            f"{arguments.board!r}: no board; expected {' or '.join(kinds.names())}, or a robot's "
+            "own name with its file as --settings FILE"
+        )
     if faults:
         raise ConfigError("deploy", faults)
+    return arguments.board if board is None else board.kind
 
 
 def _ssh_options(arguments: argparse.Namespace) -> tuple[str, ...]:

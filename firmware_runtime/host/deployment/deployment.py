@@ -1,7 +1,7 @@
 """A deployment, step by step; until the last but one the target's robot runs on undisturbed.
 
 1. look at the target; everything it lacks is said at once
-2. build the wheel, find the dependencies' wheels for the target
+2. make the wheel, those of the packages of its robots, find their dependencies' for the target
 3. send them
 4. make a virtual environment beside the one in use
 5. `check` and `doctor` by the new program, there
@@ -13,6 +13,7 @@ What is done on the target is in shell scripts beside this file.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.metadata import Distribution
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
@@ -21,6 +22,7 @@ from firmware_runtime.host.deployment import wheels
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.connection import Connection
 from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.package_wheel import packages_of
 from firmware_runtime.host.deployment.target import Target
 
 DOCTOR_FAILS = 8
@@ -33,6 +35,8 @@ class Order:
 
     host: str
     board: str
+    kind: str
+    """The kind of that board, whose package is sent along."""
     ssh_options: tuple[str, ...] = ()
     root: str = ""
     """A folder of the target that everything goes below; empty for the target itself."""
@@ -40,7 +44,7 @@ class Order:
     settings: Path | None = None
     """A file that becomes the board's settings there."""
     wheel: Path | None = None
-    """The project's wheel; built from the checkout if None."""
+    """The project's wheel; made here if None."""
     start: bool = True
     force: bool = False
     """Go on although the doctor found a failure."""
@@ -58,6 +62,7 @@ class Deployment:
         self._order = order
         self._commands = commands
         self._tell = commands.tell
+        self._packages: list[Distribution] = []
         self.connection = Connection(order.host, order.ssh_options, commands)
 
     def carry_out(self) -> None:
@@ -99,11 +104,16 @@ class Deployment:
             place = parcel / "settings" / f"{order.board}.toml"
             place.parent.mkdir()
             place.write_bytes(order.settings.read_bytes())
-        return wheels.collect(self._commands, target.platform, order.wheel, parcel / "wheels")
+        self._packages = packages_of({order.kind, *target.kinds.split()})
+        wheelhouse = parcel / "wheels"
+        return wheels.collect(
+            self._commands, target.platform, order.wheel, wheelhouse, self._packages
+        )
 
     def _prepare(self) -> str:
         order = self._order
-        ended = self.connection.script(["venvs.sh", "prepare.sh"], order.root, order.python)
+        names = [package.name for package in self._packages]
+        ended = self.connection.script(["venvs.sh", "prepare.sh"], order.root, order.python, *names)
         if ended.status != 0:
             raise DeploymentError(f"{order.host}: the new program: {ended.reason}")
         # The last word: a login may say something of its own before.

@@ -35,6 +35,8 @@ main() {
 	else
 		echo "settings"
 	fi
+	echo "kinds $(sed -n 's/^board *= *"\([^"]*\)".*/\1/p' "$root"/etc/firmware-runtime/*.toml \
+		2>/dev/null | sort -u | tr '\n' ' ')"
 }
 
 main "$@" </dev/null

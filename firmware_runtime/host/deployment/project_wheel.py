@@ -1,21 +1,15 @@
-"""The project's own wheel: built from the checkout, or brought along; and what it asks for."""
+"""The project's own wheel: built from the checkout, or packed from what is installed."""
 
-import fnmatch
-import shutil
-import sys
-from collections.abc import Callable
 from email import message_from_string
+from importlib.metadata import distribution
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from zipfile import BadZipFile, ZipFile
 
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.package_wheel import OUR_OWN, built, packed_again
 
 NAME = "firmware_runtime"
-PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
-
-_NOT_BUILT = (".*", "build", "dist", "docs", "tests", "*.egg-info")
 
 
 def checkout() -> Path | None:
@@ -25,43 +19,31 @@ def checkout() -> Path | None:
 
 
 def build(commands: Commands, into: Path) -> Path:
-    """Build the wheel into a folder. Raises DeploymentError without a checkout."""
+    """Make the wheel in a folder. Raises DeploymentError."""
     source = checkout()
     if source is None:
-        raise DeploymentError(
-            f"{Path(__file__).parents[3]}: no pyproject.toml, so no wheel can be built; "
-            "expected --wheel FILE with the project's wheel"
-        )
-    with TemporaryDirectory() as temporary:
-        # A copy, so that nothing left in build/ by an earlier version gets into the wheel.
-        copied = source if commands.dry_run else Path(temporary, "source")
-        if not commands.dry_run:
-            shutil.copytree(source, copied, ignore=_left_out(source))
-        words = [*PIP, "wheel", "--no-deps", "--wheel-dir", str(into)]
-        commands.demand([*words, str(copied)], f"{source}: no wheel")
-    built = sorted(into.glob(f"{NAME}-*.whl"))
-    return built[0] if built else into / f"{NAME}-VERSION-py3-none-any.whl"
+        return packed_again(distribution(OUR_OWN), into)
+    return built(source, OUR_OWN, commands, into)
+
+
+def demand_ours(wheel: Path) -> None:
+    """Raise DeploymentError for a wheel of another project."""
+    name = _metadata(wheel)[0]
+    if name != OUR_OWN:
+        raise DeploymentError(f"{wheel}: {name}; expected {OUR_OWN}'s wheel")
 
 
 def requirements(wheel: Path) -> list[str]:
-    """What a wheel of the project asks for. Raises DeploymentError when it is none."""
+    """What a wheel asks for, in order. Raises DeploymentError when it is none."""
+    return sorted(_metadata(wheel)[1])
+
+
+def _metadata(wheel: Path) -> tuple[str, list[str]]:
+    """The name of what is in a wheel, and what it asks for."""
     try:
         with ZipFile(wheel) as archive:
             inside = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]
             metadata = message_from_string(archive.read(inside[0]).decode())
     except (OSError, BadZipFile, IndexError) as error:
-        raise DeploymentError(f"{wheel}: {error}; expected the project's wheel") from error
-    if metadata["Name"] != "firmware-runtime":
-        raise DeploymentError(f"{wheel}: {metadata['Name']}; expected firmware-runtime's wheel")
-    return sorted(metadata.get_all("Requires-Dist", []))
-
-
-def _left_out(source: Path) -> Callable[[str, list[str]], list[str]]:
-    """For copytree: what of the checkout's top folder does not belong to the wheel."""
-
-    def left_out(folder: str, names: list[str]) -> list[str]:
-        if Path(folder) != source:
-            return []
-        return [name for name in names if any(fnmatch.fnmatch(name, each) for each in _NOT_BUILT)]
-
-    return left_out
+        raise DeploymentError(f"{wheel}: {error}; expected a wheel") from error
+    return metadata["Name"], metadata.get_all("Requires-Dist", [])

@@ -32,6 +32,8 @@ class Target:
     """What stands where the link to the program belongs."""
     settings: str
     """The board's settings, on the target."""
+    kinds: str
+    """The kinds of board that are installed there, with blanks between."""
 
     @classmethod
     def read(cls, printed: str) -> "Target":

@@ -3,14 +3,16 @@
 # Each is a folder venv.XXXXXX; the link `venv` names the one in use, `previous` the one before. A
 # link is replaced in one step, so there is never half a program.
 
-make_venv() { # from $2 with the wheels in $1; its folder is then $made
+make_venv() { # from $2 with the wheels in $1, and the packages that follow; its folder is then $made
+	wheels=$1 python=$2
+	shift 2
 	made=$(mktemp -d "$home/venv.XXXXXX") || return
 	chmod 755 "$made"
 	# What the system has and what suffices is taken from there: rclpy needs the numpy it was built
 	# with. Everything else comes from the wheels, nothing from the network.
-	"$2" -m venv --system-site-packages "$made" &&
+	"$python" -m venv --system-site-packages "$made" &&
 		"$made/bin/python" -m pip --isolated --quiet --disable-pip-version-check install \
-			--no-index --find-links "$1" 'firmware-runtime[gpio,metrics,top]' && return
+			--no-index --find-links "$wheels" 'firmware-runtime[gpio,metrics,top]' "$@" && return
 	rm -rf "$made"
 	return 1
 }

@@ -1,4 +1,4 @@
-"""Every wheel that a target needs: the project's own, and those of its dependencies.
+"""Every wheel that a target needs: the project's own, those of its robots, and dependencies.
 
 Dependencies are downloaded as wheels for the target. Those that are published as source alone are
 built here; that needs no compiler, or the wheel would not fit the target and is refused. They are
@@ -10,13 +10,14 @@ import os
 import shutil
 from collections.abc import Iterable, Sequence
 from hashlib import sha256
+from importlib.metadata import Distribution
 from pathlib import Path
 
 from firmware_runtime.host.deployment import project_wheel
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.package_wheel import PIP, wheel_of
 from firmware_runtime.host.deployment.platform import Platform
-from firmware_runtime.host.deployment.project_wheel import PIP
 
 EXTRAS = ("gpio", "metrics", "top")
 """What a robot can use beside the bare program."""
@@ -31,39 +32,49 @@ def cache_directory() -> Path:
     return Path(base, "firmware-runtime", "wheels")
 
 
-def collect(commands: Commands, platform: Platform, own: Path | None, into: Path) -> str:
+def collect(
+    commands: Commands,
+    platform: Platform,
+    own: Path | None,
+    into: Path,
+    packages: Sequence[Distribution] = (),
+) -> str:
     """Put every wheel that the platform needs into a folder; say what was done.
 
-    `own` is the project's wheel, built from the checkout when None.
+    `own` is the project's wheel, made here when None; `packages` provide boards of other projects.
     Raises DeploymentError when one cannot be had or does not fit.
     """
     into.mkdir(parents=True, exist_ok=True)
     wheel = project_wheel.build(commands, into) if own is None else Path(shutil.copy2(own, into))
+    ours = [wheel, *(wheel_of(package, commands, into) for package in packages)]
     if commands.dry_run:
-        _download(commands, platform, wheel, into)
+        _download(commands, platform, ours, into)
         return ""
-    wanted = [*EXTRAS, *project_wheel.requirements(wheel)]
+    project_wheel.demand_ours(wheel)
+    wanted = [*EXTRAS, *(each for made in ours for each in project_wheel.requirements(made))]
     cache = cache_directory() / str(platform)
     kept = _is_kept(cache, wanted)
     if kept:
         for file in cache.glob("*.whl"):
             shutil.copy2(file, into)
     else:
-        _download(commands, platform, wheel, into)
+        _download(commands, platform, ours, into)
     files = sorted(into.iterdir())
     _demand_fitting(platform, files)
     if not kept:
-        _keep(cache, wanted, [file for file in files if file != wheel])
+        _keep(cache, wanted, [file for file in files if file not in ours])
     size = sum(file.stat().st_size for file in files)
     source = "from the cache" if kept else "downloaded"
-    return f"{wheel.name} and {len(files) - 1} others {source}, {size / 1e6:.1f} MB"
+    made = " and ".join(each.name for each in ours)
+    return f"{made} and {len(files) - len(ours)} others {source}, {size / 1e6:.1f} MB"
 
 
-def _download(commands: Commands, platform: Platform, wheel: Path, into: Path) -> None:
+def _download(commands: Commands, platform: Platform, ours: Sequence[Path], into: Path) -> None:
     build = [*PIP, "wheel", "--no-deps", "--wheel-dir", str(into), *SOURCE_ONLY]
     commands.demand(build, f"{', '.join(SOURCE_ONLY)}: no wheel")
+    wheel, *others = map(str, ours)
     download = [*PIP, "download", *platform.pip_options, "--find-links", str(into)]
-    download += ["--dest", str(into), f"{wheel}[{','.join(EXTRAS)}]"]
+    download += ["--dest", str(into), f"{wheel}[{','.join(EXTRAS)}]", *others]
     commands.demand(download, f"no wheels for {platform}")
 
 
