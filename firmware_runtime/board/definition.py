@@ -2,8 +2,8 @@
 
 An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`, such as
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
-module instead: then `SETTINGS` and `build` are looked up there, and whichever of `devices`,
-`loads`, `faults`, `RETUNABLE`, `DOUBLES_RUN_S` and `event_model` there are.
+module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
+`devices`, `loads`, `faults`, `RETUNABLE`, `DOUBLES_RUN_S` and `event_model` there are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -92,11 +92,13 @@ def definition_of(found: object) -> BoardDefinition[Any]:
     """
     if isinstance(found, BoardDefinition):
         return found
+    if isinstance(stated := getattr(found, "BOARD", None), BoardDefinition):
+        return stated
     if not isinstance(found, ModuleType):
         raise SettingError(f"{type(found).__name__}: expected a BoardDefinition or a module")
     missing = [name for name in ("SETTINGS", "build") if not hasattr(found, name)]
     if missing:
         raise SettingError(f"module {found.__name__} has no {' and no '.join(missing)}")
     words = _WORDS | {name: name for name in _FUNCTIONS}
-    stated = {to: getattr(found, name) for name, to in words.items() if hasattr(found, name)}
-    return BoardDefinition(**stated)
+    values = {to: getattr(found, name) for name, to in words.items() if hasattr(found, name)}
+    return BoardDefinition(**values)

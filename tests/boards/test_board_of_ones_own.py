@@ -65,7 +65,7 @@ def heron(tmp_path: Path) -> Iterator[Heron]:
 
 
 @pytest.mark.parametrize(
-    ("definition", "entries"), [(OBJECT, BOARD), (MODULE, BARE)], ids=["object", "module"]
+    ("definition", "entries"), [(OBJECT, BOARD), (OBJECT, BARE), (MODULE, BARE)]
 )
 def test_settings_and_build_are_enough(heron: Heron, definition: str, entries: str) -> None:
     heron.install(definition, entries)
