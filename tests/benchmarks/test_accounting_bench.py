@@ -10,12 +10,15 @@ from typing import Any
 
 import pytest
 
-from benchmarks import accounting, accounting_cold, accounting_cost, accounting_memory
-from benchmarks.accounting_growth import growth, measure
-from benchmarks.accounting_models import PERIOD, HastyClock, configuration, tickers
-from benchmarks.accounting_start import first_step_ended
-from benchmarks.accounting_steps import WAYS, AccountedStep, StopwatchClock
-from benchmarks.loop_process import LoopError, seconds_of_python, status_of_python
+from benchmarks.accounting import bench as accounting
+from benchmarks.accounting import cold as accounting_cold
+from benchmarks.accounting import cost as accounting_cost
+from benchmarks.accounting import memory as accounting_memory
+from benchmarks.accounting.growth import growth, measure
+from benchmarks.accounting.models import PERIOD, HastyClock, configuration, tickers
+from benchmarks.accounting.start import first_step_ended
+from benchmarks.accounting.steps import WAYS, AccountedStep, StopwatchClock
+from benchmarks.shared.process import LoopError, seconds_of_python, status_of_python
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import devstone as command
-from benchmarks import hold, shapes
-from benchmarks.devstone_counts import transitions
-from benchmarks.devstone_models import SHAPES, devstone
-from benchmarks.side_by_side import PARTS, Sample
+from benchmarks.devstone import bench as command
+from benchmarks.devstone import shapes
+from benchmarks.devstone.counts import transitions
+from benchmarks.devstone.models import SHAPES, devstone
+from benchmarks.hold import measure as hold
+from benchmarks.shared.side_by_side import PARTS, Sample
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.simulator import Simulator
 

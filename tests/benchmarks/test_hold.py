@@ -3,8 +3,8 @@ import sys
 
 import pytest
 
-from benchmarks import hold_ours
-from benchmarks.hold_plan import KINDS, periods, transitions
+from benchmarks.hold import ours as hold_ours
+from benchmarks.hold.plan import KINDS, periods, transitions
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks import loop, loop_split
-from benchmarks.loop_certainty import at_most, highest_share, needed
-from benchmarks.loop_process import LoopError, tachobot
-from benchmarks.loop_rates import (
+from benchmarks.loop import bench as loop
+from benchmarks.loop import split as loop_split
+from benchmarks.loop.certainty import at_most, highest_share, needed
+from benchmarks.loop.rates import (
     HIGHEST_HZ,
     LOWEST_HZ,
     assignments,
@@ -22,8 +22,9 @@ from benchmarks.loop_rates import (
     highest,
     outcome,
 )
-from benchmarks.loop_split import KINDS, Stopwatch
-from benchmarks.loop_text import report_text
+from benchmarks.loop.split import KINDS, Stopwatch
+from benchmarks.loop.text import report_text
+from benchmarks.shared.process import LoopError, tachobot
 from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import peers, peers_run
-from benchmarks.loop_conditions import conditions
-from benchmarks.peers_figures import medians, quiet_figures, ratio, stall_figures
-from benchmarks.peers_plan import Plan
-from benchmarks.peers_text import peers_text
+from benchmarks.peers import bench as peers
+from benchmarks.peers import run as peers_run
+from benchmarks.peers.figures import medians, quiet_figures, ratio, stall_figures
+from benchmarks.peers.plan import Plan
+from benchmarks.peers.text import peers_text
+from benchmarks.shared.conditions import conditions
 from firmware_runtime.cli.main import main
 
 PERIOD = 10_000_000

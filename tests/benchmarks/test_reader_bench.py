@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.reader_ratio import summary, sure
-from benchmarks.reader_rounds import ALONE, ALONE_AGAIN, KINDS, READ, Round, order, reader
+from benchmarks.reader.ratio import summary, sure
+from benchmarks.reader.rounds import ALONE, ALONE_AGAIN, KINDS, READ, Round, order, reader
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import timing
-from benchmarks.loop_conditions import conditions
-from benchmarks.timing_contestants import (
+from benchmarks.shared.conditions import conditions
+from benchmarks.timing import bench as timing
+from benchmarks.timing.contestants import (
     Lateness,
     Taken,
     Task,
@@ -18,9 +18,9 @@ from benchmarks.timing_contestants import (
     executive,
     from_cyclictest,
 )
-from benchmarks.timing_neighbours import Neighbours
-from benchmarks.timing_report import PLAIN, SPINNING, summary
-from benchmarks.timing_text import timing_text
+from benchmarks.timing.neighbours import Neighbours
+from benchmarks.timing.report import PLAIN, SPINNING, summary
+from benchmarks.timing.text import timing_text
 from firmware_runtime.cli.main import main
 
 REPORT = {
@@ -238,7 +238,7 @@ def test_cyclictest_runs_every_period() -> None:
 @pytest.mark.slow
 @NO_PEER
 def test_a_cyclictest_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.timing_contestants.LONGEST_NS", -1)
+    monkeypatch.setattr("benchmarks.timing.contestants.LONGEST_NS", -1)
     with pytest.raises(OSError, match="cyclictest ended with"):
         cyclictest(Task(1_000_000, 0.2))
 

@@ -133,7 +133,6 @@ def test_a_sabertooth_that_loses_its_supply_leaves_no_mission_without_an_end(
     ("begins_s", "lasts_s"), [(0.2, 0.3), (3.3, 0.3), (5.6, 0.9), (20.0, 0.3), (34.41, 0.3)]
 )
 def test_a_bus_outage_leaves_nothing_on(begins_s: float, lasts_s: float) -> None:
-    """137 instants at random: `python -m benchmarks.detective_outages`."""
     mission = mission_with_outage(begins_s, lasts_s)
     assert mission.is_safe
     assert mission.ending is not None

@@ -1,13 +1,17 @@
 """`firmware-runtime bench NAME`: measure the runtime beside its peers; code in `benchmarks`.
 
-The benches are imported when one is asked for, so that a robot's start does not wait for them.
+The benches are imported when one is asked for, so that a robot's start does not wait for them. They
+belong to a checkout and are in no wheel.
 """
 
 import argparse
 import sys
 from importlib import import_module
+from pathlib import Path
+from types import ModuleType
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.host.deployment.project_wheel import checkout
 from firmware_runtime.status import Status
 
 _BENCHES = ("timing", "peers", "devstone", "accounting", "loop", "reader")
@@ -24,7 +28,15 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the bench; return its exit status."""
-    bench = import_module(f"benchmarks.{arguments.bench}")
+    place = checkout()
+    if place is None:
+        print(
+            f"firmware-runtime: bench {arguments.bench}: not installed with the program; expected "
+            "to run from a checkout of the project, which has the folder benchmarks",
+            file=sys.stderr,
+        )
+        return Status.BAD_INPUT
+    bench = _bench(place, arguments.bench)
     parser = argparse.ArgumentParser(
         prog=f"firmware-runtime bench {arguments.bench}", description=bench.SUMMARY
     )
@@ -35,3 +47,9 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"firmware-runtime: bench {arguments.bench}: {error}", file=sys.stderr)
         return Status.BAD_INPUT
     return status
+
+
+def _bench(place: Path, name: str) -> ModuleType:
+    if str(place) not in sys.path:  # an editable installation knows only what is in a wheel
+        sys.path.append(str(place))
+    return import_module(f"benchmarks.{name}.bench")

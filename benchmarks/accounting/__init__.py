@@ -1,0 +1,1 @@
+"""What accounting costs a step, in memory and at the start."""

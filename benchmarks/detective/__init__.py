@@ -1,0 +1,1 @@
+"""The detective robot's missions, wherever its target stands."""

@@ -1,0 +1,1 @@
+"""DEVStone on this kernel and on xdevs.py."""

@@ -1,0 +1,1 @@
+"""The same periodic model in real time on several engines."""

@@ -1,0 +1,1 @@
+"""Whether a reader of statistics makes the loop late."""

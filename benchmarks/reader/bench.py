@@ -1,0 +1,86 @@
+"""Whether a reader of the statistics disturbs the loop: TachoBot with and without one at 10 Hz.
+
+    firmware-runtime bench reader [--rates 100,999] [--rounds N] [--segment S] [--json] [--save]
+
+How sure a ratio is stands beside it, and so does a control without a reader on either side.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks.loop.bench import rates
+from benchmarks.reader.ratio import GOAL, summary
+from benchmarks.reader.rounds import rounds
+from benchmarks.shared.conditions import conditions, conditions_text
+from benchmarks.shared.results import add_common_options, save
+from benchmarks.shared.side_by_side import positive
+from firmware_runtime.cli.arguments import positive as positive_number
+from firmware_runtime.status import Status
+
+SUMMARY = "The loop's lateness with and without a reader of its statistics."
+RATES = (100, 999)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what this bench takes."""
+    add_common_options(parser)
+    parser.add_argument(
+        "--rates", type=rates, default=RATES, metavar="HZ,...", help="default 100,999"
+    )
+    parser.add_argument(
+        "--rounds", type=positive, default=30, metavar="N", help="at each rate; three segments each"
+    )
+    parser.add_argument(
+        "--segment", type=positive_number, default=2.0, metavar="S", help="seconds of one segment"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Measure at every rate; the ratio farthest from 1 comes last."""
+    report: dict[str, Any] = {"conditions": conditions(), "goal": GOAL, "rates": []}
+    for rate_hz in arguments.rates:
+        print(
+            f"bench reader: {rate_hz} Hz, {arguments.rounds} rounds of 3 times "
+            f"{arguments.segment:g} s",
+            file=sys.stderr,
+        )
+        with tempfile.TemporaryDirectory(prefix="reader-") as directory:
+            found, readings = rounds(Path(directory), rate_hz, arguments.rounds, arguments.segment)
+        report["rates"].append({"rate_hz": rate_hz, "readings": readings, **summary(found)})
+    report["ratio"] = max((each["ratio"] for each in report["rates"]), key=_distance)
+    save(arguments.save, "reader", report)
+    print(json.dumps(report) if arguments.json else _text(report))
+    return Status.OK
+
+
+def _distance(ratio: float) -> float:
+    """How far a ratio is from 1, whichever side it is on."""
+    return max(ratio, 1 / ratio)
+
+
+def _text(report: dict[str, Any]) -> str:
+    lines = [conditions_text(report["conditions"])]
+    for each in report["rates"]:
+        lines += ["", f"{each['rate_hz']} Hz, lateness in us; {each['readings']} readings:"]
+        lines.append(f"  {'':14}{'samples':>10}{'p50':>10}{'p99':>10}{'p99.9':>10}")
+        lines += [
+            f"  {kind:14}{each['samples'][kind]:10}"
+            + "".join(f"{us[name]:10.1f}" for name in ("p50", "p99", "p999"))
+            for kind, us in each["us"].items()
+        ]
+        lines += [f"  {_interval(each['control'])}, both alone: the control", f"  {_verdict(each)}"]
+        lines.append(f"ratio {_interval(each)}, p99 read by p99 alone at {each['rate_hz']} Hz")
+    return "\n".join([*lines, f"ratio {report['ratio']:.2f} (the farthest from 1)"])
+
+
+def _interval(ratio: dict[str, Any]) -> str:
+    return f"{ratio['ratio']:.2f} ({ratio['low']:.2f} to {ratio['high']:.2f} with 95 %)"
+
+
+def _verdict(found: dict[str, Any]) -> str:
+    goal = f"a change of less than {GOAL:.0%}"
+    return f"shown: {goal}" if found["shown"] else f"not shown: {goal}; more rounds say more"

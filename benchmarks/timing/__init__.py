@@ -1,0 +1,1 @@
+"""The executive's wake-up beside cyclictest's."""

@@ -1,0 +1,1 @@
+"""How fast a whole robot runs in virtual time."""
