@@ -4,6 +4,9 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
+from drivers.tables.compass import CompassTable
+from drivers.tables.sonar import SonarTable
+from drivers.tables.treads import Share, TreadTable
 from firmware_runtime.board.settings import (
     Address,
     BoardSettings,
@@ -15,60 +18,6 @@ from firmware_runtime.board.settings import (
     SecondsOrNone,
     Settings,
 )
-from firmware_runtime.board.variants import only
-
-Share = Annotated[float, Meta(gt=0, le=1)]
-
-
-class SonarTable(Settings, frozen=True):
-    """One sonar: an SRF08 on I2C or a MaxBotix on a serial port."""
-
-    chip: Literal["srf08", "maxbotix"]
-    period_s: Seconds
-    """From ping to ping."""
-    threshold_m: Positive
-    """An echo from here or nearer is a detection."""
-    only_entering: bool = False
-    """A detection is only what was not there, or farther, at the ping before."""
-    bus: Annotated[str | None, only("chip", "srf08")] = None
-    address: Annotated[Address | None, only("chip", "srf08")] = None
-    max_range_m: Annotated[Positive, only("chip", "srf08")] = 3.0
-    gain: Annotated[int, Meta(ge=0, le=31), only("chip", "srf08")] = 31
-    port: Annotated[str | None, only("chip", "maxbotix")] = None
-    family: Annotated[Literal["lv", "xl", "hrlv"], only("chip", "maxbotix")] = "xl"
-
-
-class CompassTable(Settings, frozen=True):
-    """One compass, both of I2C: a CMPS12 (or CMPS14), or an HMC5883L at its one address."""
-
-    chip: Literal["cmps12", "hmc5883l"]
-    bus: str
-    period_s: Seconds
-    address: Annotated[Address | None, only("chip", "cmps12")] = None
-    counterclockwise: bool = False
-    """Headings grow to the left, as those of a compass mounted upside down do."""
-    offset_deg: float = 0.0
-    stuck_after: Annotated[int, Meta(ge=2)] = 50
-    """Readings in a row without any change that count as a compass that hangs."""
-
-
-class TreadsTable(Settings, frozen=True):
-    """The treads' driver: an MD25 on I2C or a Sabertooth on a serial port."""
-
-    driver: Literal["md25", "sabertooth"]
-    speed: Share
-    """Share of full speed that signals 1 and 2 stand for."""
-    refresh_s: Seconds
-    """The last speeds are sent again this often while moving."""
-    bus: Annotated[str | None, only("driver", "md25")] = None
-    address: int | None = None
-    acceleration: Annotated[int, Meta(ge=1, le=10), only("driver", "md25")] = 5
-    """MD25: speed steps (of 127) every 25 ms."""
-    port: Annotated[str | None, only("driver", "sabertooth")] = None
-    timeout_s: Annotated[Seconds, only("driver", "sabertooth")] = 0.3
-    """Sabertooth: silence after which it stops by itself, in whole tenths."""
-    left_reversed: bool = False
-    right_reversed: bool = False
 
 
 class RadarMotorTable(Settings, frozen=True):
@@ -83,7 +32,7 @@ class RadarMotorTable(Settings, frozen=True):
     in2: Channel
     duty: Share
     longest_turn_s: Seconds
-    """The head is stopped when no order came for so long: no chip here would stop it."""
+    """The head is stopped when no command came for so long: no chip here would stop it."""
 
 
 class ModelTable(Settings, frozen=True):
@@ -150,6 +99,6 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     radar_compass: CompassTable
     body_compass: CompassTable
     radar_motor: RadarMotorTable
-    treads: TreadsTable
+    treads: TreadTable
     world: ArenaTable
     ports: dict[str, PortSettings] = {}

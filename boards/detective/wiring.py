@@ -8,6 +8,8 @@ from boards.detective.settings import DetectiveSettings
 from drivers.compass import Compass
 from drivers.radar_motor import RadarMotor
 from drivers.sonar import Sonar
+from drivers.tables.compass import CompassTable
+from drivers.tables.sonar import SonarTable
 from drivers.treads import Treads
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
@@ -27,20 +29,25 @@ class DetectiveRobot(Coupled):
         mission = settings.mission
         self.bridge_chip = bridge_chip
         self.radar_motor = self.add(
-            RadarMotor("radar_motor", bridge, chips.radar_motor_settings(settings), lines.interlock)
+            RadarMotor(
+                "radar_motor",
+                bridge,
+                chips.radar_motor_settings(settings.radar_motor),
+                lines.interlock,
+            )
         )
         self.treads = self.add(
             Treads(
                 "treads",
-                chips.treads(settings.treads, lines),
-                chips.tread_settings(settings.treads),
+                settings.treads.chip(lines),
+                settings.treads.model,
                 lines.interlock,
             )
         )
-        self.radar_sonar = self.add(_sonar("radar_sonar", settings, lines))
-        self.body_sonar = self.add(_sonar("body_sonar", settings, lines))
-        self.radar_compass = self.add(_compass("radar_compass", settings, lines))
-        self.body_compass = self.add(_compass("body_compass", settings, lines))
+        self.radar_sonar = self.add(_sonar("radar_sonar", settings.radar_sonar, lines))
+        self.body_sonar = self.add(_sonar("body_sonar", settings.body_sonar, lines))
+        self.radar_compass = self.add(_compass("radar_compass", settings.radar_compass, lines))
+        self.body_compass = self.add(_compass("body_compass", settings.body_compass, lines))
         self.model = self.add(Detective("model", _parameters(settings)))
         self.mission = self.add(
             Mission(
@@ -60,9 +67,9 @@ class DetectiveRobot(Coupled):
         return ending is not None and not ending.failed
 
     def retune(self, settings: DetectiveSettings) -> None:
-        """Take up how fast treads and head turn, from the next order on."""
-        self.treads.settings = chips.tread_settings(settings.treads)
-        self.radar_motor.settings = chips.radar_motor_settings(settings)
+        """Take up how fast treads and head turn, from the next command on."""
+        self.treads.settings = settings.treads.model
+        self.radar_motor.settings = chips.radar_motor_settings(settings.radar_motor)
 
     def _wire(self) -> None:
         model, mission = self.model, self.mission
@@ -97,14 +104,13 @@ class DetectiveRobot(Coupled):
             self.couple(device.fault_out, mission.fault)
 
 
-def _sonar(name: str, settings: DetectiveSettings, lines: Lines) -> Sonar:
-    table = getattr(settings, name)
-    return Sonar(name, chips.sonar(table, lines), chips.sonar_settings(table))
+def _sonar(name: str, table: SonarTable, lines: Lines) -> Sonar:
+    return Sonar(name, table.chip(lines), table.model)
 
 
-def _compass(name: str, settings: DetectiveSettings, lines: Lines) -> Compass:
-    table = getattr(settings, name)
-    return Compass(name, chips.compass(table, lines), chips.compass_settings(table))
+def _compass(name: str, table: CompassTable, lines: Lines) -> Compass:
+    """Headings in whole degrees: the paper's model compares them with `==`."""
+    return Compass(name, table.chip(lines), table.model(whole_degrees=True))
 
 
 def _parameters(settings: DetectiveSettings) -> Parameters:

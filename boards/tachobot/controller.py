@@ -5,7 +5,7 @@ It knows neither chips nor clocks; the same object runs in simulation and on the
 
 from boards.tachobot.allocation import Allocation
 from boards.tachobot.attitude import Attitude
-from boards.tachobot.settings import ControllerSettings, PidSettings
+from boards.tachobot.settings import ControllerSettings, FreeSettings, PidSettings
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.thrust_pairs import Forces
 from firmware_runtime.devs.coupled import Coupled
@@ -27,7 +27,7 @@ class Controller(Coupled):
         self.enable = self.in_port("enable", bool)
         self.yaw_reference = self.in_port("yaw_reference", float)
         self.forces = self.out_port("forces", Forces)
-        is_free = settings.mode == "free"
+        is_free = isinstance(settings, FreeSettings)
         compass = seconds(settings.compass_time_constant_s)
         limit_n = 2 * pair_thrust_n
 
@@ -50,7 +50,7 @@ class Controller(Coupled):
         self.couple(allocation.forces_out, self.forces)
         self._limit_n = limit_n
         self._pids = {"yaw": yaw}
-        if is_free:
+        if isinstance(settings, FreeSettings):
             self._add_position(settings, limit_n, allocation)
 
     def retune(self, settings: ControllerSettings) -> None:
@@ -58,9 +58,7 @@ class Controller(Coupled):
         for name, pid in self._pids.items():
             pid.gains = _gains(getattr(settings, name), self._limit_n)
 
-    def _add_position(
-        self, settings: ControllerSettings, limit_n: float, allocation: Allocation
-    ) -> None:
+    def _add_position(self, settings: FreeSettings, limit_n: float, allocation: Allocation) -> None:
         """PIDs for x and y, fed from outside: nothing on board measures where the robot is."""
         self.x_position = self.in_port("x_position", Motion)
         self.y_position = self.in_port("y_position", Motion)

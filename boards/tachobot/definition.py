@@ -7,19 +7,18 @@ from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import duty_burst, prescale_for
 from drivers.thrust_pairs import MOTORS
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
+from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.budget import BusLoad
 
 
 def faults(settings: TachobotSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
-    chips = devices(settings)
     thrust = settings.thrust_pairs
     return [
-        *unknown_buses(chips, settings.buses),
-        *address_clashes(chips),
+        *device_faults(devices(settings), settings.buses),
         *(f"imu.{fault}" for fault in chip_settings(settings).faults()),
         *setting_fault(
             "thrust_pairs.frequency_hz", lambda: prescale_for(thrust.frequency_hz, thrust.osc_hz)
@@ -31,17 +30,13 @@ def faults(settings: TachobotSettings) -> list[str]:
 
 
 def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
-    """What every control tick costs on each bus; a look at a PCA9685 once a second is left out."""
-    period = control_period(settings)
-    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
-    asked[settings.imu.bus].append(PeriodicTransaction("imu sample", NINE_AXES, period))
-    asked[settings.thrust_pairs.bus].append(
-        PeriodicTransaction("thrust_pairs duties", duty_burst(MOTORS), period)
+    """What every control tick costs on each bus; a poll of a PCA9685 once a second is left out."""
+    imu, thrust, period = settings.imu, settings.thrust_pairs, control_period(settings)
+    recurring = (
+        Recurring(imu.bus, "imu sample", (NINE_AXES,), period),
+        Recurring(thrust.bus, "thrust_pairs duties", (duty_burst(MOTORS),), period),
     )
-    return {
-        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
-        for name, bus in settings.buses.items()
-    }
+    return bus_loads(settings.buses, recurring)
 
 
 def build(settings: TachobotSettings, lines: Lines) -> Robot:

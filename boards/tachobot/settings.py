@@ -1,6 +1,6 @@
 """The schema of TachoBot's board.toml. Units are in the keys, or named here where they are not."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
@@ -15,7 +15,6 @@ from firmware_runtime.board.settings import (
     SecondsOrNone,
     Settings,
 )
-from firmware_runtime.board.variants import only
 
 
 class ImuSettings(Settings, frozen=True):
@@ -100,17 +99,31 @@ class YawSettings(PidSettings, frozen=True):
     """Pure delay between command and propellers, as a network in the loop would add."""
 
 
-class ControllerSettings(Settings, frozen=True):
-    """The controller."""
+class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
+    """The controller, as far as it is the same in both modes."""
 
-    mode: Literal["platform", "free"]
-    """`platform`: on the rotating platform, yaw only. `free`: hovering, x, y and yaw."""
+    mode: ClassVar[Literal["platform", "free"]]
     period_s: Annotated[float, Meta(ge=0.0005, le=1)]
     compass_time_constant_s: SecondsOrNone
     """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
     yaw: YawSettings
-    x: Annotated[PositionSettings, only("mode", "free")] = PositionSettings()
-    y: Annotated[PositionSettings, only("mode", "free")] = PositionSettings()
+
+
+class PlatformSettings(ControlSettings, frozen=True, kw_only=True, tag="platform"):
+    """On the rotating platform: yaw only."""
+
+    mode: ClassVar[Literal["platform", "free"]] = "platform"
+
+
+class FreeSettings(ControlSettings, frozen=True, kw_only=True, tag="free"):
+    """Hovering: x, y and yaw."""
+
+    mode: ClassVar[Literal["platform", "free"]] = "free"
+    x: PositionSettings = PositionSettings()
+    y: PositionSettings = PositionSettings()
+
+
+ControllerSettings: TypeAlias = PlatformSettings | FreeSettings
 
 
 class WorldSettings(Settings, frozen=True):

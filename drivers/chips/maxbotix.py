@@ -107,12 +107,8 @@ class Maxbotix:
         """
         return (
             Step("listen", self.start_ranging, self.ranging_ns),
-            Step("identify", self.identify, 0),
+            Step("identify", self._expect_frame, 0),
         )
-
-    def identify(self) -> None:
-        """Check that frames of the family arrive. Raises NotReady if not, with what did arrive."""
-        self.read_distance()
 
     def start_ranging(self) -> None:
         """Throw away what has arrived: the next frame to begin is the one that counts."""
@@ -140,6 +136,10 @@ class Maxbotix:
         if counts[-1] >= self.family.nothing_from:
             return math.inf
         return counts[-1] / self.family.counts_per_m
+
+    def _expect_frame(self) -> None:
+        """Check that frames of the family arrive. Raises NotReady if not, with what did arrive."""
+        self.read_distance()
 
     def _what_came(self, unread: bytes) -> str:
         digits = " or ".join(map(str, self.family.digits))

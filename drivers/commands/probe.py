@@ -7,6 +7,7 @@ from typing import Any
 
 from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
+from firmware_runtime.board.faults import Device
 from firmware_runtime.board.in_force import known_names
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
@@ -158,10 +159,19 @@ def _document(probed: Sequence[ProbedBus], fits: Sequence[Fit]) -> dict[str, Any
                 "fits": each.fits,
                 "devices": each.devices,
                 "assignments": each.assignments,
-                "present": [device._asdict() for device in each.present],
-                "missing": [device._asdict() for device in each.missing],
+                "present": [_place(device) for device in each.present],
+                "missing": [_place(device) for device in each.missing],
                 "unasked": each.unasked,
             }
             for each in fits
         },
+    }
+
+
+def _place(device: Device) -> dict[str, object]:
+    return {
+        "key": device.key,
+        "chip": device.chip,
+        "bus": device.bus,
+        "address": device.address,
     }

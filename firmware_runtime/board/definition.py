@@ -3,7 +3,8 @@
 An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`, such as
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
 module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
-`devices`, `loads`, `faults`, `RETUNABLE`, `DOUBLES_RUN_S` and `event_model` there are.
+`devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `DOUBLES_RUN_S` and `event_model` there
+are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,8 +15,9 @@ from typing import Any, Generic, TypeVar
 
 from msgspec import Struct
 
-from firmware_runtime.board.faults import Device
+from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.loads import bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.devs.component import Component
@@ -27,7 +29,7 @@ DOUBLES_RUN_S = 10.0
 
 _WORDS = {"SETTINGS": "settings", "RETUNABLE": "retunable", "DOUBLES_RUN_S": "doubles_run_s"}
 """How a module calls what is no function."""
-_FUNCTIONS = ("build", "devices", "loads", "faults", "event_model")
+_FUNCTIONS = ("build", "devices", "serial_devices", "loads", "faults", "event_model")
 
 
 def _nothing(_settings: object) -> tuple[()]:
@@ -36,10 +38,7 @@ def _nothing(_settings: object) -> tuple[()]:
 
 def _no_loads(settings: Any) -> dict[str, BusLoad]:  # noqa: ANN401 -- any board's settings
     """Each bus, with nothing asked of it."""
-    return {
-        name: BusLoad(name, round(bus.speed_hz), (), bus.overhead_ns)
-        for name, bus in settings.buses.items()
-    }
+    return bus_loads(settings.buses, ())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,10 +55,15 @@ class BoardDefinition(Generic[S]):
     """The robot on these lines; sends nothing yet."""
     devices: Callable[[S], Sequence[Device]] = _nothing
     """Every chip on an I2C bus that the board needs; for `doctor`, `probe` and `deploy`."""
+    serial_devices: Callable[[S], Sequence[SerialDevice]] = _nothing
+    """Every chip on a serial port that the board needs."""
     loads: Callable[[S], Mapping[str, BusLoad]] = _no_loads
     """What recurs on each bus; not called where `faults` finds any."""
     faults: Callable[[S], Sequence[str]] = _nothing
-    """Everything wrong that no single value shows, a sentence each, with its key."""
+    """Everything wrong that no single value shows, a sentence each, with its key.
+
+    Unknown lines, clashes of addresses and lines that no device is on are found without it.
+    """
     event_model: Callable[[S, Path | None], Component] | None = None
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     retunable: Sequence[str] = ()

@@ -1,4 +1,7 @@
-"""Faults that no single value shows: two devices at one address, a bus that is not there."""
+"""Faults that no single value shows: two devices at one address, a bus that is not there.
+
+A board's definition lists its devices, and what is wrong with them is found here.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -7,7 +10,7 @@ from firmware_runtime.board.settings import (
     BusSettings,
     ExecutiveSettings,
     GuardSettings,
-    ModelPolicy,
+    PortSettings,
 )
 from firmware_runtime.errors import SettingError
 
@@ -22,6 +25,34 @@ class Device(NamedTuple):
     chip: str
     bus: str
     address: int
+    stretches_clock: bool = False
+    """Whether it may hold the clock low until it has an answer, as a microcontroller does."""
+
+
+class SerialDevice(NamedTuple):
+    """One chip on a serial port as the board file has it: its table, chip and port."""
+
+    key: str
+    chip: str
+    port: str
+    baud: int | None = None
+    """The one rate it works at; None if it takes that of the port."""
+    address: int | None = None
+    """Its own among several on the port; None if it needs the port for itself."""
+
+
+def device_faults(
+    devices: Sequence[Device],
+    buses: Mapping[str, BusSettings],
+    serial_devices: Sequence[SerialDevice] = (),
+    ports: Mapping[str, PortSettings] | None = None,
+) -> list[str]:
+    """Everything wrong with where devices are: lines that are not there, clashes, rates."""
+    return [
+        *unknown_buses(devices, buses),
+        *address_clashes(devices),
+        *_port_faults(serial_devices, ports or {}),
+    ]
 
 
 def unknown_buses(devices: Sequence[Device], buses: Mapping[str, BusSettings]) -> list[str]:
@@ -31,6 +62,32 @@ def unknown_buses(devices: Sequence[Device], buses: Mapping[str, BusSettings]) -
         f"{device.key}.bus: {device.bus!r}: expected one of {known}"
         for device in devices
         if device.bus not in buses
+    ]
+
+
+def _port_faults(devices: Sequence[SerialDevice], ports: Mapping[str, PortSettings]) -> list[str]:
+    """Devices on a port that is not there, at another rate, or taken."""
+    known = ", ".join(ports) or "none, there is no table [ports]"
+    faults: list[str] = []
+    for device in devices:
+        port = ports.get(device.port)
+        if port is None:
+            faults.append(f"{device.key}.port: {device.port!r}: expected one of {known}")
+        elif device.baud not in {None, port.baud}:
+            faults.append(
+                f"ports.{device.port}.baud: {port.baud}; the {device.chip} of {device.key} works "
+                f"at {device.baud}"
+            )
+    return faults + _port_clashes(devices)
+
+
+def _port_clashes(devices: Sequence[SerialDevice]) -> list[str]:
+    return [
+        f"{device.key}.port: {device.port!r} is {other.key}'s already; expected a port of its own"
+        for n, device in enumerate(devices)
+        for other in devices[:n]
+        if device.port == other.port
+        and (None in {device.address, other.address} or device.address == other.address)
     ]
 
 
@@ -55,15 +112,6 @@ def _allcall_clashes(devices: Sequence[Device]) -> list[str]:
         "(ALLCALL); expected another address"
         for device in devices
         if device.address == PCA9685_ALLCALL and device.bus in buses
-    ]
-
-
-def overrun_faults(overruns: Mapping[str, ModelPolicy]) -> list[str]:
-    """Policies that stop a late run and do not say how late it is then."""
-    return [
-        f"overruns.{model}.stop_after_us: missing; policy 'stop' needs it"
-        for model, each in overruns.items()
-        if each.policy == "stop" and each.stop_after_us is None
     ]
 
 

@@ -1,8 +1,9 @@
-"""What a robot hangs on: its I2C buses, serial ports and enable line, as board.toml names them."""
+"""What a robot is connected to: I2C buses, serial ports and enable line, named by board.toml."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock, always_enabled
@@ -16,6 +17,13 @@ class Lines:
     buses: Mapping[str, I2cBus]
     ports: Mapping[str, SerialPort] = field(default_factory=dict)
     interlock: Interlock = always_enabled
-    """Output interlock, asked before every write that could."""
+    """Output interlock, checked before every write that could."""
     enable: EnableLine | None = None
     """What lets the PWM outputs through, where it is wired."""
+
+
+def absent_lines(buses: Iterable[str], ports: Iterable[str] = ()) -> Lines:
+    """Lines of these names on which nothing can be sent, for a robot that is only built."""
+    return Lines(
+        {name: AbsentBus(name) for name in buses}, {name: AbsentPort(name) for name in ports}
+    )

@@ -11,12 +11,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, executive_faults, overrun_faults
+from firmware_runtime.board.faults import Device, device_faults, executive_faults
 from firmware_runtime.board.kinds import (
     FILE,
     blamed_on,
@@ -29,6 +30,7 @@ from firmware_runtime.board.kinds import (
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings, PortSettings
+from firmware_runtime.board.unused import unused_lines
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import ConfigError
@@ -157,12 +159,11 @@ def _board(
     settings = strict.convert(stated, defined.settings, faults)
     if settings is None:
         raise ConfigError(str(source), faults)
-    faults += executive_faults(settings.executive, settings.guard)
-    faults += overrun_faults(settings.overruns)
+    ports = getattr(settings, "ports", {})  # a key that only boards with serial ports have
     with blamed_on(entry_point_of(kind), "definition"):
-        faults += defined.faults(settings)
-        loads = {} if faults else defined.loads(settings)
         devices = defined.devices(settings)
+        faults += _faults_of(defined, settings, devices, ports)
+        loads = {} if faults else defined.loads(settings)
     faults += [sentence for each in loads.values() if (sentence := each.fault())]
     if faults:
         raise ConfigError(str(source), faults)
@@ -177,12 +178,26 @@ def _board(
         loads=loads,
         doubles_run_s=defined.doubles_run_s,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],
-        ports=getattr(settings, "ports", {}),
-        build=lambda lines: _built(defined, settings, lines),
+        ports=ports,
+        build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
         retunable=defined.retunable,
         fingerprint=_fingerprint(source, assignments),
     )
+
+
+def _faults_of(
+    defined: BoardDefinition[Any],
+    settings: BoardSettings,
+    devices: Sequence[Device],
+    ports: Mapping[str, PortSettings],
+) -> list[str]:
+    """What no single value shows: the same of every board, and what its package says."""
+    faults = executive_faults(settings.executive, settings.guard)
+    faults += device_faults(devices, settings.buses, defined.serial_devices(settings), ports)
+    faults += [fault for fault in defined.faults(settings) if fault not in faults]
+    build = None if faults else partial(_built, defined, settings)
+    return faults + unused_lines(settings, ports, build)
 
 
 def _assigned(assignments: Sequence[str]) -> set[str]:

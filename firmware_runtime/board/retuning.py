@@ -9,7 +9,10 @@ from msgspec import Struct, structs
 def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
     """The keys whose values differ, in full, such as `controller.yaw.kp`."""
     if isinstance(before, Struct) and isinstance(after, Struct):
-        tables: tuple[Any, Any] = (_fields(before), _fields(after))
+        tables: tuple[Any, Any] = (
+            {**_choice(before), **_fields(before)},
+            {**_choice(after), **_fields(after)},
+        )
     elif isinstance(before, dict) and isinstance(after, dict):
         tables = (before, after)
     else:
@@ -54,6 +57,12 @@ def _matches(key: str, pattern: str) -> bool:
 
 def _fields(settings: Struct) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in settings.__struct_fields__}
+
+
+def _choice(settings: Struct) -> dict[str, Any]:
+    """The key that says which variant of a table this is, if there are variants."""
+    config = settings.__struct_config__
+    return {} if config.tag_field is None else {config.tag_field: config.tag}
 
 
 def _join(prefix: str, name: str) -> str:

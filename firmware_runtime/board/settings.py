@@ -1,10 +1,9 @@
 """Settings that every board has: the executive's, the buses', and the types of their values."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta, Struct
 
-from firmware_runtime.board.variants import only
 from firmware_runtime.devs.time import MICROSECOND
 
 Positive: TypeAlias = Annotated[float, Meta(gt=0)]
@@ -61,14 +60,36 @@ class OutputEnableSettings(Settings, frozen=True):
     """Whether outputs are enabled by a low level, as at the OE pin itself."""
 
 
-class ModelPolicy(Settings, frozen=True):
+class LatePolicy(Settings, frozen=True, tag_field="policy"):
     """What happens when one model's activation comes late."""
 
-    policy: Policy = "skip"
+    policy: ClassVar[Policy]
     tolerance_us: Microseconds | None = None
     """Lateness up to this is no overrun; default a tenth of the period."""
-    stop_after_us: Annotated[Microseconds | None, only("policy", "stop")] = None
+
+
+class SkipPolicy(LatePolicy, frozen=True, tag="skip"):
+    """Whole periods are skipped; so it is where no policy is stated."""
+
+    is_default_variant: ClassVar[bool] = True
+    policy: ClassVar[Policy] = "skip"
+
+
+class CatchUpPolicy(LatePolicy, frozen=True, tag="catch-up"):
+    """Every missed activation runs."""
+
+    policy: ClassVar[Policy] = "catch-up"
+
+
+class StopPolicy(LatePolicy, frozen=True, kw_only=True, tag="stop"):
+    """Every missed activation runs, until one is too late."""
+
+    policy: ClassVar[Policy] = "stop"
+    stop_after_us: Microseconds
     """Lateness beyond which outputs go off and the run ends."""
+
+
+ModelPolicy: TypeAlias = SkipPolicy | CatchUpPolicy | StopPolicy
 
 
 class PathDeadlineSettings(Settings, frozen=True):

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
-from firmware_runtime.board.variants import Table, foreign_keys, is_struct
+from firmware_runtime.board.variants import Table, Variants, is_struct, keys, variants_of
 from firmware_runtime.spelling import did_you_mean
 
 S = TypeVar("S", bound=msgspec.Struct)
@@ -120,31 +120,74 @@ def convert(
 ) -> S | None:
     """The settings as `schema`, or None with at least one more line in `faults`."""
     before = len(faults)
-    fields = {field.encode_name: field for field in msgspec.structs.fields(schema)}
+    faults += _unknown(table, keys(schema), path)
+    values = _values(table, schema, faults, path, "")
+    return schema(**values) if len(faults) == before else None
+
+
+def _table(table: Mapping[str, Any], type_: Any, faults: list[str], path: str) -> Any:
+    variants = variants_of(type_)
+    if variants is None:
+        return convert(table, type_, faults, path)
+    return _variant(table, variants, faults, path)
+
+
+def _variant(table: Mapping[str, Any], variants: Variants, faults: list[str], path: str) -> Any:
+    """The settings as the variant that the table chooses, or None; see `variants`."""
+    before, choice, tag = len(faults), variants.choice, variants.chosen(table)
+    strange = {key: value for key, value in table.items() if key not in variants.names()}
+    faults += _unknown(strange, variants.names(tag), path)
+    if tag is None:
+        faults.append(_no_choice(table, variants, path))
+        return None
+    for key, reason in variants.foreign_keys(table):
+        faults.append(f"{_join(path, key)}: has no effect; {reason}")
+    schema = variants.schemas[tag]
+    values = _values(table, schema, faults, path, f"; {choice} {tag!r} needs it")
+    return schema(**values) if len(faults) == before else None
+
+
+def _no_choice(table: Mapping[str, Any], variants: Variants, path: str) -> str:
+    key, expected = _join(path, variants.choice), f"expected one of {', '.join(variants.schemas)}"
+    if variants.choice not in table:
+        return f"{key}: missing; {expected}"
+    stated = shown(table[variants.choice])
+    like = did_you_mean(stated.strip("'"), variants.schemas)
+    return f"{key}: {stated}: {expected}{like}"
+
+
+def _unknown(table: Mapping[str, Any], known: Sequence[str], path: str) -> list[str]:
+    return [
+        f"{_join(path, key)}: unknown key; expected one of {', '.join(known)}"
+        f"{did_you_mean(key, known)}"
+        for key in table
+        if key not in known
+    ]
+
+
+def _values(
+    table: Mapping[str, Any], schema: type[msgspec.Struct], faults: list[str], path: str, why: str
+) -> dict[str, Any]:
+    """The values of the keys that a schema has; `why` is said of one that is missing."""
     hints = get_type_hints(schema, include_extras=True)
     values: dict[str, Any] = {}
-    for key in table:
-        if key not in fields:
-            known = f"{', '.join(fields)}{did_you_mean(key, fields)}"
-            faults.append(f"{_join(path, key)}: unknown key; expected one of {known}")
-    for key, reason in foreign_keys(table, schema):
-        faults.append(f"{_join(path, key)}: has no effect; {reason}")
-    for key, field in fields.items():
+    for field in msgspec.structs.fields(schema):
+        key, hint = field.encode_name, hints[field.name]
         if key in table:
-            values[field.name] = _value(table[key], hints[field.name], faults, _join(path, key))
+            values[field.name] = _value(table[key], hint, faults, _join(path, key))
         elif field.required:
-            faults.append(f"{_join(path, key)}: missing; expected {_wanted(hints[field.name])}")
-    return schema(**values) if len(faults) == before else None
+            faults.append(f"{_join(path, key)}: missing{why}; expected {_wanted(hint)}")
+    return values
 
 
 def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
     type_ = _present(type_)
-    if is_struct(type_) and isinstance(value, dict):
-        return convert(value, type_, faults, path)
+    if isinstance(value, dict) and _is_table(type_):
+        return _table(value, type_, faults, path)
     if get_origin(type_) is dict and isinstance(value, dict):
         inner = get_args(type_)[1]
         return {key: _value(each, inner, faults, _join(path, key)) for key, each in value.items()}
-    if get_origin(type_) is tuple and is_struct(get_args(type_)[0]) and isinstance(value, list):
+    if get_origin(type_) is tuple and _is_table(get_args(type_)[0]) and isinstance(value, list):
         inner = get_args(type_)[0]
         return tuple(_value(each, inner, faults, f"{path}[{n}]") for n, each in enumerate(value))
     if not _is_finite(value):
@@ -173,8 +216,12 @@ def _present(type_: Any) -> Any:
     return kinds[0] if optional else type_
 
 
+def _is_table(type_: Any) -> bool:
+    return is_struct(type_) or variants_of(type_) is not None
+
+
 def _wanted(type_: Any) -> str:
-    if is_struct(type_):
+    if _is_table(type_):
         return "a table"
     base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
     return {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}.get(

@@ -1,62 +1,81 @@
-"""Keys that only one variant of a table has, such as the serial port of a sonar that has one.
+"""Tables of which there are variants, such as a sonar on I2C and one on a serial port.
 
-A schema marks such a key with `only`: it is there only where another key of the same table, the
-choice, has one of some values. Anywhere else it would have no effect, and is refused.
+A schema states them as a union of structs that are tagged by one key, the choice:
+
+    class Srf08Table(SonarTable, frozen=True, tag_field="chip", tag="srf08"): ...
+    class MaxbotixTable(SonarTable, frozen=True, tag_field="chip", tag="maxbotix"): ...
+
+    sonar: Srf08Table | MaxbotixTable
+
+The keys of one variant are no keys of another. The choice has to be stated, unless one variant says
+`is_default_variant: ClassVar[bool] = True`.
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from dataclasses import dataclass
+from types import NoneType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
-from msgspec import Meta
 
 Table = dict[str, Any]
-_ONLY = "only"
 
 
-class Only(NamedTuple):
-    """Which key makes the choice, and the values with which the marked key is there."""
+@dataclass(frozen=True, slots=True)
+class Variants:
+    """The variants of one table by their tags, in order of declaration."""
 
     choice: str
-    values: tuple[str, ...]
+    """The key that says which of them a table is."""
+    schemas: Mapping[str, type[msgspec.Struct]]
+    default: str | None
+
+    def chosen(self, table: Mapping[str, Any]) -> str | None:
+        """The tag that a table states, or the default; None if that is the tag of no variant."""
+        tag = table.get(self.choice, self.default)
+        return tag if isinstance(tag, str) and tag in self.schemas else None
+
+    def names(self, tag: str | None = None) -> list[str]:
+        """The keys of one variant, or of all, the choice first."""
+        schemas = self.schemas.values() if tag is None else (self.schemas[tag],)
+        return list(dict.fromkeys([self.choice, *(key for each in schemas for key in keys(each))]))
+
+    def foreign_keys(self, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """The keys of a table that only other variants than the chosen one have, and why."""
+        tag = self.chosen(table)
+        own = self.names(tag)
+        for key in table:
+            owners = [each for each, schema in self.schemas.items() if key in keys(schema)]
+            if key not in own and owners:
+                only = " or ".join(map(repr, owners))
+                yield key, f"{self.choice} is {tag!r}, and only {only} has such a key"
 
 
-def only(choice: str, *values: str) -> Meta:
-    """Mark a key: it is there only where the key `choice` has one of these values."""
-    return Meta(extra={_ONLY: Only(choice, values)})
-
-
-def foreign_keys(
-    table: Mapping[str, Any], schema: type[msgspec.Struct]
-) -> Iterator[tuple[str, str]]:
-    """The keys of a table that its choices rule out, and why.
-
-    A choice that is wrong itself rules out nothing.
-    """
-    hints = get_type_hints(schema, include_extras=True)
-    defaults = {field.encode_name: field.default for field in msgspec.structs.fields(schema)}
-    for key in table:
-        mark = _mark(hints.get(key))
-        if mark is None:
-            continue
-        chosen = table.get(mark.choice, defaults[mark.choice])
-        if chosen in get_args(hints[mark.choice]) and chosen not in mark.values:
-            wanted = " or ".join(map(repr, mark.values))
-            yield key, f"{mark.choice} is {chosen!r}, and only {wanted} has such a key"
+def variants_of(type_: Any) -> Variants | None:
+    """The variants that a type consists of, be it optional; None if it is no tagged table."""
+    members = [each for each in (get_args(type_) or (type_,)) if each is not NoneType]
+    tagged = [each for each in members if is_struct(each) and each.__struct_config__.tag]
+    if not tagged or len(tagged) != len(members):
+        return None
+    defaults = [_tag(each) for each in tagged if getattr(each, "is_default_variant", False)]
+    choice = str(tagged[0].__struct_config__.tag_field)
+    return Variants(choice, {_tag(each): each for each in tagged}, next(iter(defaults), None))
 
 
 def drop_replaced(
     table: Table, schema: type[msgspec.Struct], assigned: Collection[str], path: str = ""
 ) -> None:
     """Where an assignment makes the choice, drop the file's keys of the variant it replaces."""
-    hints = get_type_hints(schema, include_extras=True)
-    for key, _ in [*foreign_keys(table, schema)]:
-        mark = _mark(hints[key])
-        if mark is not None and path + mark.choice in assigned and path + key not in assigned:
-            del table[key]
     for name, hint in get_type_hints(schema).items():
-        for key, inner, inner_schema in _tables(name, hint, table.get(name)):
-            drop_replaced(inner, inner_schema, assigned, f"{path}{key}.")
+        for key, inner, inner_type in _tables(name, hint, table.get(name)):
+            inner_path = f"{path}{key}."
+            variants = variants_of(inner_type)
+            if variants is None:
+                drop_replaced(inner, _struct_in(inner_type), assigned, inner_path)
+            elif (tag := variants.chosen(inner)) is not None:
+                if inner_path + variants.choice in assigned:
+                    _drop_foreign(inner, variants, assigned, inner_path)
+                drop_replaced(inner, variants.schemas[tag], assigned, inner_path)
 
 
 def is_struct(type_: Any) -> bool:
@@ -64,17 +83,34 @@ def is_struct(type_: Any) -> bool:
     return isinstance(type_, type) and issubclass(type_, msgspec.Struct)
 
 
-def _mark(hint: Any) -> Only | None:
-    metadata = [each.extra for each in getattr(hint, "__metadata__", ()) if isinstance(each, Meta)]
-    marks = [extra[_ONLY] for extra in metadata if extra and _ONLY in extra]
-    return marks[0] if marks else None
+def keys(schema: type[msgspec.Struct]) -> list[str]:
+    """The keys of a table, the choice apart."""
+    return [field.encode_name for field in msgspec.structs.fields(schema)]
 
 
-def _tables(name: str, hint: Any, value: Any) -> Iterator[tuple[str, Table, type[msgspec.Struct]]]:
-    """The tables in a value and their schema: the value itself, or those it holds by name."""
-    schemas = [each for each in (hint, *get_args(hint)) if is_struct(each)]
-    if schemas and isinstance(value, dict):
-        inner = value.items() if get_origin(hint) is dict else [("", value)]
-        for key, table in inner:
-            if isinstance(table, dict):
-                yield f"{name}.{key}".rstrip("."), table, schemas[0]
+def _tag(schema: type[msgspec.Struct]) -> str:
+    return str(schema.__struct_config__.tag)
+
+
+def _drop_foreign(table: Table, variants: Variants, assigned: Collection[str], path: str) -> None:
+    for key, _ in [*variants.foreign_keys(table)]:
+        if path + key not in assigned:
+            del table[key]
+
+
+def _tables(name: str, hint: Any, value: Any) -> Iterator[tuple[str, Table, Any]]:
+    """The tables in a value and their type: the value itself, or those it holds by name."""
+    if not isinstance(value, dict):
+        return
+    is_mapping = get_origin(hint) is dict
+    type_ = get_args(hint)[1] if is_mapping else hint
+    if _struct_in(type_) is None:
+        return
+    for key, table in value.items() if is_mapping else [("", value)]:
+        if isinstance(table, dict):
+            yield f"{name}.{key}".rstrip("."), table, type_
+
+
+def _struct_in(type_: Any) -> Any:
+    """The schema of a table that may be left out, or one of its variants; None if it is none."""
+    return next((each for each in (type_, *get_args(type_)) if is_struct(each)), None)

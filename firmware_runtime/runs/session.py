@@ -10,6 +10,7 @@ from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.settings import ModelPolicy, StopPolicy
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -256,10 +257,7 @@ class Session:
     def _configuration(self, *, armed_at_start: bool) -> Configuration:
         settings = self.board.settings
         return Configuration(
-            policies={
-                path: ActivationPolicy(each.policy, each.tolerance_us, each.stop_after_us)
-                for path, each in settings.overruns.items()
-            },
+            policies={path: _activation_policy(each) for path, each in settings.overruns.items()},
             deadlines=_deadlines(self.robot.model, settings),
             buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
             process=_process(settings.executive),
@@ -312,6 +310,11 @@ def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # n
     if faults:
         raise ConfigError(root.name, faults)
     return tuple(deadlines)
+
+
+def _activation_policy(late: ModelPolicy) -> ActivationPolicy:
+    stop_after_us = late.stop_after_us if isinstance(late, StopPolicy) else None
+    return ActivationPolicy(late.policy, late.tolerance_us, stop_after_us)
 
 
 def _process(settings: Any) -> ProcessSettings:  # noqa: ANN401

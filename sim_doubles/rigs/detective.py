@@ -1,12 +1,11 @@
-"""The detective robot's bench: the chips that board.toml chooses, and the arena that ties them."""
+"""The detective robot's rig: the chips that board.toml chooses, and the arena that ties them."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from collections.abc import Mapping
 
 import msgspec
 
-from boards.detective.settings import CompassTable, DetectiveSettings, SonarTable
+from boards.detective.settings import DetectiveSettings
 from boards.detective.wiring import DetectiveRobot
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -15,35 +14,17 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.state_diagram import StateDiagram
-from sim_doubles.chips.cmps12 import Cmps12Double
-from sim_doubles.chips.hmc5883l import Hmc5883lDouble
-from sim_doubles.chips.maxbotix import MaxbotixDouble
-from sim_doubles.chips.md25 import Md25Double
-from sim_doubles.chips.motor_pair import MotorPair
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.chips.sabertooth import SabertoothDouble
-from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.i2c_target import Target
-from sim_doubles.rigs.buses import buses_of
+from sim_doubles.rigs.devices import Wires, add_compass, add_sonar, add_treads
 from sim_doubles.rigs.enable import enable_line
-from sim_doubles.serial_line import SerialLineDouble
 from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
 from sim_doubles.worlds.arena_log import ArenaLog
 from sim_doubles.worlds.arena_picture import draw_run
 from sim_doubles.worlds.arena_probe import ArenaProbe
 
-FIELD_LEVEL_T = 20e-6
-FIELD_UP_T = -40e-6
 NEAR_M = (0.05, 0.5)
 """A robot that stopped nearer or farther than this before the target has not found it."""
-
-
-class _Sampler(Protocol):
-    """A double that samples by itself and must be up to date before the world moves on."""
-
-    def catch_up(self) -> None:
-        """Take every sample due up to now."""
 
 
 class DetectiveRig:
@@ -52,13 +33,11 @@ class DetectiveRig:
     def __init__(self, settings: DetectiveSettings, clock: WireClock) -> None:
         self._settings = settings
         self._now = now = clock
-        self._wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
-        self._samplers: list[_Sampler] = []
-        self.ports: dict[str, SerialPort] = {}
+        self.wires = wires = Wires(settings.buses, clock)
         radar = settings.radar_motor
         self.radar = Pca9685Double(now, radar.address, true_osc_hz=radar.osc_hz)
-        self._wired[radar.bus].append(self.radar)
-        self.motors = self._treads()
+        wires.connect(radar.bus, self.radar)
+        self.motors = add_treads(settings.treads, wires)
         self.arena = Arena(
             _parameters(settings),
             wheel_angles=self._wheel_angles,
@@ -68,11 +47,12 @@ class DetectiveRig:
         self.radar.before_change = self.motors.before_change = self.catch_up
         self.enable = enable_line(settings.output_enable, [self.radar])
         self.log = ArenaLog(self.arena)
-        self._sonar(settings.radar_sonar, self.log.radar_echoes)
-        self._sonar(settings.body_sonar, self.log.body_echoes)
-        self._compass(settings.radar_compass, self.arena.radar_bearing_deg)
-        self._compass(settings.body_compass, self.arena.body_bearing_deg)
-        self.buses: Mapping[str, I2cBusDouble] = buses_of(settings.buses, self._wired, clock)
+        add_sonar(settings.radar_sonar, wires, self.log.radar_echoes)
+        add_sonar(settings.body_sonar, wires, self.log.body_echoes)
+        add_compass(settings.radar_compass, wires, self.arena.radar_bearing_deg)
+        add_compass(settings.body_compass, wires, self.arena.body_bearing_deg)
+        self.ports: Mapping[str, SerialPort] = wires.ports
+        self.buses: Mapping[str, I2cBusDouble] = wires.buses()
         self._probe = ArenaProbe(self.arena, now, self.catch_up)
 
     @property
@@ -82,7 +62,7 @@ class DetectiveRig:
 
     def attach(self, robot: Coupled) -> None:
         """Add the arena's probe; it looks whenever the body's compass is read."""
-        assert isinstance(robot, DetectiveRobot)  # noqa: S101 -- a bench belongs to its board
+        assert isinstance(robot, DetectiveRobot)  # noqa: S101 -- a rig belongs to its board
         robot.add(self._probe)
         robot.couple(robot.body_compass.heading_out, self._probe.tick)
         self._watch(robot.model.components["MovingSystem"], "movementController")
@@ -138,41 +118,6 @@ class DetectiveRig:
         if isinstance(controller, StateDiagram):
             controller.watch = lambda state: self.log.enter(self._now(), name, state)
 
-    # The chips ----------------------------------------------------------------------------------
-
-    def _treads(self) -> MotorPair:
-        table = self._settings.treads
-        if table.driver == "sabertooth":
-            driver = SabertoothDouble(self._now, *_stated(table.address))
-            self._plug_in(table.port, driver)
-            return driver.motors
-        chip = Md25Double(self._now, *_stated(table.address))
-        self._wired[str(table.bus)].append(chip)
-        return chip.motors
-
-    def _sonar(self, table: SonarTable, echoes: Callable[[int], Sequence[float]]) -> None:
-        if table.chip == "srf08":
-            double = Srf08Double(self._now, *_stated(table.address), echoes=echoes)
-            self._wired[str(table.bus)].append(double)
-            return
-        sonar = MaxbotixDouble(
-            self._now, lambda at: next(iter(echoes(at)), math.inf), family=table.family
-        )
-        self._samplers.append(sonar)
-        self._plug_in(table.port, sonar)
-
-    def _compass(self, table: CompassTable, bearing_deg: Callable[[int], float]) -> None:
-        if table.chip == "cmps12":
-            chip = Cmps12Double(self._now, *_stated(table.address), bearing_deg=bearing_deg)
-            self._wired[table.bus].append(chip)
-            return
-        magnetometer = Hmc5883lDouble(self._now, lambda at: _field(bearing_deg(at)))
-        self._samplers.append(magnetometer)
-        self._wired[table.bus].append(magnetometer)
-
-    def _plug_in(self, port: str | None, target: SabertoothDouble | MaxbotixDouble) -> None:
-        self.ports[str(port)] = SerialLineDouble(str(port), self._now, target)
-
     # The world ----------------------------------------------------------------------------------
 
     @property
@@ -191,20 +136,8 @@ class DetectiveRig:
 
     def catch_up(self) -> None:
         """Let the sensors take what they still have to take, then the arena go on, up to now."""
-        for sampler in self._samplers:
-            sampler.catch_up()
+        self.wires.catch_up()
         self.arena.advance(self._now())
-
-
-def _stated(address: int | None) -> tuple[int, ...]:
-    """The address, where the board states one; else a double has that of a new chip."""
-    return () if address is None else (address,)
-
-
-def _field(bearing_deg: float) -> tuple[float, float, float]:
-    """The earth's field in the axes of a level sensor whose x points to that bearing, z up."""
-    bearing = math.radians(bearing_deg)
-    return (FIELD_LEVEL_T * math.cos(bearing), FIELD_LEVEL_T * math.sin(bearing), FIELD_UP_T)
 
 
 def _parameters(settings: DetectiveSettings) -> ArenaParameters:

@@ -31,6 +31,7 @@ class HeronSettings(BoardSettings, frozen=True, kw_only=True):
     pass
 
 def build(settings, lines):
+    bus = lines.buses["i2c1"]
     return Robot(model=Coupled("heron"), probe=(), stop=())
 """
 OBJECT = SMALL + "\nBOARD = BoardDefinition(settings=HeronSettings, build=build)\n"

@@ -1,27 +1,43 @@
 """Keys that a table's choice rules out are refused; a choice by `--set` takes the file's away."""
 
-from typing import Annotated, Any, Literal, get_args, get_type_hints
+from typing import Any, ClassVar, TypeAlias
 
 import pytest
 from msgspec import Struct
 
-from boards.detective.settings import CompassTable, SonarTable, TreadsTable
 from boards.tachobot.settings import ControllerSettings
+from drivers.tables.compass import CompassTable
+from drivers.tables.sonar import SonarTable, Srf08Table
+from drivers.tables.treads import TreadTable
 from firmware_runtime.board import registry, strict
+from firmware_runtime.board.retuning import changed_keys, retuned
 from firmware_runtime.board.settings import ModelPolicy
-from firmware_runtime.board.variants import foreign_keys, only
+from firmware_runtime.board.variants import variants_of
 from firmware_runtime.errors import ConfigError
 
 
-class Motor(Struct, frozen=True):
-    chip: Literal["i2c", "serial"] = "i2c"
-    address: Annotated[int, only("chip", "i2c")] = 1
-    port: Annotated[str | None, only("chip", "serial")] = None
+class Motor(Struct, frozen=True, kw_only=True, tag_field="chip"):
+    limit: int = 0
+
+
+class I2cMotor(Motor, frozen=True, kw_only=True, tag="i2c"):
+    is_default_variant: ClassVar[bool] = True
+    address: int = 1
+
+
+class SerialMotor(Motor, frozen=True, kw_only=True, tag="serial"):
+    port: str
+
+
+AnyMotor: TypeAlias = I2cMotor | SerialMotor
 
 
 class Robot(Struct, frozen=True):
-    left: Motor = Motor()
-    others: dict[str, Motor] = {}
+    left: AnyMotor = I2cMotor()
+    others: dict[str, AnyMotor] = {}
+    spare: AnyMotor | None = None
+    rows: tuple[AnyMotor, ...] = ()
+    sonar: Srf08Table | None = None
 
 
 def faults_of(table: dict[str, Any]) -> list[str]:
@@ -33,11 +49,49 @@ def faults_of(table: dict[str, Any]) -> list[str]:
 def test_keys_of_the_variant_chosen_are_taken() -> None:
     table = {"left": {"address": 3}, "others": {"right": {"chip": "serial", "port": "a"}}}
     settings = strict.convert(table, Robot, [])
-    assert settings == Robot(Motor(address=3), {"right": Motor("serial", port="a")})
+    assert settings == Robot(I2cMotor(address=3), {"right": SerialMotor(port="a")})
+
+
+def test_a_variant_may_be_left_out_stand_in_a_list_and_be_the_only_one() -> None:
+    sonar = {"chip": "srf08", "bus": "a", "address": 0x71, "period_s": 0.1, "threshold_m": 1}
+    table = {"spare": {"chip": "serial", "port": "b"}, "rows": [{"limit": 2}], "sonar": sonar}
+    settings = strict.convert(table, Robot, [])
+    assert settings is not None
+    assert settings.spare == SerialMotor(port="b")
+    assert settings.rows == (I2cMotor(limit=2),)
+    assert settings.sonar == Srf08Table(bus="a", address=0x71, period_s=0.1, threshold_m=1.0)
+
+
+def test_a_key_that_only_the_chosen_variant_needs_is_missing_there() -> None:
+    (fault,) = faults_of({"left": {"chip": "serial"}})
+    assert fault.startswith("left.port: missing; chip 'serial' needs it")
+
+
+def test_a_choice_without_default_has_to_be_made() -> None:
+    (fault,) = faults_of({"sonar": {"bus": "a"}})
+    assert fault.startswith("sonar.chip: missing; expected one of srf08")
+
+
+def test_a_word_like_a_choice_is_suggested() -> None:
+    (fault,) = faults_of({"left": {"chip": "seriel"}})
+    assert fault.endswith("did you mean serial?")
+
+
+def test_unknown_keys_and_a_wrong_choice_are_named_together() -> None:
+    faults = faults_of({"left": {"chip": [7], "adress": 3, "port": 1}})
+    assert [fault.partition(":")[0] for fault in faults] == ["left.adress", "left.chip"]
+
+
+def test_all_faults_of_a_variant_are_found_at_once() -> None:
+    faults = faults_of({"left": {"chip": "serial", "address": 1, "limit": "x", "prot": "a"}})
+    keys = [fault.partition(":")[0] for fault in faults]
+    assert keys == ["left.prot", "left.address", "left.limit", "left.port"]
 
 
 def test_each_key_of_another_variant_is_a_fault_with_its_reason() -> None:
-    faults = faults_of({"left": {"port": "a"}, "others": {"b": {"chip": "serial", "address": 7}}})
+    faults = faults_of(
+        {"left": {"port": "a"}, "others": {"b": {"chip": "serial", "port": "c", "address": 7}}}
+    )
     assert faults == [
         "left.port: has no effect; chip is 'i2c', and only 'serial' has such a key",
         "others.b.address: has no effect; chip is 'serial', and only 'i2c' has such a key",
@@ -116,25 +170,32 @@ def test_a_policy_that_stops_says_how_late() -> None:
     assert fault.startswith("overruns.imu.stop_after_us: missing")
 
 
+def test_a_change_of_the_choice_is_a_changed_key_and_is_not_taken_up() -> None:
+    before, after = Robot(I2cMotor(limit=1)), Robot(SerialMotor(limit=2, port="a"))
+    assert set(changed_keys(before, after)) == {
+        "left.chip",
+        "left.limit",
+        "left.address",
+        "left.port",
+    }
+    assert retuned(before, after, ["left.limit"]) == Robot(I2cMotor(limit=2))
+
+
 @pytest.mark.parametrize(
-    ("schema", "choice"),
+    ("union", "choice", "tags"),
     [
-        (SonarTable, "chip"),
-        (CompassTable, "chip"),
-        (TreadsTable, "driver"),
-        (ControllerSettings, "mode"),
-        (ModelPolicy, "policy"),
+        (SonarTable, "chip", ["srf08", "maxbotix"]),
+        (CompassTable, "chip", ["cmps12", "hmc5883l"]),
+        (TreadTable, "driver", ["md25", "sabertooth"]),
+        (ControllerSettings, "mode", ["platform", "free"]),
+        (ModelPolicy, "policy", ["skip", "catch-up", "stop"]),
     ],
 )
-def test_every_mark_names_a_choice_and_values_that_there_are(
-    schema: type[Struct], choice: str
+def test_every_union_has_one_choice_and_its_tags(
+    union: object, choice: str, tags: list[str]
 ) -> None:
-    hints = get_type_hints(schema, include_extras=True)
-    values = get_args(hints[choice])
-    table = dict.fromkeys(hints, 0)
-    ruled_out = [
-        {key for key, _ in foreign_keys({**table, choice: value}, schema)} for value in values
-    ]
-    marked = set.union(*ruled_out)
-    assert marked
-    assert not set.intersection(*ruled_out), "a key that no variant has"
+    variants = variants_of(union)
+    assert variants is not None
+    assert variants.choice == choice
+    assert list(variants.schemas) == tags
+    assert {each.__struct_config__.tag_field for each in variants.schemas.values()} == {choice}

@@ -252,7 +252,7 @@ def test_a_diagram_that_cannot_be_drawn_is_refused(
         ("world.right_slip=2", "right_slip is 2.0, expected 0 to 0.9"),
         ("world.sonar_nearest_m=7", "expected more than sonar_nearest_m"),
         ("mission.start_s=1e300", "mission.start_s"),
-        ("treads.address=0", "MD25 at 0x00 on i2c1: address: 0x00, expected 0x58 to 0x5f"),
+        ("treads.address=0x10", "MD25 at 0x10 on i2c1: address: 0x10, expected 0x58 to 0x5f"),
         ("world.body_compass_stuck_s=1e300", "world.body_compass_stuck_s"),
     ],
 )

@@ -49,10 +49,6 @@ def _look(check: Check, machine: Machine) -> Finding:
         return not_applicable(f"cannot be judged: {type(error).__name__}: {error}")
 
 
-_STRETCHING = ("SRF08", "CMPS12", "MD25")
-"""Chips run by a microcontroller, which may hold the clock low until it has an answer."""
-
-
 def demands_of(board: Board) -> Demands:
     """Everything the checks compare the machine with."""
     settings: BoardSettings = board.settings
@@ -69,7 +65,7 @@ def demands_of(board: Board) -> Demands:
             node: [
                 each.chip.lower()
                 for each in board.devices
-                if each.bus == name and each.chip in _STRETCHING
+                if each.bus == name and each.stretches_clock
             ]
             for name, node in nodes.items()
         },

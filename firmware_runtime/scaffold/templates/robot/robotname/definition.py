@@ -4,12 +4,12 @@ from drivers import dc_motor
 from drivers.chips import srf08
 from drivers.chips.pca9685 import prescale_for
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.faults import Device, device_faults, setting_fault
+from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.hal.absent import AbsentBus
-from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.budget import BusLoad
 
 from robotname.result import result
 from robotname.settings import RobotNameSettings
@@ -20,37 +20,32 @@ def devices(settings: RobotNameSettings) -> tuple[Device, ...]:
     """Every chip, with its table, bus and address."""
     return (
         Device("motor", "PCA9685", settings.motor.bus, settings.motor.address),
-        Device("sonar", "SRF08", settings.sonar.bus, settings.sonar.address),
+        Device("sonar", "SRF08", settings.sonar.bus, settings.sonar.address, stretches_clock=True),
     )
 
 
 def faults(settings: RobotNameSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
-    chips, motor = devices(settings), settings.motor
+    motor = settings.motor
     found = [
-        *unknown_buses(chips, settings.buses),
-        *address_clashes(chips),
+        *device_faults(devices(settings), settings.buses),
         *setting_fault(
             "motor.frequency_hz", lambda: prescale_for(motor.frequency_hz, motor.osc_hz)
         ),
     ]
     # Chips and models judge the rest; they can only be built on buses that are there.
-    absent = Lines({name: AbsentBus(name) for name in settings.buses})
-    return found or setting_fault("settings", lambda: RobotName(settings, absent))
+    lines = absent_lines(settings.buses)
+    return found or setting_fault("settings", lambda: RobotName(settings, lines))
 
 
 def loads(settings: RobotNameSettings) -> dict[str, BusLoad]:
     """What recurs on each bus: the sonar's rangings, each followed by a command to the motor."""
-    period = seconds(settings.sonar.period_s)
-    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
-    for transaction in srf08.TRAFFIC:
-        asked[settings.sonar.bus].append(PeriodicTransaction("sonar ranging", transaction, period))
-    for transaction in dc_motor.TRAFFIC:
-        asked[settings.motor.bus].append(PeriodicTransaction("motor drive", transaction, period))
-    return {
-        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
-        for name, bus in settings.buses.items()
-    }
+    sonar, motor, period = settings.sonar, settings.motor, seconds(settings.sonar.period_s)
+    recurring = (
+        Recurring(sonar.bus, "sonar ranging", srf08.TRAFFIC, period),
+        Recurring(motor.bus, "motor drive", dc_motor.TRAFFIC, period),
+    )
+    return bus_loads(settings.buses, recurring)
 
 
 def build(settings: RobotNameSettings, lines: Lines) -> Robot:
