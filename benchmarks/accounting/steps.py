@@ -15,11 +15,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from time import monotonic_ns, process_time_ns
+from time import monotonic_ns
 
 from benchmarks.accounting.models import HastyClock, S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
@@ -84,7 +83,7 @@ class AccountedStep:
         self._world_now = WorldClock(profiler.accounting.tolerance)
         progress = Progress(profiler.step, settings.max_lag, clock.speed)
         inbox = Inbox(clock.now)
-        self._ledger = Ledger(file, profiler, inbox, NEVER - 1, process_time_ns, progress)
+        self._ledger = Ledger(file, profiler, inbox, clock, progress)
         self._next_at = lambda: simulator.next_at
         self._at = simulator.next_at
 

@@ -124,6 +124,10 @@ class ModelAccount(ABC):
         self.policy = policy
         self.tolerance = tolerance
         self.stop_after = policy.stop_after()
+        self._clear()
+
+    def _clear(self) -> None:
+        """Nothing is booked and nothing has happened."""
         self.due = self.booked = NEVER
         self.lateness = 0
         self.noted = NOTHING

@@ -4,9 +4,12 @@ During a step nothing is written, so a process killed in the middle of one leave
 """
 
 from collections.abc import Callable
+from time import process_time_ns
 
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.bus_meter import BusMeter
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
@@ -33,23 +36,20 @@ from firmware_runtime.statistics.worst_list import WorstList
 class Ledger:
     """Writes steps, idle moments and the end of a run into the file.
 
-    `until` is the last instant that belongs to the run, as `go_on` says for one that has paused:
-    what would be due later is not counted.
-    `cpu_time` reads the processor time that the process has used, in ns.
+    What would be due after the last instant that belongs to the run (`go_on`) is not counted.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 -- put together once, by the loop
+    def __init__(
         self,
         file: StatisticsFile,
         profiler: Profiler,
         inbox: Inbox,
-        until: int,
-        cpu_time: Callable[[], int],
+        clock: Clock,
         progress: Progress,
     ) -> None:
         cells, layout = file.cells, file.layout
         self.file = file
-        self._until = until
+        self._until = NEVER
         self._step = profiler.step
         self._accounting = profiler.accounting
         self._progress = progress
@@ -66,8 +66,9 @@ class Ledger:
         ]
         self._steps = 0
         self._previous_end = 0
-        self._cpu_time = cpu_time
-        self._cpu_time_before = cpu_time()
+        # in virtual time equal runs have equal statistics, whatever they cost
+        self._cpu_time = process_time_ns if isinstance(clock, MonotonicClock) else _nothing
+        self._cpu_time_before = self._cpu_time()
         self._paused_with: int | None = None
         profiler.accounting.count_in(cells, layout)
         profiler.faults.count_in(cells, layout)
@@ -88,12 +89,7 @@ class Ledger:
         if step_time > timeline.step_max:
             timeline.step_max = step_time
         if latest is not None:
-            if latest.lateness > timeline.lateness_max:
-                timeline.lateness_max = latest.lateness
-            if latest.in_episode and latest.cause == "":
-                latest.cause = self._cause_of(latest, garbage.spent)
-            if latest.lateness + step_time > self._worst.smallest:
-                self._keep(latest, step_time, garbage.spent)
+            self._note(latest, step_time, garbage.spent)
         garbage.spent = 0
         due, progress = next_at(), self._progress
         caught_up = due >= ended and progress.is_level
@@ -157,6 +153,15 @@ class Ledger:
         text[:] = reason.encode()[: len(text)].ljust(len(text), b"\0")
         file.close_section(now)
 
+    def _note(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
+        """Note the activation that ran latest: maximum, cause of an episode, one of the worst."""
+        if latest.lateness > self._timeline.lateness_max:
+            self._timeline.lateness_max = latest.lateness
+        if latest.in_episode and latest.cause == "":
+            latest.cause = self._cause_of(latest, garbage)
+        if latest.lateness + step_time > self._worst.smallest:
+            self._keep(latest, step_time, garbage)
+
     def _read_counters(self) -> None:
         cells = self.file.cells
         if self._faults.pending:
@@ -196,3 +201,7 @@ class Ledger:
         for meter in self._meters:
             row += meter.devices()
         self._worst.keep(row)
+
+
+def _nothing() -> int:
+    return 0

@@ -3,8 +3,8 @@
 How it works. One pass of the loop
 
 1. lets the hooks look after the run, then waits until the next event is due, taking what
-   arrives meanwhile (`hook`, `clocks`, `arrivals`);
-2. ends if somebody asked for it, a policy demands it, or the end of the run is reached;
+   arrives meanwhile (`clocks`, `inbox`);
+2. ends if that was asked for, a policy demands it, or the end of the run is reached;
 3. works off one instant: the internal events due then, or inputs, or both (`devs.simulator`);
 4. counts it (`accounting`, `ledger`), and sees whether logical time keeps up (`progress`).
 
@@ -14,42 +14,28 @@ when it arrived: what was due before that goes first, however late the loop is, 
 comes while the loop is late is not merged with the overdue events.
 
 The end is always the same: outputs are made safe, whatever happened, and again while that fails
-(`switching_off`); models exit; statistics say how it ended; what the system granted is given back.
-
-A run may also pause: the clock stands still, statistics and outputs stay as they are, what the
-system granted is given back until it goes on. What passes meanwhile is no time of the run.
+(`outcome`); models exit; statistics say how it ended; what the system granted is given back. A
+pause gives that back, leaves outputs and statistics as they are, and is no time of the run.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
-from time import process_time_ns
 from typing import TypeVar
-
-from msgspec import to_builtins
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.errors import text_of
-from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, WorldClock
-from firmware_runtime.executive.conditions import system_conditions
+from firmware_runtime.executive.conditions import run_conditions
 from firmware_runtime.executive.configuration import Configuration, Hook
-from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import SlackCollector
 from firmware_runtime.executive.inbox import Arrivals, Inbox, Source
 from firmware_runtime.executive.ledger import Ledger
-from firmware_runtime.executive.outcome import Outcome, Readiness, SwitchOffRetry
-from firmware_runtime.executive.process import (
-    give_up_priority,
-    holds_priority,
-    in_force,
-)
+from firmware_runtime.executive.outcome import Ending, Outcome, Readiness, SwitchOffRetry
+from firmware_runtime.executive.process import give_up_priority, holds_priority, in_force
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.hal.errors import HalError
-from firmware_runtime.statistics.conditions import SETTINGS, Settings, settings_after
+from firmware_runtime.statistics.conditions import Settings, settings_after
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import ELAPSED, YIELDED
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -82,6 +68,8 @@ class Executive:
         self.inbox = Inbox(clock.now)
         self._profiler = Profiler(root, clock.now, configuration)
         self.simulator = self._profiler.simulator
+        self.accounts = self._profiler.accounting.accounts
+        self.faults = self._profiler.faults
         self.progress = Progress(self._profiler.step, configuration.max_lag, clock.speed)
         self._readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock() if world_now is None else world_now
@@ -89,6 +77,7 @@ class Executive:
         self._switching_off = SwitchOffRetry(
             make_safe, clock, configuration.switch_off_for, self._go_on_ending
         )
+        self._ending = Ending(self.simulator, self._readiness, self._switching_off.run)
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
@@ -96,8 +85,11 @@ class Executive:
         self._ledger = self._open_ledger({}, NEVER)
         self.hooks: list[Hook] = []
         self._paused: Outcome | None = None
-        self._reached = 0
-        self._has_begun = self._is_over = False
+        self.reached = 0
+        """The instant at which the run paused or ended, ns; 0 before."""
+        self.is_over = False
+        """Whether the run has ended; one that is paused has not."""
+        self._has_begun = False
         self._stop: Outcome | None = None
 
     @property
@@ -126,16 +118,6 @@ class Executive:
             give_up_priority()
 
     @property
-    def accounts(self) -> Sequence[ModelAccount]:
-        """The accounts of all models."""
-        return self._profiler.accounting.accounts
-
-    @property
-    def faults(self) -> FaultLog:
-        """The faults that models reported."""
-        return self._profiler.faults
-
-    @property
     def cells(self) -> Cells:
         """The cells of the statistics, live, where other processes see them once the run began."""
         return self._ledger.file.cells
@@ -143,7 +125,7 @@ class Executive:
     def arm(self, *, armed: bool, generation: int) -> None:
         """Note in the statistics that outputs may be driven from now on, or may not.
 
-        `generation` is the guard's last takeover that whoever decides this has seen.
+        `generation` is the guard's last takeover that is known where this is decided.
         """
         self._ledger.arm(armed=armed, generation=generation)
 
@@ -178,7 +160,7 @@ class Executive:
         Outputs stay as they are, and only `end` makes them safe. A run that does not reach `until`
         has ended, as by `run`. The outcome is what it would be if the run ended now.
         """
-        if self._is_over:
+        if self.is_over:
             raise RuntimeError("executive: the run is over; expected a new executive")
         return self._run_to(until, pauses=True)
 
@@ -187,7 +169,7 @@ class Executive:
         if self._paused is None:
             return None
         outcome, self._paused = self._paused, None
-        self.clock.start(self._reached)
+        self.clock.start(self.reached)
         return self._end(outcome)
 
     def add_source(self, source: Source) -> None:
@@ -197,16 +179,6 @@ class Executive:
     def plan(self, at: int, port: InPort[T], value: T) -> None:
         """Let a value arrive at an input port of the root at instant `at` of the run."""
         self._arrivals.plan(at, port, value)
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the run has ended; one that is paused has not."""
-        return self._is_over
-
-    @property
-    def reached(self) -> int:
-        """The instant at which the run paused or ended, ns; 0 before."""
-        return self._reached
 
     def _run_to(self, until: int, *, pauses: bool) -> Outcome:
         configuration = self._configuration
@@ -223,11 +195,8 @@ class Executive:
                 self._paused = None
                 with self._profiler.garbage.measured():
                     outcome = self._loop(until)
-            except KeyboardInterrupt:
-                outcome = Outcome(RunState.STOPPED, "SIGINT")
             except BaseException as error:  # noqa: BLE001 -- whatever it is, outputs come first
-                reason = text_of(error) or type(error).__name__
-                outcome = Outcome(RunState.FAILED, reason, error)
+                outcome = Outcome.of_error(error)
             if pauses and outcome.state is RunState.ENDED:
                 return self._pause(outcome)
             outcome = self._end(outcome)
@@ -239,8 +208,8 @@ class Executive:
 
     def _loop(self, until: int) -> Outcome:
         accounting, progress = self._profiler.accounting, self.progress
-        self.clock.start(self._reached)
-        if self._reached == 0 and self._configuration.armed_at_start:
+        self.clock.start(self.reached)
+        if self.reached == 0 and self._configuration.armed_at_start:
             self.arm(armed=True, generation=0)
         at = self._next_at()
         while accounting.overrun == "" and progress.livelock == "":
@@ -259,7 +228,7 @@ class Executive:
             if at <= now and at <= until and at != NEVER:
                 at = self._work_off(at)
             elif now >= until:
-                return Outcome(RunState.ENDED, _how_it_ended(until))
+                return Outcome.reached(until)
             else:
                 self._ledger.idle(now)
         return Outcome(RunState.OVERRUN, accounting.overrun or progress.livelock)
@@ -283,9 +252,8 @@ class Executive:
 
         Returns when the next event is due.
         """
-        step = self._profiler.step
-        step.begin(at)
-        self.world_now.begin(at, step.started)
+        self._profiler.step.begin(at)
+        self.world_now.begin(at, self._profiler.step.started)
         try:
             for port, value in self._arrivals.take(at):
                 self.simulator.inject(port, value)
@@ -299,22 +267,15 @@ class Executive:
 
     def _open_ledger(self, granted: Settings, until: int, path: Path | None = None) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
-        conditions = {
-            "clock": type(self.clock).__name__,
-            **system_conditions(),
-            SETTINGS: to_builtins(granted),
-            **self._configuration.conditions,
-        }
+        conditions = run_conditions(self.clock, granted, self._configuration.conditions)
         header = {"clock_speed": self.clock.speed, "until_ns": until, "conditions": conditions}
         file = self._profiler.open_file(header, path)
-        # in virtual time equal runs have equal statistics, whatever they cost
-        cpu_time = process_time_ns if isinstance(self.clock, MonotonicClock) else _nothing
-        return Ledger(file, self._profiler, self.inbox, until, cpu_time, self.progress)
+        return Ledger(file, self._profiler, self.inbox, self.clock, self.progress)
 
     def _pause(self, outcome: Outcome) -> Outcome:
         """Keep everything as it is until the run goes on or is ended."""
-        self._reached = self._ended_at()
-        self._ledger.pause(self._reached)
+        self.reached = self._ended_at()
+        self._ledger.pause(self.reached)
         self._paused = outcome
         return self._readiness.judged(outcome)
 
@@ -326,31 +287,13 @@ class Executive:
 
     def _end(self, outcome: Outcome) -> Outcome:
         """Make the outputs safe, let the models exit, close the ledger; collect what goes wrong."""
-        self._is_over = True
-        self._reached = now = self._ended_at()
-        faults = self._switching_off.run()
-        outcome = self._readiness.judged(outcome)
-        failures = self.simulator.exit()
-        if failures:  # an exit that failed half way may have switched something on
-            faults = self._switching_off.run()
-        faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
+        self.is_over = True
+        self.reached = now = self._ended_at()
+        outcome = self._ending(outcome)
         self._ledger.finish(outcome.state, now, outcome.reason)
-        return replace(outcome, faults=tuple(faults))
+        return outcome
 
     def _go_on_ending(self, now: int) -> None:
         """Let the world go on, and show that the loop is alive, while it still switches off."""
         self.world_now.begin(now, now)
         self._ledger.idle(self.cells[ELAPSED])  # the run itself is over
-
-
-def _how_it_ended(until: int) -> str:
-    return "nothing is due any more" if until == NEVER else f"the run reached {format_time(until)}"
-
-
-def _is_of_the_world(failure: Exception) -> bool:
-    """Whether a model's exit failed on its bus: then what counts is whether outputs are off."""
-    return isinstance(failure.__cause__, HalError)
-
-
-def _nothing() -> int:
-    return 0

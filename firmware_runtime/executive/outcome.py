@@ -12,14 +12,15 @@ has worked once; then none is polled any more.
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.step import relative_path
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.statistics.statistics import RunState
 
 
@@ -37,6 +38,21 @@ class Outcome:
     reason: str
     error: BaseException | None = None
     faults: tuple[str, ...] = ()
+
+    @classmethod
+    def reached(cls, until: int) -> Self:
+        """Of a run that has come to the instant asked for."""
+        at = (
+            "nothing is due any more" if until == NEVER else f"the run reached {format_time(until)}"
+        )
+        return cls(RunState.ENDED, at)
+
+    @classmethod
+    def of_error(cls, error: BaseException) -> Self:
+        """Of a run in which something was raised; Ctrl-C is a request to stop."""
+        if isinstance(error, KeyboardInterrupt):
+            return cls(RunState.STOPPED, "SIGINT")
+        return cls(RunState.FAILED, text_of(error) or type(error).__name__, error)
 
 
 @runtime_checkable
@@ -156,3 +172,29 @@ class SwitchOffRetry:
             return list(self._make_safe())
         except BaseException as error:  # noqa: BLE001 -- reported, and the run still has to end
             return [f"make_safe raised {type(error).__name__}: {text_of(error)}"]
+
+
+class Ending:
+    """Ends a run: outputs off, the models' exit, and off again where that failed half way."""
+
+    def __init__(
+        self, simulator: Engine, readiness: Readiness, switch_off: Callable[[], list[str]]
+    ) -> None:
+        self._simulator = simulator
+        self._readiness = readiness
+        self._switch_off = switch_off
+
+    def __call__(self, outcome: Outcome) -> Outcome:
+        """The outcome in the light of what devices say of themselves, and what goes wrong here."""
+        faults = self._switch_off()
+        outcome = self._readiness.judged(outcome)
+        failures = self._simulator.exit()
+        if failures:  # an exit that failed half way may have switched something on
+            faults = self._switch_off()
+        faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
+        return replace(outcome, faults=tuple(faults))
+
+
+def _is_of_the_world(failure: Exception) -> bool:
+    """Whether a model's exit failed on its bus: then what counts is whether outputs are off."""
+    return isinstance(failure.__cause__, HalError)
