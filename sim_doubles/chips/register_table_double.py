@@ -9,6 +9,7 @@ at which its first byte is read.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 from firmware_runtime.scaffold.register_table import Register, RegisterTable
@@ -16,8 +17,8 @@ from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.word_register_target import ByteOrder, WordRegisterTarget
 from sim_doubles.clock import Now
 
-World: TypeAlias = Callable[[int], Mapping[str, float]]
-"""The quantities at an instant (ns), by their names in the table."""
+World: TypeAlias = Callable[[int], Mapping[str, float]] | Mapping[str, float]
+"""The quantities at an instant (ns), or at all times, by their names in the table."""
 RELEASED = 0xFF
 
 
@@ -38,7 +39,7 @@ class RegisterTableDouble(WordRegisterTarget):
         super().__init__(now, address)
         self.table = table
         self.warnings = ProtocolWarnings(f"{table.chip} 0x{address:02x}")
-        self._world = world
+        self._world = world if callable(world) else partial(_always, world)
         self._places = {
             at: _Place(each, at != each.address)
             for each in table.registers
@@ -142,6 +143,10 @@ class RegisterTableDouble(WordRegisterTarget):
     def _reset(self) -> None:
         self._words = {each.name: each.reset for each in self.table.registers}
         self._clears_at: dict[str, tuple[int, int]] = {}
+
+
+def _always(world: Mapping[str, float], _at: int) -> Mapping[str, float]:
+    return world
 
 
 def _second(register: Register, word: int) -> int:

@@ -16,7 +16,7 @@ TABLE: Final = load_table(files("chipname") / "registers.toml")
 
 
 class ChipNameDouble(RegisterTableDouble):
-    """A chip at `address`; `world` gives its quantities at an instant (ns), else they swing."""
+    """A chip at `address`; `world` gives its quantities, at an instant (ns) or for good, else they swing."""
 
     def __init__(
         self, now: Now, address: int = TABLE.addresses[0], world: World | None = None
