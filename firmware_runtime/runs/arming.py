@@ -125,10 +125,7 @@ class Arming:
 
         What failed is tried again until it does not: a model may not write for long.
         """
-        self.armed = self._is_wanted = False
-        self.reason = reason
-        failed = self._switch_off()
-        self._acknowledge()
+        failed = self._withdraw(reason)
         self._tell("; ".join([f"disarmed: {reason}", *failed]))
         return failed
 
@@ -142,7 +139,8 @@ class Arming:
         self._try_at = 0
         if not self.armed:
             return self._switch_off()
-        failed = self.disarm("the run pauses")
+        why = "the run pauses"
+        failed = self._withdraw(why) if self.is_free else self.disarm(why)
         self._is_wanted = True
         return failed
 
@@ -167,6 +165,14 @@ class Arming:
         """Disarm where leave was withdrawn by somebody else."""
         if self.armed and not self.interlock():
             self.disarm(self._why_withdrawn())
+
+    def _withdraw(self, reason: str) -> list[str]:
+        """Make the outputs safe, for this reason; return what failed."""
+        self.armed = self._is_wanted = False
+        self.reason = reason
+        failed = self._switch_off()
+        self._acknowledge()
+        return failed
 
     def _enabled(self) -> list[str]:
         """Let outputs through; return why that failed, if it did."""

@@ -92,6 +92,12 @@ class OpenBoard(OpenRun):
         return arming is None or arming.armed
 
     @property
+    def was_armed(self) -> bool:
+        """Whether its outputs could be driven at any time so far."""
+        arming = self._session.arming
+        return arming is None or arming.was_armed
+
+    @property
     def why_not_armed(self) -> str | None:
         """What keeps it from being armed, in a sentence; None if it is."""
         arming = self._session.arming

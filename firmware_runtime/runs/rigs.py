@@ -3,6 +3,7 @@
 Only the board's own rig is imported, by its entry point.
 """
 
+from contextlib import ExitStack
 from importlib.metadata import EntryPoint
 from inspect import getattr_static
 from pathlib import Path
@@ -61,15 +62,19 @@ def served_doubles(board: Board, path: Path, *, alone: bool = True) -> ServedDou
     none, BusInUse if another process has them alone, ConfigError if they are another board's.
     """
     connection = Connection(path)
-    if alone:
-        connection.keep_others_out()
-    served = look(connection.ask).board
-    if served != board.name:
-        connection.close()
-        raise ConfigError(board.name, [f"--doubles: {path} serves the doubles of {served}"])
-    return ServedDoubles(
-        connection.ask,
-        board.settings.buses,
-        board.ports,
-        has_enable_line=board.settings.output_enable is not None,
-    )
+    with ExitStack() as undo:
+        undo.callback(connection.close)
+        if alone:
+            connection.keep_others_out()
+        served = look(connection.ask).board
+        if served != board.name:
+            raise ConfigError(board.name, [f"--doubles: {path} serves the doubles of {served}"])
+        doubles = ServedDoubles(
+            connection.ask,
+            board.settings.buses,
+            board.ports,
+            has_enable_line=board.settings.output_enable is not None,
+            leave=connection.close,
+        )
+        undo.pop_all()
+    return doubles

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
@@ -27,6 +28,7 @@ from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
+from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
@@ -69,13 +71,15 @@ class Session:
         self.world_now = WorldClock() if doubles is True else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if doubles is True else None
         self.doubles: Doubles | None = self.rig
-        if isinstance(doubles, Path):
-            self.doubles = served_doubles(board, doubles)
-        self._sockets: list[ControlSocket | PortsSocket] = []
-        interlock = always_enabled if permission is None else self._may_drive
-        self._lines = open_lines(board, self.doubles, interlock, self.world_now)
+        self._held: list[ServedDoubles | ControlSocket | PortsSocket] = []
+        self._lines = Lines({})
         with ExitStack() as undo:
             undo.callback(self.close)
+            if isinstance(doubles, Path):
+                self.doubles = served = served_doubles(board, doubles)
+                self._held.append(served)
+            interlock = always_enabled if permission is None else self._may_drive
+            self._lines = open_lines(board, self.doubles, interlock, self.world_now)
             self.replaced: str | None = None
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
             if statistics_path is not None:
@@ -179,10 +183,10 @@ class Session:
         return [*failed, *self.robot.make_safe()]
 
     def close(self) -> None:
-        """Release buses and sockets."""
+        """Release buses, sockets and doubles that are served."""
         close_lines(self._lines)
-        for asked in self._sockets:
-            asked.close()
+        for held in self._held:
+            held.close()
 
     # ---------------------------------------------------------------------------------------------
 
@@ -210,7 +214,7 @@ class Session:
         """Let other processes put values in and watch, in real time, if they can find it."""
         if self._statistics_path is not None and isinstance(self.executive.clock, MonotonicClock):
             path = Companion.PORTS.beside(self._statistics_path)
-            self._sockets.append(PortsSocket(path, ports, self.executive))
+            self._held.append(PortsSocket(path, ports, self.executive))
 
     def _arming(self, permission: Permission, tell: Callable[[str], None]) -> Arming:
         """What decides whether outputs may be driven; takes requests where it can be found."""
@@ -237,7 +241,7 @@ class Session:
             return {"not_safe": arming.disarm("asked for"), "armed": arming.armed}
 
         control = ControlSocket(path, {"arm": arm, "disarm": disarm})
-        self._sockets.append(control)
+        self._held.append(control)
         self.executive.add_source(control)
 
     def _watch_load(self, tell: Callable[[str], None]) -> None:

@@ -18,6 +18,8 @@ from firmware_runtime import (
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.in_force import PLACE
+from firmware_runtime.board.registry import Board
+from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.runs import session
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines
@@ -26,6 +28,7 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.rigs.rig import DoublesRig, rig_for
+from tests.support.served_rig import served_rig
 
 TURNING = 1.0
 """Seconds of TachoBot after which its propellers turn."""
@@ -214,7 +217,7 @@ def test_outputs_of_a_real_robot_are_not_driven_unless_it_is_armed(outside: Outs
         sample = robot.model.components["imu"].out_ports["sample"]
         robot.listen(sample, lambda _at, _sample: driven.append(outside.on))
         robot.run(3.0)
-        assert (robot.armed, robot.why_not_armed) == (False, "nothing asked for it")
+        assert (robot.was_armed, robot.why_not_armed) == (False, "nothing asked for it")
     assert set(driven) == {0}
 
 
@@ -230,7 +233,7 @@ def test_outputs_of_a_real_robot_are_off_in_a_pause_and_driven_again_after_it(
             driven.clear()
             robot.run(5.0)
             assert driven[-1] == 8
-            assert (outside.on, robot.armed) == (0, False)
+            assert (outside.on, robot.armed, robot.was_armed) == (0, False, True)
     assert outside.told == ["armed", "disarmed: the run pauses"] * 2
     assert outside.on == 0
 
@@ -254,6 +257,29 @@ def test_a_real_robot_that_cannot_be_switched_off_for_a_pause_is_ended(outside: 
     rig.buses["i2c1"].faults = None
     with pytest.raises(RuntimeError):
         robot.run(TURNING)
+
+
+@pytest.mark.parametrize("chip_is_there", [True, False])
+def test_doubles_that_are_served_are_left_to_others_afterwards(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, *, chip_is_there: bool
+) -> None:
+    left: list[str] = []
+    with served_rig("tachobot") as served:
+        lines = registry.load("tachobot").settings.buses
+
+        def doubles(_board: Board, _path: Path) -> ServedDoubles:
+            return ServedDoubles(served.ask, lines, (), leave=lambda: left.append("left"))
+
+        monkeypatch.setattr(session, "served_doubles", doubles)
+        served.bench.buses["i2c1"].faults = None if chip_is_there else REFUSED
+        choices: dict[str, Any] = {"doubles": tmp_path, "statistics": tmp_path / "x.stats"}
+        if chip_is_there:
+            open_board("tachobot", **choices).close()
+        else:
+            with pytest.raises(HalError):
+                open_board("tachobot", **choices)
+    assert left == ["left"]
+    assert [each.name for each in tmp_path.iterdir()] == []
 
 
 def test_a_name_means_the_settings_in_force_on_this_machine(

@@ -268,3 +268,43 @@ def test_only_its_own_user_may_ask_whatever_the_umask(path: Path) -> None:
     os.umask(before)
     assert path.stat().st_mode & 0o777 == 0o600
     socket.close()
+
+
+def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.attend(0, 0)
+    assert rig.arming.pause() == []
+    assert (rig.arming.interlock(), rig.safe, rig.cells) == (False, 1, (0, 0))
+    rig.against = "imu is not up yet"
+    rig.arming.attend(0, 0)
+    assert not rig.arming.interlock()
+    rig.against = None
+    rig.arming.attend(SECOND, 0)
+    assert rig.arming.interlock()
+    assert rig.told == ["armed", "disarmed: the run pauses", "armed"]
+
+
+def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> None:
+    rig = Rig()
+    assert rig.arming.pause() == []
+    rig.arming.attend(SECOND, 0)
+    assert (rig.arming.interlock(), rig.safe, rig.told) == (False, 1, [])
+    assert rig.arming.reason == "nothing asked for it"
+
+
+def test_what_a_person_takes_in_a_pause_is_not_armed_again() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.attend(0, 0)
+    rig.arming.pause()
+    rig.executive.cells[GENERATION] = -7
+    for now in (0, SECOND):
+        rig.arming.attend(now, 0)
+    assert not rig.arming.interlock()
+
+
+def test_a_free_run_pauses_without_a_word() -> None:
+    rig = Rig(at_start=True, free=True)
+    rig.arming.attend(0, 0)
+    rig.arming.pause()
+    rig.arming.attend(SECOND, 0)
+    assert (rig.safe, rig.told, rig.arming.interlock()) == (1, [], True)

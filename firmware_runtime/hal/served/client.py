@@ -105,12 +105,22 @@ class ServedEnableLine(EnableLine):
 
 
 class ServedDoubles:
-    """One board's doubles in another process: its lines, its outputs, how a run on it ended."""
+    """One board's doubles in another process: its lines, its outputs, how a run on it ended.
+
+    `leave` ends the connection that they are asked over.
+    """
 
     def __init__(
-        self, ask: Ask, buses: Iterable[str], ports: Iterable[str], *, has_enable_line: bool = False
+        self,
+        ask: Ask,
+        buses: Iterable[str],
+        ports: Iterable[str],
+        *,
+        has_enable_line: bool = False,
+        leave: Callable[[], None] = lambda: None,
     ) -> None:
         self._ask = ask
+        self._leave = leave
         self.enable = ServedEnableLine("output_enable", ask) if has_enable_line else None
         self.buses: Mapping[str, I2cBus] = {name: ServedBus(name, ask) for name in buses}
         self.ports: Mapping[str, SerialPort] = {name: ServedPort(name, ask) for name in ports}
@@ -126,6 +136,10 @@ class ServedDoubles:
         if isinstance(answered, Concluded):
             return answered.result
         raise _unexpected(answered, "doubles")
+
+    def close(self) -> None:
+        """Leave them to others; nothing can be asked any more."""
+        self._leave()
 
 
 def look(ask: Ask) -> Standing:
