@@ -16,6 +16,7 @@ PYTHON ?= python3
 VENV ?= .venv
 PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
 # They wait most of the time, and what they assert holds on a busy machine.
 IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal
@@ -84,25 +85,30 @@ $(VENV)/bin/python: | interpreter
 	@echo "make: creating $(VENV)"
 	@$(PYTHON) -m venv $(VENV)
 
-$(VENV)/installed-run: pyproject.toml | $(VENV)/bin/python
-	@echo "make: installing firmware-runtime into $(VENV)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+# Dependency groups take pip 25.1; the one that came with Python may be older.
+$(VENV)/pip-of-groups: | $(VENV)/bin/python
+	@$(INSTALL) 'pip>=25.1'
 	@touch $@
 
-$(VENV)/installed-test: pyproject.toml tests/outsiders/requirements.txt | $(VENV)/bin/python
+$(VENV)/installed-run: pyproject.toml | $(VENV)/bin/python
+	@echo "make: installing firmware-runtime into $(VENV)"
+	@$(INSTALL) --editable .
+	@touch $@
+
+$(VENV)/installed-test: pyproject.toml tests/outsiders/requirements.txt | $(VENV)/pip-of-groups
 	@echo "make: installing firmware-runtime and its test tools into $(VENV)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]' \
+	@$(INSTALL) --editable . --group test \
 		$(addprefix --editable ,$(wildcard examples/*))
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	@$(INSTALL) --no-deps \
 		--requirement tests/outsiders/requirements.txt
 	@touch $@ $(VENV)/installed-run
 
-$(VENV)/installed-bench: pyproject.toml | $(VENV)/bin/python
+$(VENV)/installed-bench: pyproject.toml | $(VENV)/pip-of-groups
 	@echo "make: installing firmware-runtime and its benchmark peers into $(VENV)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	@$(INSTALL) --editable . --group bench
 	@touch $@ $(VENV)/installed-run
 
 $(VENV)/installed-docs: docs/requirements.txt $(VENV)/installed-run
 	@echo "make: installing what makes the documentation into $(VENV)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
+	@$(INSTALL) -r docs/requirements.txt
 	@touch $@

@@ -19,7 +19,7 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     granted = [name for name, each in settings.items() if each["granted"]]
     yield f"granted to all: {', '.join(granted) or 'nothing'}"
     if report["not_installed"]:
-        yield f"not installed: {', '.join(report['not_installed'])} (extra `bench`)"
+        yield f"not installed: {', '.join(report['not_installed'])} (dependency group bench)"
     for rate_hz, engines in report["rates"].items():
         yield ""
         yield from _table(rate_hz, engines)

@@ -79,7 +79,7 @@ def missing_peer() -> str:
     """What to do when the peer is not there."""
     return (
         "benchmarks: xdevs.py is not installed; "
-        "expected it as the extra `bench`: pip install -e '.[bench]'"
+        "expected the dependency group bench: pip install --group bench (pip 25.1 or later)"
     )
 
 

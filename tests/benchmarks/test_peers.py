@@ -99,7 +99,7 @@ def test_the_text_lists_what_is_missing_in_one_line_and_ends_with_the_ratio() ->
         "ratio": 4.0,
     }
     text = peers_text(report).splitlines()
-    assert "not installed: SimPy, pyjevsim (extra `bench`)" in text
+    assert "not installed: SimPy, pyjevsim" in text
     assert "granted to all: timer_slack_ns" in text
     assert text[-2:] == ["", "ratio 4.0 (p99 at 1000 Hz, xdevs.py by ours, skip)"]
     assert next(line for line in text if line.startswith("xdevs.py")).endswith("3, never, nothing")
@@ -111,14 +111,14 @@ def test_without_the_peer_one_sentence_names_the_extra(
     absent = replace(peers_run.ENGINES[peers.PEER], package="absent_package")
     monkeypatch.setitem(peers_run.ENGINES, peers.PEER, absent)
     assert main(["bench", "peers"]) == 2
-    assert "extra `bench`" in capsys.readouterr().err
+    assert "group bench" in capsys.readouterr().err
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", peers_run.ENGINES)
 def test_every_engine_fires_every_period_in_order(name: str) -> None:
     if not peers_run.ENGINES[name].is_installed:
-        pytest.skip(f"needs {name}, of the extra `bench`")
+        pytest.skip(f"needs {name}, of the dependency group bench")
     found = peers.run_once(name, Plan(5_000_000, 20), NO_PRIORITY)
     numbers = [number for number, _ in found["fired"]]
     assert numbers == sorted(set(numbers))
@@ -145,7 +145,7 @@ def test_the_bench_keeps_what_it_prints(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if not peers_run.ENGINES[peers.PEER].is_installed:
-        pytest.skip("needs xdevs.py, of the extra `bench`")
+        pytest.skip("needs xdevs.py, of the dependency group bench")
     monkeypatch.setattr(peers, "RATES", (100,))
     monkeypatch.setattr(peers, "STALL_NS", 50_000_000)
     monkeypatch.setattr(peers, "STALL_AT_S", 0.1)

@@ -2,6 +2,7 @@
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,13 @@ def test_no_text_installs_the_project_from_an_index() -> None:
     texts += [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.[mp][dy]")]
     told = [path for path in texts if FROM_AN_INDEX.search(path.read_text(encoding="utf-8"))]
     assert told == []
+
+
+def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert set(project["project"]["optional-dependencies"]) == {"metrics", "gpio", "top", "plot"}
+    assert set(project["dependency-groups"]) == {"test", "bench"}
+    assert {"include-group": "bench"} in project["dependency-groups"]["test"]
 
 
 @pytest.mark.parametrize(
