@@ -10,6 +10,7 @@ from drivers.chips.h_bridge import HBridge
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
 from drivers.chips.sabertooth import Sabertooth, SabertoothSettings
+from drivers.treads import TreadDriver
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import I2cBus
@@ -23,13 +24,13 @@ POLL_NS: Final = 100_000_000
 MD25_REPEAT_NS: Final = 500_000_000
 """A quarter of the silence after which an MD25 stops by itself."""
 SABERTOOTH_REPEAT_NS: Final = 100_000_000
-"""A third of the silence after which a Sabertooth stops by itself, as it is told to."""
+"""A third of the silence after which a Sabertooth stops by itself, as it is set."""
 
 
 class _Kept:
-    """What a chip reads after it was told to move: whoever changes that wants something else.
+    """What a chip reads after its command: another program that changes that has a reason.
 
-    So it is not told again, which would overrule a `safe-state` from another terminal.
+    So the command is not written again, which would overrule a `safe-state` from another terminal.
     """
 
     def __init__(self, place: str, read: Callable[[], bytes]) -> None:
@@ -109,10 +110,20 @@ def _bridge(bus: I2cBus, address: int, options: Options) -> Actuator:
     )
 
 
-def _promise(left: float, right: float) -> str:
+def _both_motors(
+    chip: TreadDriver, left: float, right: float, move: Callable[[], Reading], repeat_ns: int
+) -> Actuator:
+    """Both motors of a driver; refuse two speeds of 0, with which nothing would move."""
     if not left and not right:
         raise SettingError("expected --left or --right, or both, other than 0")
-    return f"the left motor turns at {left:g} of full speed, the right at {right:g}"
+    return Actuator(
+        place=chip.place,
+        promise=f"the left motor turns at {left:g} of full speed, the right at {right:g}",
+        bring_up=chip.bring_up,
+        move=move,
+        off=chip.stop,
+        repeat_ns=repeat_ns,
+    )
 
 
 def _md25(bus: I2cBus, address: int, options: Options) -> Actuator:
@@ -133,14 +144,7 @@ def _md25(bus: I2cBus, address: int, options: Options) -> Actuator:
             ),
         )
 
-    return Actuator(
-        place=chip.place,
-        promise=_promise(left, right),
-        bring_up=chip.bring_up,
-        move=move,
-        off=chip.stop,
-        repeat_ns=MD25_REPEAT_NS,
-    )
+    return _both_motors(chip, left, right, move, MD25_REPEAT_NS)
 
 
 def _sabertooth(port: SerialPort, options: Options) -> Actuator:
@@ -152,14 +156,7 @@ def _sabertooth(port: SerialPort, options: Options) -> Actuator:
         chip.set_speeds(left, right)
         return (Quantity("speeds", (left, right), "speeds", "of full"),)
 
-    return Actuator(
-        place=chip.place,
-        promise=_promise(left, right),
-        bring_up=chip.bring_up,
-        move=move,
-        off=chip.stop,
-        repeat_ns=SABERTOOTH_REPEAT_NS,
-    )
+    return _both_motors(chip, left, right, move, SABERTOOTH_REPEAT_NS)
 
 
 def _speed(name: str, what: str, *, default: float | None) -> Option:

@@ -60,16 +60,17 @@ def add_to(verbs: SubParsers) -> None:
     )
     for chip in chips().values():
         verb = add_verb(names, chip.name, f"Try {chip.title}.", partial(execute, chip))
-        _add_place(verb, chip)
+        line = verb.add_mutually_exclusive_group()
+        line.add_argument("--doubles", action="store_true", help="on a double of the chip instead")
+        _add_place(verb, line, chip)
         for option in chip.options:
             _add_option(verb, option)
         _add_time(verb, moves=chip.moves)
-        verb.add_argument("--doubles", action="store_true", help="on a double of the chip instead")
         verb.add_argument("--json", action="store_true", help="print each reading as a JSON line")
 
 
 def execute(chip: Triable, arguments: argparse.Namespace) -> int:
-    """Read it, or move it once that is agreed to."""
+    """Read it, or move it once the user agrees."""
     try:
         with single(chip, arguments) as (tried, now):
             if isinstance(tried, Actuator) != chip.moves:
@@ -128,7 +129,7 @@ def _move(actuator: Actuator, arguments: argparse.Namespace, now: Now) -> int:
 
 
 def _is_agreed(actuator: Actuator, arguments: argparse.Namespace) -> bool:
-    """Whether somebody at the terminal wants it moved; a double needs nobody's leave."""
+    """Whether the user agrees that it moves; a double moves without a question."""
     what = f"{actuator.place}: {actuator.promise}, for {arguments.duration_s:g} s"
     if arguments.yes or arguments.doubles:
         tell(what, sys.stderr)
@@ -148,13 +149,15 @@ def _stopped_by(signal: UntilSignal) -> Status:
 # The command line --------------------------------------------------------------------------------
 
 
-def _add_place(verb: argparse.ArgumentParser, chip: Triable) -> None:
+def _add_place(
+    verb: argparse.ArgumentParser, line: argparse._MutuallyExclusiveGroup, chip: Triable
+) -> None:
     if not isinstance(chip, OnBus):
         about = f"serial port; default {PORT}"
-        verb.add_argument("--port", default=PORT, metavar="NODE", help=about)
+        line.add_argument("--port", default=PORT, metavar="NODE", help=about)
         return
     about = f"number or device node; default {BUS}"
-    verb.add_argument("--bus", default=BUS, metavar="BUS", help=about)
+    line.add_argument("--bus", default=BUS, metavar="BUS", help=about)
     verb.add_argument(
         "--address",
         type=partial(_address, chip),

@@ -166,6 +166,8 @@ def test_a_chip_that_is_not_there_is_one_sentence(
         ("try", "pca9685", "--channel", "1", "--duty", "0.5", "--address", "0x70"),
         ("try", "md25", "--left", "2", "--doubles"),
         ("try", "md25", "--doubles"),
+        ("try", "srf08", "--doubles", "--bus", "99"),
+        ("try", "maxbotix", "--doubles", "--port", "/dev/ttyS0"),
         ("try", "cmps12", "--address", "north"),
         ("try", "cmps12", "--yes"),
         ("try", "maxbotix", "--family", "toaster"),

@@ -1,4 +1,4 @@
-"""Without leave nothing that could move is written; with it, orders are obeyed as ever."""
+"""With outputs disabled nothing that could move is written; enabled, commands are obeyed."""
 
 import pytest
 
@@ -13,31 +13,31 @@ from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.scripted_treads import STOP, ScriptedDriver, bench_of, settings
 
 
-class Leave:
-    """Leave that a test gives and withdraws."""
+class Switch:
+    """An interlock that a test enables and disables."""
 
     def __init__(self) -> None:
-        self.given = False
+        self.enabled = False
 
     def __call__(self) -> bool:
-        return self.given
+        return self.enabled
 
 
 @pytest.fixture
-def leave() -> Leave:
-    return Leave()
+def interlock() -> Switch:
+    return Switch()
 
 
 class ThrustBench:
     """Thrust pairs on a double, with forces every 10 ms."""
 
-    def __init__(self, leave: Leave) -> None:
+    def __init__(self, interlock: Switch) -> None:
         self.chip = Pca9685Double(lambda: self.simulator.now)
         thrust = ThrustSettings(0.4, 1000.0, 1e6, 50 * MILLISECOND, 0)
         self.simulator: Simulator
         bus = I2cBusDouble("i2c1", self._now, [self.chip])
         top = Coupled("top")
-        self.model = top.add(ThrustPairs("thrust", Pca9685(bus), thrust, leave))
+        self.model = top.add(ThrustPairs("thrust", Pca9685(bus), thrust, interlock))
         self.forces = top.in_port("forces", Forces)
         top.couple(self.forces, self.model.forces)
         self.simulator = Simulator(top, checked=True)
@@ -58,59 +58,59 @@ class ThrustBench:
         return sum(duty > 0 for duty in self.model.duties)
 
 
-def test_forces_without_leave_have_no_effect(leave: Leave) -> None:
-    bench = ThrustBench(leave)
+def test_forces_have_no_effect_while_outputs_are_disabled(interlock: Switch) -> None:
+    bench = ThrustBench(interlock)
     bench.push(5)
     assert bench.on == 0
-    leave.given = True
+    interlock.enabled = True
     bench.push(5)
     assert bench.on == 8
 
 
-def test_propellers_are_switched_off_when_leave_is_withdrawn(leave: Leave) -> None:
-    bench = ThrustBench(leave)
-    leave.given = True
+def test_propellers_are_switched_off_when_outputs_are_disabled(interlock: Switch) -> None:
+    bench = ThrustBench(interlock)
+    interlock.enabled = True
     bench.push(5)
-    leave.given = False
+    interlock.enabled = False
     bench.push(1)
     assert bench.on == 0
     assert bench.chip.all_off
     assert bench.model.faults == []
 
 
-def test_treads_keep_an_order_until_there_is_leave(leave: Leave) -> None:
+def test_treads_keep_a_command_until_outputs_are_enabled(interlock: Switch) -> None:
     driver = ScriptedDriver()
     bench = bench_of(driver, settings())
-    bench.model.interlock = leave  # type: ignore[attr-defined]
+    bench.model.interlock = interlock  # type: ignore[attr-defined]
     bench.put(50, right=1, left=1)
     bench.run(500)
     assert [call for call, _ in driver.driven] == [STOP]
-    leave.given = True
+    interlock.enabled = True
     bench.run(530)
     assert driver.driven[-1][0] == (0.5, 0.5)
 
 
-def test_moving_treads_are_stopped_and_go_on_with_leave(leave: Leave) -> None:
+def test_moving_treads_are_stopped_and_go_on_once_outputs_are_enabled(interlock: Switch) -> None:
     driver = ScriptedDriver()
     bench = bench_of(driver, settings())
-    bench.model.interlock = leave  # type: ignore[attr-defined]
-    leave.given = True
+    bench.model.interlock = interlock  # type: ignore[attr-defined]
+    interlock.enabled = True
     bench.put(50, right=1, left=1)
     bench.run(60)
-    leave.given = False
+    interlock.enabled = False
     bench.run(300)
-    leave.given = True
+    interlock.enabled = True
     bench.run(400)
     assert [call for call, _ in driver.driven] == [(0.5, 0.5), STOP, (0.5, 0.5)]
 
 
-def test_an_esc_is_armed_anew_after_leave_was_withdrawn(leave: Leave) -> None:
+def test_an_esc_is_armed_again_once_outputs_are_enabled_again(interlock: Switch) -> None:
     esc = EscSettings(
         channel=3, frequency_hz=50.0, low_pulse_us=1000.0, high_pulse_us=2000.0, arming=3 * SECOND
     )
     top = Coupled("top")
     chip = Pca9685Double(lambda: 0)
-    model = top.add(Esc("esc", Pca9685(I2cBusDouble("i2c1", lambda: 0, [chip])), esc, leave))
+    model = top.add(Esc("esc", Pca9685(I2cBusDouble("i2c1", lambda: 0, [chip])), esc, interlock))
     arm = top.in_port("arm", bool)
     top.couple(arm, model.arm)
     simulator = Simulator(top)
@@ -121,12 +121,12 @@ def test_an_esc_is_armed_anew_after_leave_was_withdrawn(leave: Leave) -> None:
     simulator.advance(SECOND)
     simulator.run(5 * SECOND)
     assert (armed, model.phase) == ([], "disabled")
-    leave.given = True
+    interlock.enabled = True
     simulator.run(9 * SECOND)
     assert armed == [True]
-    leave.given = False
+    interlock.enabled = False
     simulator.run(10 * SECOND)
     assert (armed, model.phase) == ([True, False], "disabled")
-    leave.given = True
+    interlock.enabled = True
     simulator.run(14 * SECOND)
     assert armed == [True, False, True]
