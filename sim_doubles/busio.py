@@ -30,7 +30,7 @@ class I2C(CircuitPythonI2c):
         del scl, sda, frequency, timeout
         super().__init__()
         self._path = plugged.path_of(bus)
-        plugged.check(self._path)
+        plugged.functions(self._path)
 
     def _transaction(self, address: int, messages: tuple[Message, ...]) -> bytes:
         return plugged.bus_at(self._path).transfer(address, messages)

@@ -15,6 +15,8 @@ from pathlib import PurePath
 from time import monotonic_ns
 from types import TracebackType
 
+from sim_doubles.early import is_allowed
+from sim_doubles.i2c_adapter import ADAPTERS
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 
@@ -65,13 +67,18 @@ def path_of(bus: int | str) -> str:
     return f"/dev/i2c-{bus}" if isinstance(bus, int) else bus
 
 
-def check(path: str) -> I2cBusDouble:
-    """Open a path. Raises FileNotFoundError where no bus of doubles is plugged in."""
-    if path not in _buses:
-        raise FileNotFoundError(
-            errno.ENOENT, "no bus of doubles is plugged in here (sim_doubles.plug)", path
-        )
-    return _buses[path]
+def functions(path: str) -> int:
+    """Open a path; return what its adapter can do, as the ioctl I2C_FUNCS.
+
+    Raises FileNotFoundError where no bus of doubles is plugged in, except early (`early`).
+    """
+    if path in _buses:
+        return _buses[path].adapter.functions
+    if is_allowed():
+        return ADAPTERS["bcm2835"].functions
+    raise FileNotFoundError(
+        errno.ENOENT, "no bus of doubles is plugged in here (sim_doubles.plug)", path
+    )
 
 
 def bus_at(path: str) -> I2cBusDouble:

@@ -11,7 +11,7 @@ the environment, so it imports nothing of the doubles until a fixture is asked f
 """
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -49,6 +49,15 @@ def pytest_configure(config: pytest.Config) -> None:
     stand_ins = StandIns(STAND_INS, keep_blinka=config.getini(KEEP_BLINKA))
     stand_ins.install()
     config.add_cleanup(stand_ins.remove)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Let drivers open their bus when they are imported, before any test has one."""
+    from sim_doubles import early
+
+    with early.openings():
+        return (yield)
 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:

@@ -25,6 +25,7 @@ from typing import Self
 
 from firmware_runtime.hal.i2c import Message
 from sim_doubles import plugged
+from sim_doubles.early import placeholder
 from sim_doubles.i2c_bus import BlockRead, I2cBusDouble
 from sim_doubles.packet_error_code import transfer_checked
 from sim_doubles.smbus_messages import I2C_M_RD, I2cFunc, i2c_msg
@@ -57,8 +58,8 @@ class SMBus:
         if not isinstance(bus, int | str):
             raise TypeError(f"Unexpected type(bus)={type(bus)}")
         self._path = plugged.path_of(bus)
-        self.funcs = plugged.check(self._path).adapter.functions
-        self.fd = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
+        self.funcs = plugged.functions(self._path)
+        self.fd = placeholder()
 
     def close(self) -> None:
         """Close the bus; twice is harmless."""

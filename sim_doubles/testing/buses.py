@@ -4,10 +4,12 @@ from collections.abc import Callable, Sequence
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.line_time import WireClock
+from sim_doubles.clock import Now
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.plugged import Plug, plug
 from sim_doubles.testing.chips import make
+from sim_doubles.testing.virtual_time import POWERED_FOR
 
 BUS_HZ = 400_000
 LOG_LENGTH = 10_000
@@ -49,13 +51,15 @@ class TestBuses:
         `chip` is the name of a chip, a double, or the class of one, which is given the clock.
         `settings` are what the double's class takes. Raises ConfigError.
         """
+        powered = _PoweredBefore(self._clock)
         if isinstance(chip, str):
-            double = make(chip, self._clock, address=address, **settings)
+            double = make(chip, powered, address=address, **settings)
         elif isinstance(chip, Target):
             double = chip
         else:
             stated = settings if address is None else {"address": address, **settings}
-            double = chip(self._clock, **stated)
+            double = chip(powered, **stated)
+        powered.is_connected = True
         self.bus(bus).connect(*_targets(chip, double))
         return double[0] if isinstance(double, Sequence) else double
 
@@ -72,6 +76,20 @@ class TestBuses:
         """Take every bus away."""
         for each in self._plugs.values():
             each.unplug()
+
+
+class _PoweredBefore:
+    """A chip's clock: while the chip is made it is a little earlier, when the chip had power.
+
+    So a sensor has samples when the test begins.
+    """
+
+    def __init__(self, clock: Now) -> None:
+        self.is_connected = False
+        self._clock = clock
+
+    def __call__(self) -> int:
+        return self._clock() - (0 if self.is_connected else POWERED_FOR)
 
 
 def _targets(chip: object, double: object) -> Sequence[Target]:

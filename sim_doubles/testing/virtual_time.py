@@ -20,15 +20,17 @@ from sim_doubles.testing.substitution import substitute
 
 MICROSECOND: Final = 1_000
 SECOND: Final = 1_000_000_000
+POWERED_FOR: Final = 100_000_000
+"""Where the clock of a test begins, in ns: chips that the test connects have had power since 0."""
 STARTS_AT: Final = 1_767_225_600 * SECOND
 """`time.time` at the start of a test: the beginning of 2026, UTC."""
 
 
 class VirtualTime:
-    """The instant in ns since the start of the test; the clock of doubles, of `time` too."""
+    """The instant in ns since chips had power; the clock of doubles, of `time` too."""
 
     def __init__(self) -> None:
-        self._at = 0
+        self._at = POWERED_FOR
         self._lock = threading.Lock()
         self.settles: list[Callable[[], None]] = []
         """Called before and after a sleep: what is under way on a pty arrives when it was sent."""
@@ -39,8 +41,8 @@ class VirtualTime:
 
     @property
     def now_s(self) -> float:
-        """The instant in s."""
-        return self._at / SECOND
+        """The time in s since the start of the test."""
+        return (self._at - POWERED_FOR) / SECOND
 
     def reach(self, at: int) -> None:
         """Go on to `at`, unless that is past."""
@@ -92,11 +94,11 @@ class VirtualTime:
 
 
 class RunningTime:
-    """CLOCK_MONOTONIC since the start of the test; what goes over a bus runs ahead of it."""
+    """CLOCK_MONOTONIC since chips had power, before the test; a bus in use runs ahead of it."""
 
     def __init__(self) -> None:
         self._now = time.monotonic_ns
-        self._started_at = time.monotonic_ns()
+        self._started_at = time.monotonic_ns() - POWERED_FOR
         self._reached = 0
 
     def __call__(self) -> int:

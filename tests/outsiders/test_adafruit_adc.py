@@ -14,7 +14,7 @@ VOLTS = (1.2, -0.5, 3.3, 0.0)
 
 @pytest.fixture
 def converter(virtual_time: VirtualTime, i2c_double: Callable[..., Any]) -> Any:
-    assert virtual_time() == 0
+    assert virtual_time.now_s == 0
     i2c_double("ads1115", inputs=VOLTS)
     return adafruit_ads1x15.ADS1115(busio.I2C())
 

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import FaBo9Axis_MPU9250 as fabo
+import imusensor.MPU9250.MPU9250
 import numpy as np
 import pytest
 import smbus
@@ -24,7 +26,7 @@ AS_THE_DIE_LIES = (FIELD[1], FIELD[0], -FIELD[2])
 
 @pytest.fixture
 def chip(virtual_time: VirtualTime, i2c_double: Callable[..., Any]) -> Mpu9250Double:
-    assert virtual_time() == 0
+    assert virtual_time.now_s == 0
     double: Mpu9250Double = i2c_double(
         "mpu9250", inertia=InertialTruth(ACCELERATION, RATE, FIELD, 30.0)
     )
@@ -61,9 +63,7 @@ class TestJmdev:
 class TestFaBo:
     @pytest.fixture
     def sensor(self, chip: Mpu9250Double) -> Any:
-        from FaBo9Axis_MPU9250.MPU9250 import MPU9250  # opens its bus when it is imported
-
-        sensor = MPU9250()
+        sensor = fabo.MPU9250()
         assert chip.samples > 0
         return sensor
 
@@ -80,9 +80,7 @@ class TestFaBo:
 class TestImusensor:
     @pytest.fixture
     def sensor(self, chip: Mpu9250Double) -> Any:
-        from imusensor.MPU9250.MPU9250 import MPU9250
-
-        sensor = MPU9250(smbus.SMBus(1), 0x68)
+        sensor = imusensor.MPU9250.MPU9250.MPU9250(smbus.SMBus(1), 0x68)
         sensor.begin()
         assert chip.samples > 0
         return sensor
