@@ -1,6 +1,7 @@
 """Reads a register table: every fault of the file at once, each with its key and the reason."""
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -11,8 +12,12 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.scaffold.register_table import Register, RegisterTable
 from firmware_runtime.system.whole_file import read_file
 
-TAKEN: Final = frozenset({"ADDRESSES", "REGISTERS", "IDENTITY", "BRING_UP"})
+TAKEN: Final = frozenset({"ADDRESSES", "REGISTERS", "IDENTITY", "BRING_UP", "by_name"})
 """Names that the driver has for something else."""
+_NAME: Final = re.compile(r"[A-Z][A-Z0-9_]{0,40}")
+_QUANTITY: Final = re.compile(r"[a-z][a-z0-9_]{0,40}")
+_NOT_IN_TEXTS: Final = re.compile(r'[\x00-\x1f\x7f"\\|]')
+"""Texts go into sources and tables as they are."""
 
 
 def load_table(path: Path | Traversable) -> RegisterTable:
@@ -24,8 +29,10 @@ def read_text(path: Path | Traversable) -> str:
     """The text of a table's file. Raises ConfigError if it cannot be read."""
     try:
         return read_file(path).decode() if isinstance(path, Path) else path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from error
+    except OSError as error:
+        raise ConfigError(str(path), [f"cannot be read: {error.strerror}"]) from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(str(path), ["cannot be read: not UTF-8; expected a TOML file"]) from error
 
 
 def parse_table(text: str, where: str) -> RegisterTable:
@@ -45,6 +52,7 @@ def parse_table(text: str, where: str) -> RegisterTable:
 
 
 def _faults(table: RegisterTable) -> Iterator[str]:
+    yield from _text_faults(table, "chip", "title", "source")
     for index, each in enumerate(table.registers):
         where = f"registers[{index}]"
         for fault in _faults_of(each):
@@ -77,9 +85,29 @@ def _doubled(table: RegisterTable) -> Iterator[str]:
         yield "addresses: one of them twice; expected each once"
 
 
+def _text_faults(table: RegisterTable | Register, *keys: str) -> Iterator[str]:
+    for key in keys:
+        text = getattr(table, key)
+        if text is not None and (not text.strip() or _NOT_IN_TEXTS.search(text)):
+            expected = "expected one line without double quotes, backslashes and bars"
+            yield f"{key}: {strict.shown(text)}: {expected}"
+
+
+def _name_faults(register: Register) -> Iterator[str]:
+    name, quantity = register.name, register.quantity
+    if not _NAME.fullmatch(name):
+        yield f"name: {strict.shown(name)}: expected capital letters, digits and _, 41 at most"
+    if quantity is not None and not _QUANTITY.fullmatch(quantity):
+        expected = "expected small letters, digits and _, 41 at most, such as light_lx"
+        yield f"quantity: {strict.shown(quantity)}: {expected}"
+    for key, word in (("name", name), ("quantity", quantity)):
+        if word in TAKEN:
+            yield f"{key}: {word}: the driver has it for something else; expected another"
+
+
 def _faults_of(register: Register) -> Iterator[str]:
-    if register.name in TAKEN:
-        yield f"name: {register.name}: the driver has it for something else; expected another"
+    yield from _name_faults(register)
+    yield from _text_faults(register, "source", "about", "unit")
     for key in ("reset", "writable", "bring_up", "clear_on_read", "self_clearing"):
         word = getattr(register, key)
         if word is not None and word > register.all_bits:

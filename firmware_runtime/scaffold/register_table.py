@@ -11,22 +11,20 @@ from msgspec import Meta
 from firmware_runtime.board.settings import Address, Settings
 
 Word: TypeAlias = Annotated[int, Meta(ge=0, le=0xFFFF)]
-Text: TypeAlias = Annotated[str, Meta(pattern=r"^[^\n\r\"\\|]*[^\s\"\\|][^\n\r\"\\|]*$")]
-"""One line that is not blank; it goes into source texts and tables, so without quotes and bars."""
 
 
 class Register(Settings, frozen=True, kw_only=True):
     """One register, as `[[registers]]` in the file."""
 
-    name: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,40}$")]
+    name: str
     """As the data sheet prints it."""
     address: Annotated[int, Meta(ge=0, le=0xFF)]
     access: Literal["r", "w", "rw"]
     reset: Word
     """Its content after power-up."""
-    source: Text
+    source: str
     """Where the data sheet says so: page, table or section."""
-    about: Text | None = None
+    about: str | None = None
     width: Literal[8, 16] = 8
     byte_order: Literal["big", "little"] | None = None
     """Which byte of 16 bits comes first; big unless stated."""
@@ -42,9 +40,9 @@ class Register(Settings, frozen=True, kw_only=True):
     """The bits that clear by themselves, `busy_us` after they were written."""
     busy_us: Annotated[float, Meta(ge=0, le=1e9)] = 0.0
     """How long the chip is busy with what those bits began."""
-    quantity: Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,40}$")] | None = None
+    quantity: str | None = None
     """What it measures, with its unit: `light_lx`; the driver has a method to read it."""
-    unit: Text | None = None
+    unit: str | None = None
     scale: float | None = None
     """How many units one count stands for; 1 unless stated."""
     offset: float | None = None
@@ -101,11 +99,11 @@ class Register(Settings, frozen=True, kw_only=True):
 class RegisterTable(Settings, frozen=True, kw_only=True):
     """A whole chip."""
 
-    chip: Text
+    chip: str
     """As the data sheet prints it."""
-    title: Text
+    title: str
     """What it is, in a few words."""
-    source: Text
+    source: str
     """The data sheet and its revision."""
     addresses: Annotated[tuple[Address, ...], Meta(min_length=1)]
     """Where it can be on the bus, 7 bits; a new one is at the first."""

@@ -55,11 +55,13 @@ READABLE = "name='R'\naddress=0\naccess='r'\nreset=0"
         (f"{READABLE}\nscale=1.0", "scale"),
         (f"{READABLE}\noffset=1.0", "offset"),
         (f"{READABLE}\nsigned=true", "signed"),
-        (f"{READABLE}\nquantity='Length m'", "quantity"),
+        (f"{READABLE}\nquantity='Length m'\nunit='m'", "quantity"),
         (f"{READABLE}\nquantity='length_m'", "unit"),
         (f"{READABLE}\nquantity='length_m'\nunit='m'\nscale=0.0", "scale"),
         (f"{READABLE}\nquantity='length_m'\nunit='m'\nidentity=true", "quantity"),
         (f"{READABLE}\nabout='a | b'", "about"),
+        (f"{READABLE}\nabout=' '", "about"),
+        (f"{READABLE}\nquantity='by_name'\nunit='m'", "quantity"),
         (f"{READABLE}\nadress=1", "adress"),
         ("name='R'\naddress=0\naccess='rw'\nreset=0\nidentity=true", "identity"),
         (
@@ -95,6 +97,7 @@ def test_all_faults_are_listed_at_once() -> None:
         (HEAD + "registers = []", ["registers"]),
         (with_registers("name='W'\naddress=0\naccess='w'\nreset=0"), ["registers"]),
         (with_registers(READABLE).replace("[0x29]", "[0x03]"), ["addresses"]),
+        (with_registers(READABLE).replace('"none"', "'a\\b'"), ["source"]),
         (with_registers(READABLE).replace("reserved = 0", "reserved = 'zero'"), ["reserved"]),
     ],
 )
@@ -103,8 +106,10 @@ def test_a_table_that_cannot_be_is_named_by_its_keys(text: str, keys: list[str])
 
 
 def test_a_file_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="cannot be read"):
-        load_table(tmp_path / "none.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff")
+    for path in (tmp_path / "none.toml", tmp_path, tmp_path / "binary.toml"):
+        with pytest.raises(ConfigError, match="cannot be read"):
+            load_table(path)
 
 
 def test_words_of_16_bits_take_two_addresses_only_where_the_pointer_goes_on() -> None:

@@ -16,7 +16,10 @@ TABLE: Final = load_table(files("chipname") / "registers.toml")
 
 
 class ChipNameDouble(RegisterTableDouble):
-    """A chip at `address`; `world` gives its quantities, at an instant (ns) or for good, else they swing."""
+    """A chip at `address`; `world` gives its quantities, constant or at an instant (ns).
+
+    Without a world they swing through half of their scales.
+    """
 
     def __init__(
         self, now: Now, address: int = TABLE.addresses[0], world: World | None = None
