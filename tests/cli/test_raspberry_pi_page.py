@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import kinds, registry
+from firmware_runtime.board import registry
 from firmware_runtime.cli.main import parser
 
 ROOT = Path(__file__).parents[2]
@@ -31,7 +31,7 @@ def test_new_addresses_of_the_page_are_those_of_the_board() -> None:
     assert all(int(byte, 0) == 2 * int(address, 0) for byte, _, address in given)
 
 
-@pytest.mark.parametrize("board", kinds.names())
+@pytest.mark.parametrize("board", ["detective", "tachobot"])
 def test_the_page_names_every_chip_with_its_address(board: str) -> None:
     for device in registry.load(board).devices:
         assert device.chip in PAGE

@@ -1,15 +1,22 @@
-"""docs/first-model.md and docs/notebooks-and-tests.md show programs and what they print."""
+"""README.md and two pages of docs show programs and what they print."""
 
 import pytest
 
 from tests.support.pages import Example, examples, printed
 
 FIRST, *OTHERS = examples("first-model.md")
+(README,) = examples("../README.md")
 WITH_ROBOTS = examples("notebooks-and-tests.md")
 
 
 def lines_of_code(program: str) -> int:
     return sum(1 for line in program.splitlines() if line.strip())
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_the_model_of_the_readme_prints_what_it_says() -> None:
+    assert printed(README.program) == README.output
 
 
 @pytest.mark.slow
