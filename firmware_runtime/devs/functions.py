@@ -5,7 +5,6 @@ checked mode to watch the laws. A model without one is called as it is.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
@@ -42,15 +41,27 @@ Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
 """Given a model and what is called for it, what to call instead."""
 
 
-@dataclass(frozen=True, slots=True)
 class Wrapped:
-    """Functions of a model, each as it is or with something around it."""
+    """Functions of a model, each as it is or with something around it.
 
-    atomic: Atomic
-    output: Callable[[], None]
-    internal: Callable[[], None]
-    external: Callable[[int], None]
-    confluent: Callable[[], None] | None
+    No dataclass: importing those takes longer than importing the whole formalism.
+    """
+
+    __slots__ = ("atomic", "confluent", "external", "internal", "output")
+
+    def __init__(
+        self,
+        atomic: Atomic,
+        output: Callable[[], None],
+        internal: Callable[[], None],
+        external: Callable[[int], None],
+        confluent: Callable[[], None] | None,
+    ) -> None:
+        self.atomic = atomic
+        self.output = output
+        self.internal = internal
+        self.external = external
+        self.confluent = confluent
 
     @property
     def sigma(self) -> int:
