@@ -139,6 +139,7 @@ def _variant(table: Mapping[str, Any], variants: Variants, faults: list[str], pa
     faults += _unknown(strange, variants.names(tag), path)
     if tag is None:
         faults.append(_no_choice(table, variants, path))
+        _judge_common(table, variants, faults, path)
         return None
     for key, reason in variants.foreign_keys(table):
         faults.append(f"{_join(path, key)}: has no effect; {reason}")
@@ -154,6 +155,18 @@ def _no_choice(table: Mapping[str, Any], variants: Variants, path: str) -> str:
     stated = shown(table[variants.choice])
     like = did_you_mean(stated.strip("'"), variants.schemas)
     return f"{key}: {stated}: {expected}{like}"
+
+
+def _judge_common(
+    table: Mapping[str, Any], variants: Variants, faults: list[str], path: str
+) -> None:
+    """Find the faults of keys that every variant has: they are faults whatever the choice."""
+    first, *others = variants.schemas.values()
+    hints = get_type_hints(first, include_extras=True)
+    for field in msgspec.structs.fields(first):
+        key = field.encode_name
+        if key in table and all(key in keys(each) for each in others):
+            _value(table[key], hints[field.name], faults, _join(path, key))
 
 
 def _unknown(table: Mapping[str, Any], known: Sequence[str], path: str) -> list[str]:

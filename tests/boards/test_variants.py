@@ -82,6 +82,11 @@ def test_unknown_keys_and_a_wrong_choice_are_named_together() -> None:
     assert [fault.partition(":")[0] for fault in faults] == ["left.adress", "left.chip"]
 
 
+def test_what_every_variant_has_is_judged_whatever_the_choice() -> None:
+    faults = faults_of({"left": {"chip": "spi", "limit": "x", "address": "y"}})
+    assert [fault.partition(":")[0] for fault in faults] == ["left.chip", "left.limit"]
+
+
 def test_all_faults_of_a_variant_are_found_at_once() -> None:
     faults = faults_of({"left": {"chip": "serial", "address": 1, "limit": "x", "prot": "a"}})
     keys = [fault.partition(":")[0] for fault in faults]
