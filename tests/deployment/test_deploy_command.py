@@ -41,6 +41,10 @@ def boards_by(program: Path) -> str:
     return done.stdout
 
 
+def files_below(folder: Path) -> int:
+    return sum(path.is_file() for path in folder.rglob("*"))
+
+
 def environments(root: Path) -> set[Path]:
     return set((root / "opt/firmware-runtime").glob("venv.??????"))
 
@@ -110,6 +114,11 @@ def test_a_robot_of_anyones_own_brings_its_package_and_keeps_it(
     program = root / "usr/local/bin/firmware-runtime"
     assert "rover" in boards_by(program)
     assert (root / "etc/systemd/system/firmware-runtime@rover.service.d/board.conf").is_file()
+    from_the_wheel = subprocess.run(
+        [program, "new", "robot", "heron", "--into", tmp_path / "heron"], check=True
+    )
+    assert from_the_wheel.returncode == 0
+    assert files_below(tmp_path / "heron") == len(write_robot("heron", tmp_path / "again"))
     assert deploy(target) == Status.NOT_DEPLOYED  # here its package is not known
     assert package.command("deploy", HOST, "tachobot", *words).returncode == 0
     assert "rover" in boards_by(program)

@@ -4,7 +4,8 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,24 @@ class WrittenPackage:
     ) -> subprocess.CompletedProcess[str]:
         """Run `firmware-runtime` to its end."""
         return self.python("-m", "firmware_runtime.cli", *words, cwd=cwd)
+
+    @contextmanager
+    def running(self, *words: str, until: str) -> Iterator["subprocess.Popen[str]"]:
+        """Start `firmware-runtime` and wait for a line with this in it; end it by SIGTERM."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", "firmware_runtime.cli", *words],
+            cwd=self.folder,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            assert process.stdout is not None
+            assert any(until in line for line in process.stdout), f"{words}: ended without {until}"
+            yield process
+        finally:
+            process.terminate()
+            process.communicate(timeout=120)
 
 
 def as_installed(folder: Path, site: Path) -> WrittenPackage:

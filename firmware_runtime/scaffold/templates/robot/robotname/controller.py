@@ -118,6 +118,7 @@ class Controller(Coupled):
         super().__init__(name)
         self.distance = self.in_port("distance", float)
         self.wall = self.in_port("wall", int)
+        self.reference = self.in_port("reference", float)
         self.sonar = self.out_port("sonar", int)
         self.drive = self.out_port("drive", float)
         self.mode = self.add(Mode("mode", seconds(settings.lost_s)))
@@ -130,6 +131,7 @@ class Controller(Coupled):
         self.couple(self.mode.follow_out, self.helm.follow)
         self.couple(self.distance, self.tracker.distance)
         self.couple(self.tracker.motion_out, self.pid.measurement)
+        self.couple(self.reference, self.pid.reference_in)
         self.couple(self.pid.command, self.helm.command)
         self.couple(self.helm.drive_out, self.drive)
 

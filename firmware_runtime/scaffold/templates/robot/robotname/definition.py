@@ -51,14 +51,15 @@ def loads(settings: RobotNameSettings) -> dict[str, BusLoad]:
 def build(settings: RobotNameSettings, lines: Lines) -> Robot:
     """The robot on these buses; nothing is sent yet."""
     model = RobotName(settings, lines)
+    controller = model.controller
     return Robot(
         model=model,
         # The PCA9685 leaves the ALLCALL address before anything else is said on the bus.
         probe=(model.pwm_chip.silence, model.pwm_chip.identify, model.sonar_chip.identify),
         stop=(model.pwm_chip.stop_all,),
         still_on=(model.pwm_chip.still_on,),
-        result=lambda: result(settings.controller, model.controller.tracker.motion),
-        retune=lambda changed: model.controller.retune(changed.controller),
+        result=lambda: result(controller.pid.reference, controller.tracker.motion),
+        retune=lambda changed: controller.retune(changed.controller),
         shown=model.sonar.distance_out,
     )
 

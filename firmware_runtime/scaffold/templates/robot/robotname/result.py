@@ -2,16 +2,14 @@
 
 from firmware_runtime.models.motion import Motion
 
-from robotname.settings import ControllerTable
-
 NEAR_M = 0.03
 SLOW_M_S = 0.05
 
 
-def result(settings: ControllerTable, motion: Motion | None) -> dict[str, object]:
-    """The distance in m, None without an echo, and whether the robot has settled there."""
+def result(asked_m: float, motion: Motion | None) -> dict[str, object]:
+    """The distance in m, None without an echo, and whether it has settled where it was asked to."""
     if motion is None:
         return {"distance_m": None, "settled": False}
-    error = motion.position - settings.distance_m
+    error = motion.position - asked_m
     settled = abs(error) <= NEAR_M and abs(motion.rate) <= SLOW_M_S
     return {"distance_m": motion.position, "settled": settled}

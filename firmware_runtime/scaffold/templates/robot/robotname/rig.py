@@ -1,6 +1,6 @@
 """The rig: the robot's chips as doubles on their bus, tied to its world."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
@@ -27,6 +27,7 @@ class RobotNameRig:
         motor, sonar = settings.motor, settings.sonar
         self._settings = settings
         self._now = clock
+        self._asked_m: Callable[[], float] = lambda: settings.controller.distance_m
         self.pwm = Pca9685Double(clock, motor.address, true_osc_hz=motor.osc_hz)
         self.sonar = Srf08Double(clock, sonar.address, echoes=self._echoes)
         self.world = World(settings.world, self._drive)
@@ -51,6 +52,7 @@ class RobotNameRig:
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe; it looks whenever the sonar has."""
         assert isinstance(robot, RobotName)  # noqa: S101 -- a rig belongs to its board
+        self._asked_m = lambda: robot.controller.pid.reference
         robot.add(self._probe)
         robot.couple(robot.sonar.distance_out, self._probe.tick)
 
@@ -62,7 +64,7 @@ class RobotNameRig:
         """The true distance now, whatever the robot takes it for."""
         self.catch_up()
         motion = Motion(self.world.distance_m, -self.world.speed_m_s)
-        return result(self._settings.controller, motion)
+        return result(self._asked_m(), motion)
 
     @property
     def outputs(self) -> dict[str, int]:

@@ -14,7 +14,7 @@ from robotname.settings import RobotNameSettings
 
 
 class RobotName(Coupled):
-    """sonar -> controller -> motor.
+    """sonar -> controller -> motor; `distance_m` asks for another distance while it runs.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -27,6 +27,7 @@ class RobotName(Coupled):
         ranging = Srf08Settings(max_range_m=sonar.max_range_m)
         self.sonar_chip = Srf08(lines.buses[sonar.bus], sonar.address, ranging)
 
+        self.distance_m = self.in_port("distance_m", float)
         # An echo from anywhere within range counts as a wall.
         pings = SonarSettings(seconds(sonar.period_s), threshold_m=sonar.max_range_m)
         driving = DcMotorSettings(motor.frequency_hz, seconds(motor.timeout_s))
@@ -37,4 +38,5 @@ class RobotName(Coupled):
         self.couple(self.controller.sonar, self.sonar.start)
         self.couple(self.sonar.distance_out, self.controller.distance)
         self.couple(self.sonar.detected_out, self.controller.wall)
+        self.couple(self.distance_m, self.controller.reference)
         self.couple(self.controller.drive, self.motor.drive)

@@ -1,13 +1,8 @@
 """The robot, whole, on its doubles in virtual time."""
 
-from collections.abc import Callable, Iterator
-
 import pytest
 
-from firmware_runtime.board import registry
-from firmware_runtime.devs.time import SECOND
-from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime import SECOND, OpenBoard, open_board
 from sim_doubles.faults import FaultScript, NackAddress
 
 from robotname.rig import RobotNameRig
@@ -15,56 +10,45 @@ from robotname.rig import RobotNameRig
 SONAR = 0x71
 
 
-class Robot:
-    """The robot on its doubles, with overrides of board.toml."""
-
-    def __init__(self, *assignments: str) -> None:
-        board = registry.load("robotname", assignments)
-        self.session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
-        assert isinstance(self.session.rig, RobotNameRig)
-        self.rig = self.session.rig
-
-    def run(self, until_s: float) -> dict[str, object]:
-        """Run up to an instant, in s, and return how it ended; then all outputs are off."""
-        outcome = self.session.executive.run(round(until_s * SECOND))
-        assert outcome.error is None
-        assert self.rig.outputs == {"motor": 0}
-        return self.session.result()
+def on_doubles(**numbers: float) -> OpenBoard:
+    """The robot on doubles of its chips, with these numbers of the table [world]."""
+    world = {f"world.{key}": value for key, value in numbers.items()}
+    return open_board("robotname", doubles=True, clock="virtual", set=world)
 
 
-Build = Callable[..., Robot]
-
-
-@pytest.fixture
-def robot() -> Iterator[Build]:
-    """Build robots that are closed at the end."""
-    built: list[Robot] = []
-
-    def build(*assignments: str) -> Robot:
-        built.append(Robot(*assignments))
-        return built[-1]
-
-    yield build
-    for each in built:
-        each.session.close()
+def rig_of(robot: OpenBoard) -> RobotNameRig:
+    """The doubles, and the world behind them."""
+    assert isinstance(robot.rig, RobotNameRig)
+    return robot.rig
 
 
 @pytest.mark.parametrize("start_m", [0.2, 0.5, 2.0, 2.9])
-def test_it_stops_at_its_distance_from_the_wall(robot: Build, start_m: float) -> None:
-    rover = robot(f"world.start_m={start_m}")
-    assert rover.run(20.0) == {"distance_m": pytest.approx(0.5, abs=0.03), "settled": True}
-    assert rover.rig.pwm.warnings == []
-    assert rover.rig.sonar.warnings == []
+def test_it_stops_at_its_distance_from_the_wall(start_m: float) -> None:
+    with on_doubles(start_m=start_m) as robot:
+        robot.run(20.0)
+        assert robot.result == {"distance_m": pytest.approx(0.5, abs=0.03), "settled": True}
+        assert rig_of(robot).pwm.warnings == []
+        assert rig_of(robot).sonar.warnings == []
+    assert rig_of(robot).outputs == {"motor": 0}
 
 
-def test_it_waits_where_no_wall_is_within_range(robot: Build) -> None:
-    rover = robot("world.start_m=8.0")
-    assert rover.run(3.0) == {"distance_m": 8.0, "settled": False}
+def test_another_distance_can_be_asked_for_on_the_way() -> None:
+    with on_doubles() as robot:
+        robot.plan(10.0, robot.model.in_ports["distance_m"], 0.8)
+        robot.run(25.0)
+        assert robot.result == {"distance_m": pytest.approx(0.8, abs=0.03), "settled": True}
 
 
-def test_a_sonar_that_falls_silent_on_the_way_stops_it(robot: Build) -> None:
-    rover = robot()
+def test_it_waits_where_no_wall_is_within_range() -> None:
+    with on_doubles(start_m=8.0) as robot:
+        robot.run(3.0)
+        assert robot.result == {"distance_m": 8.0, "settled": False}
+
+
+def test_a_sonar_that_falls_silent_on_the_way_stops_it() -> None:
     silent = NackAddress(address=SONAR, times=None, since=1 * SECOND)
-    rover.rig.buses["i2c1"].faults = FaultScript([silent])
-    assert rover.run(20.0) == {"distance_m": pytest.approx(1.5, abs=0.3), "settled": False}
-    assert rover.rig.world.speed_m_s == pytest.approx(0.0, abs=1e-6)
+    with on_doubles() as robot:
+        rig_of(robot).buses["i2c1"].faults = FaultScript([silent])
+        robot.run(20.0)
+        assert robot.result == {"distance_m": pytest.approx(1.5, abs=0.3), "settled": False}
+        assert robot.world.speed_m_s == pytest.approx(0.0, abs=1e-6)
