@@ -12,10 +12,13 @@ from typing import Any
 from firmware_runtime.board.in_force import known_names
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 
 Words = Sequence[str]
+CHIP_DOUBLES = "firmware_runtime.chip_doubles"
+"""Entry points of what `--chip` names."""
 
 BASH = """\
 _firmware_runtime() {
@@ -146,6 +149,8 @@ class _Place:
             return map(str, action.choices)
         if action.dest == "board":
             return known_names()
+        if action.dest == "chips":
+            return sorted(each.name for each in installed(CHIP_DOUBLES))
         return self._keys() if action.dest == "assignments" else ()
 
     def _keys(self) -> Iterable[str]:
