@@ -9,19 +9,19 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 
-LOOK_EVERY = SECOND
-"""Ns from one look at the time a mission has taken to the next."""
+CHECK_EVERY = SECOND
+"""Ns between two checks of the time a mission has taken."""
 STOPS = 2
 """Both treads stop once when the radar sees the target, and once in front of it."""
 
 
 class Mission(Atomic):
-    """Wakes the sensors, gives the start signal, watches faults and the treads' orders.
+    """Wakes the sensors, gives the start signal, watches faults and the treads' commands.
 
     waking (0) --sonars! 1, compasses! periodic--> starting (start_after) --in1! 1--> watching
     watching (a second, again and again) --> watching
     watching, both treads stopped twice --> ending (0) --ended!--> ended
-    watching, `longest` spent with leave to move --> ending (0) --ended!, failed!--> ended
+    watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
     watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
 
     `failed` shuts the gate of every motor: see `Gate`. Time with outputs disabled does not
@@ -50,7 +50,7 @@ class Mission(Atomic):
         self.longest = longest
         self.interlock = interlock
         self.ending: Ending | None = None
-        self._orders = [STILL, STILL]
+        self._commands = [STILL, STILL]
         self._stops = 0
         self._spent = 0
 
@@ -80,7 +80,7 @@ class Mission(Atomic):
             self._watch_on()
 
     def external(self, elapsed: int) -> None:
-        """Look at faults and orders; either may end the mission, once."""
+        """Look at faults and commands; either may end the mission, once."""
         self._follow(self.right, self.left)
         if self.ending is None:
             self.ending = self._judge()
@@ -92,21 +92,21 @@ class Mission(Atomic):
     def _watch_on(self) -> None:
         """Look at the time once a second; longer than `longest` no mission takes."""
         if self.phase == "watching" and self.interlock():
-            self._spent += LOOK_EVERY
+            self._spent += CHECK_EVERY
         if self._spent >= self.longest:
             reason = f"the target was not reached within {self.longest / SECOND:g} s"
             self.ending = Ending(reason, failed=True)
             self.activate("ending")
         else:
-            self.hold_in("watching", LOOK_EVERY)
+            self.hold_in("watching", CHECK_EVERY)
 
-    def _follow(self, *orders: InPort[int]) -> None:
+    def _follow(self, *commands: InPort[int]) -> None:
         """Count how often both treads came to a stop."""
-        was_moving = any(self._orders)
-        for number, port in enumerate(orders):
+        was_moving = any(self._commands)
+        for number, port in enumerate(commands):
             if port:
-                self._orders[number] = port[-1]
-        self._stops += was_moving and not any(self._orders)
+                self._commands[number] = port[-1]
+        self._stops += was_moving and not any(self._commands)
 
     def _judge(self) -> Ending | None:
         for fault in self.fault:
@@ -118,22 +118,22 @@ class Mission(Atomic):
 
 
 class Gate(Atomic):
-    """Passes motor orders on until the mission failed; then it stops the motor and stays shut.
+    """Passes motor commands on until the mission failed; then it stops the motor and stays shut.
 
-    open --order?--> passing (0) --passed!--> open
+    open --command?--> passing (0) --passed!--> open
     any --failed?--> passing (0) --passed! 0--> shut
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.order = self.in_port("order", int)
+        self.command = self.in_port("command", int)
         self.failed = self.in_port("failed", Ending)
         self.passed = self.out_port("passed", int)
         self.is_shut = False
         self.signal = STILL
 
     def output(self) -> None:
-        """Pass the order on."""
+        """Pass the command on."""
         self.passed.send(self.signal)
 
     def internal(self) -> None:
@@ -141,7 +141,7 @@ class Gate(Atomic):
         self.passivate("shut" if self.is_shut else "open")
 
     def external(self, elapsed: int) -> None:
-        """Take the newest order, or the failure."""
+        """Take the newest command, or the failure."""
         if self.failed:
             self.is_shut = True
             self.signal = STILL
@@ -149,5 +149,5 @@ class Gate(Atomic):
         elif self.is_shut:
             self.continue_(elapsed)
         else:
-            self.signal = self.order[-1]
+            self.signal = self.command[-1]
             self.activate("passing")

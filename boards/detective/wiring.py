@@ -78,13 +78,13 @@ class DetectiveRobot(Coupled):
         self.couple(self.radar_compass.heading_out, model.in3)
         self.couple(self.body_compass.heading_out, model.in4)
         self.couple(self.body_sonar.detected_out, model.in5)
-        for name, order, motor in (
+        for name, command, motor in (
             ("radar_gate", model.out1, self.radar_motor.turn),
             ("right_gate", model.out2, self.treads.right),
             ("left_gate", model.out3, self.treads.left),
         ):
             gate = self.add(Gate(name))
-            self.couple(order, gate.order)
+            self.couple(command, gate.command)
             self.couple(mission.failed, gate.failed)
             self.couple(gate.passed, motor)
         self.couple(model.out2, mission.right)

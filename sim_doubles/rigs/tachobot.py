@@ -1,4 +1,4 @@
-"""TachoBot's bench: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
+"""TachoBot's rig: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
 from collections.abc import Mapping
 
@@ -61,7 +61,7 @@ class TachobotRig:
 
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe; in mode `free` it also stands for the room's tracking system."""
-        assert isinstance(robot, Tachobot)  # noqa: S101 -- a bench belongs to its board
+        assert isinstance(robot, Tachobot)  # noqa: S101 -- a rig belongs to its board
         probe = robot.add(self._probe)
         robot.couple(robot.imu.sample, probe.tick)
         if self._settings.controller.mode == "free":

@@ -7,12 +7,12 @@ from drivers import dc_motor
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import prescale_for
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.faults import Device, device_faults, setting_fault
+from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.hal.absent import AbsentBus
-from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.budget import BusLoad
 
 
 def devices(settings: BalancingSettings) -> tuple[Device, ...]:
@@ -25,10 +25,9 @@ def devices(settings: BalancingSettings) -> tuple[Device, ...]:
 
 def faults(settings: BalancingSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
-    chips, wheels = devices(settings), settings.wheels
+    wheels = settings.wheels
     found = [
-        *unknown_buses(chips, settings.buses),
-        *address_clashes(chips),
+        *device_faults(devices(settings), settings.buses),
         *(f"imu.{fault}" for fault in chip_settings(settings).faults()),
         *setting_fault(
             "wheels.frequency_hz", lambda: prescale_for(wheels.frequency_hz, wheels.osc_hz)
@@ -37,24 +36,19 @@ def faults(settings: BalancingSettings) -> list[str]:
         *_rate_faults(settings),
     ]
     # Chips and models judge the rest; they can only be built on buses that are there.
-    absent = Lines({name: AbsentBus(name) for name in settings.buses})
+    absent = absent_lines(settings.buses)
     return found or setting_fault("settings", lambda: Balancing(settings, absent))
 
 
 def loads(settings: BalancingSettings) -> dict[str, BusLoad]:
     """What every control tick costs on each bus: a sample, and a command to each wheel."""
-    period = seconds(settings.controller.period_s)
-    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
-    asked[settings.imu.bus].append(PeriodicTransaction("imu sample", NINE_AXES, period))
-    for side in ("left", "right"):
-        for transaction in dc_motor.TRAFFIC:
-            asked[settings.wheels.bus].append(
-                PeriodicTransaction(f"{side} drive", transaction, period)
-            )
-    return {
-        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
-        for name, bus in settings.buses.items()
-    }
+    period, wheels = seconds(settings.controller.period_s), settings.wheels
+    recurring = (
+        Recurring(settings.imu.bus, "imu sample", (NINE_AXES,), period),
+        Recurring(wheels.bus, "left drive", dc_motor.TRAFFIC, period),
+        Recurring(wheels.bus, "right drive", dc_motor.TRAFFIC, period),
+    )
+    return bus_loads(settings.buses, recurring)
 
 
 def build(settings: BalancingSettings, lines: Lines) -> Robot:

@@ -2,12 +2,12 @@
 
 from drivers.chips import ads1115
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, address_clashes, setting_fault, unknown_buses
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.faults import Device, device_faults, setting_fault
+from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.hal.absent import AbsentBus
-from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.budget import BusLoad
 from pan_tilt.settings import PanTiltSettings
 from pan_tilt.wiring import INPUTS, PanTilt, chip_settings, servos_settings
 
@@ -22,35 +22,26 @@ def devices(settings: PanTiltSettings) -> tuple[Device, ...]:
 
 def faults(settings: PanTiltSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
-    chips = devices(settings)
     found = [
-        *unknown_buses(chips, settings.buses),
-        *address_clashes(chips),
+        *device_faults(devices(settings), settings.buses),
         *(f"eyes.{fault}" for fault in chip_settings(settings.eyes).faults()),
         *(f"servos.{fault}" for fault in servos_settings(settings.servos).faults()),
     ]
     # Chips and models judge the rest; they can only be built on buses that are there.
-    absent = Lines({name: AbsentBus(name) for name in settings.buses})
+    absent = absent_lines(settings.buses)
     return found or setting_fault("eyes.period_s", lambda: PanTilt(settings, absent))
 
 
 def loads(settings: PanTiltSettings) -> dict[str, BusLoad]:
     """What recurs on each bus: four conversions, and a pulse for each servo."""
     eyes, servos = settings.eyes, settings.servos
-    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in settings.buses}
-    for _ in INPUTS:
-        for transaction in ads1115.TRAFFIC:
-            asked[eyes.bus].append(
-                PeriodicTransaction("eyes reading", transaction, seconds(eyes.period_s))
-            )
-    for transaction in servos_settings(servos).traffic:
-        asked[servos.bus].append(
-            PeriodicTransaction("servos pulses", transaction, seconds(servos.period_s))
-        )
-    return {
-        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
-        for name, bus in settings.buses.items()
-    }
+    conversions = ads1115.TRAFFIC * len(INPUTS)
+    pulses = servos_settings(servos).traffic
+    recurring = (
+        Recurring(eyes.bus, "eyes reading", conversions, seconds(eyes.period_s)),
+        Recurring(servos.bus, "servos pulses", pulses, seconds(servos.period_s)),
+    )
+    return bus_loads(settings.buses, recurring)
 
 
 def build(settings: PanTiltSettings, lines: Lines) -> Robot:
