@@ -88,14 +88,19 @@ class Ledger:
         self._read_counters()
         if step_time > timeline.step_max:
             timeline.step_max = step_time
-        if latest is not None:
+        if latest is not None and (
+            latest.lateness > timeline.lateness_max
+            or latest.in_episode
+            or latest.lateness + step_time > self._worst.smallest
+        ):
             self._note(latest, step_time, garbage.spent)
         garbage.spent = 0
         due, progress = next_at(), self._progress
         caught_up = due >= ended and progress.is_level
         file.close_section(ended, 0 if caught_up else progress.note(ended, due))
         self._previous_end = ended
-        self._step.end(ended)
+        if self._step.record is not None:
+            self._step.end(ended)
         return due
 
     def arm(self, *, armed: bool, generation: int) -> None:

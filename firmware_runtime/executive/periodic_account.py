@@ -78,7 +78,12 @@ class PeriodicAccount(ModelAccount):
         if step.record is not None:
             step.record(self._track, begun, ended)
         at = step.at
-        if at >= self.due:
+        if at == self.due and self.noted == NOTHING:  # as `_activate` would, without the call
+            step.touched.append(self.number)
+            self.noted = RAN
+            self.lateness = step.began_at[self.number] - at
+            self.due = at + self.period
+        elif at >= self.due:
             self._activate(at)
         elif self.noted == NOTHING:
             self._take_part()
