@@ -10,6 +10,8 @@ from firmware_runtime.errors import ConfigError
 
 def assignments_of(values: Mapping[str, object]) -> list[str]:
     """One override for each value, by its dotted key. Raises ConfigError, naming every fault."""
+    if not isinstance(values, Mapping):
+        raise ConfigError("set", [f"{values!r}: expected values by their keys, {{KEY: VALUE}}"])
     faults: list[str] = []
     assignments: list[str] = []
     for key, value in values.items():

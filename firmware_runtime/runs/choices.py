@@ -65,7 +65,7 @@ def clock_of(clock: ClockName | Clock, speed: float | None) -> Clock:
 def positive(what: str, value: float, most: float = MOST_S) -> float:
     """The number, if it is a positive one within reason. Raises ConfigError."""
     try:
-        is_sound = 0 < value <= most
+        is_sound = 0 < value <= most and not isinstance(value, bool)
     except TypeError:  # no number at all
         is_sound = False
     if not is_sound:

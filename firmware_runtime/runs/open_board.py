@@ -171,7 +171,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     command would print on the way. Raises ConfigError, and HalError when a bus or chip is missing.
     """
     name = clock_name(clock, speed)
-    where = doubles if isinstance(doubles, bool) else Path(doubles)
+    where = _doubles(doubles)
     if faults := clock_faults(name, speed, doubles=where):
         raise ConfigError("run", faults)
     found = board_in_force(str(board), assignments_of(set))
@@ -186,6 +186,15 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         tell=tell,
     )
     return OpenBoard(session, found.doubles_run_s if where else None)
+
+
+def _doubles(stated: bool | str | PathLike[str]) -> bool | Path:  # noqa: FBT001 -- or a path
+    if isinstance(stated, bool):
+        return stated
+    if isinstance(stated, str | PathLike):
+        return Path(stated)
+    expected = "expected True, False, or the path where they are served"
+    raise ConfigError("doubles", [f"{stated!r}: {expected}"])
 
 
 def _statistics_path(

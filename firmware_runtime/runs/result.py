@@ -12,8 +12,9 @@ class RunResult:
     """How a run ended, or how it stands where it may go on.
 
     `state` is ENDED (at the instant asked for, or nothing was due any more), STOPPED (by a signal,
-    on request, or because the robot's task is over), OVERRUN (by a policy) or FAILED (a device was
-    never ready); `reason` says it in a sentence.
+    on request, or because the robot's task is over), OVERRUN (by a policy, or because the loop
+    cannot keep up with the clock) or FAILED (a device was never ready, or the robot's task failed);
+    `reason` says it in a sentence.
     """
 
     state: RunState

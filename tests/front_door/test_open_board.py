@@ -139,6 +139,8 @@ def test_a_run_on_doubles_leaves_no_file() -> None:
         ("tachobot", {"doubles": True, "set": {"world.mas_kg": 2.5}}, ConfigError),
         ("tachobot", {"doubles": True, "set": {"world.mass_kg": -2.5}}, ConfigError),
         ("tachobot", {"doubles": True, "set": {"world.mass_kg": object()}}, ConfigError),
+        ("tachobot", {"doubles": True, "set": ["world.mass_kg=2.5"]}, ConfigError),
+        ("tachobot", {"doubles": None}, ConfigError),
         ("tachobot", {"clock": "virtual"}, ConfigError),
         ("tachobot", {"clock": VirtualClock()}, ConfigError),
         ("tachobot", {"doubles": True, "clock": "fast"}, ConfigError),

@@ -124,6 +124,7 @@ def test_an_exit_that_fails_is_a_bug_of_the_model() -> None:
         {"for_s": float("nan")},
         {"for_s": float("inf")},
         {"for_s": "long"},
+        {"for_s": True},
         {"clock": "virtuel"},
         {"clock": "scaled"},
         {"clock": "virtual", "speed": 2.0},
