@@ -19,7 +19,7 @@ __all__ = ["plug"]
 
 
 def __getattr__(name: str) -> object:
-    """`plug`, imported when it is asked for: pytest imports this package in every session."""
+    """`plug`, imported at first use: pytest imports this package in every session."""
     if name != "plug":
         raise AttributeError(f"module 'sim_doubles' has no attribute {name!r}")
     from sim_doubles.plugged import plug  # noqa: PLC0415 -- see above

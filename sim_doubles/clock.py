@@ -8,7 +8,7 @@ Now: TypeAlias = Callable[[], int]
 
 
 class ManualClock:
-    """A clock that stands still until it is told to advance; for tests."""
+    """A clock that stands still until `advance` is called; for tests."""
 
     def __init__(self, at: int = 0) -> None:
         self._at = at

@@ -8,7 +8,7 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 
 
 class EnableLineDouble(EnableLine):
-    """Whoever has it holds it; outputs of `chips` are disabled from construction on."""
+    """A line that is held from construction on, with the outputs of `chips` disabled."""
 
     def __init__(self, name: str, chips: Sequence[Pca9685Double]) -> None:
         self.name = name

@@ -1,4 +1,4 @@
-"""What goes wrong on a bus, told beforehand: faults, when each strikes, and how often.
+"""What goes wrong on a bus, scripted: faults, when each strikes, and how often.
 
 A fault matches a transaction by address, by the transaction's number on its bus (0 is the first
 since construction) and by the instant. `times` bounds how often it strikes; None is every time it
@@ -39,7 +39,7 @@ class Fault(ABC):
     times: int | None = 1
 
     def matches(self, number: int, at: int, address: int) -> bool:
-        """Tell whether this transaction is one to strike."""
+        """Whether this transaction is one to strike."""
         return (
             number >= self.first
             and (self.last is None or number <= self.last)
@@ -48,7 +48,7 @@ class Fault(ABC):
         )
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Tell whether these messages have what the fault is about; most faults fit any."""
+        """Whether these messages have what the fault is about; most faults fit any."""
         return len(messages) > 0
 
     @abstractmethod
@@ -57,7 +57,7 @@ class Fault(ABC):
 
 
 class NackAddress(Fault):
-    """Nobody acknowledges the address; no target sees the START."""
+    """The address is not acknowledged; no target sees the START."""
 
     def strike(self, alteration: Alteration) -> None:
         """Enter the refusal."""
@@ -71,7 +71,7 @@ class NackByte(Fault):
     index: int
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Tell whether that many bytes are written."""
+        """Whether that many bytes are written."""
         return self.index < sum(len(m) for m in messages if isinstance(m, bytes))
 
     def strike(self, alteration: Alteration) -> None:
@@ -110,7 +110,7 @@ class FlippedBit(Fault):
     bit: int
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Tell whether that many bytes are read."""
+        """Whether that many bytes are read."""
         return self.index < sum(m for m in messages if isinstance(m, int))
 
     def strike(self, alteration: Alteration) -> None:
@@ -130,7 +130,7 @@ class ForcedRegister(Fault):
     times: int | None = None
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Tell whether the register is among those read."""
+        """Whether the register is among those read."""
         start, length = burst_start(messages), messages[-1]
         return isinstance(length, int) and 0 <= self.register - start < length
 

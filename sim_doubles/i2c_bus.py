@@ -310,7 +310,7 @@ def _read_from(answering: list[Target], length: int) -> bytes:
 
 
 def _first_refused(targets: list[Target], message: bytes) -> int | None:
-    """Deliver bytes until nobody acknowledges one; return that one's index, None if all went."""
+    """Deliver bytes until one is not acknowledged; return its index, None if all went."""
     if len(targets) == 1:
         write = targets[0].write
         for index, byte in enumerate(message):

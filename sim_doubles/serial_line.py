@@ -39,8 +39,8 @@ class SerialLineDouble(SerialPort):
     """A port by its name with one target at the other end.
 
     `log` keeps the last `log_length` writes and reads. Faults: `unplugged` True is a USB adapter
-    pulled out, every use raises BusFault; `cut` and `mend` part and join the wires, which no port
-    notices.
+    pulled out, every use raises BusFault; `cut` and `reconnect` part and join the wires, which no
+    port notices.
     """
 
     def __init__(self, name: str, now: Now, target: SerialTarget, *, log_length: int = 256) -> None:
@@ -78,7 +78,7 @@ class SerialLineDouble(SerialPort):
         self._fetch()
         self._cut = True
 
-    def mend(self) -> None:
+    def reconnect(self) -> None:
         """Join the wires; what was sent in between is lost."""
         self._fetch()
         self._cut = False
@@ -98,9 +98,9 @@ class SerialLineDouble(SerialPort):
 class PtySerialLine:
     """A pseudo-terminal in raw mode with a target behind it; programs open `path` as their port.
 
-    There is no thread: whoever owns the line calls `pump`, when `fileno` is readable for bytes from
+    There is no thread: the line's owner calls `pump`, when `fileno` is readable for bytes from
     the host, and as often as the target's own bytes are wanted. Programs may open and close the
-    path as they like; `lost` counts bytes that nobody fetched in time.
+    path as they like; `lost` counts bytes that were not fetched in time.
     """
 
     def __init__(self, target: SerialTarget, now: Now) -> None:

@@ -33,7 +33,7 @@ OS: Final = 0x8000
 """Config: written 1 starts a conversion; reads 0 while one goes on."""
 SINGLE_SHOT: Final = 0x0100
 LATCHING: Final = 0x0004
-"""COMP_LAT, without effect while the comparator is off; it tells our settings from power-up's."""
+"""COMP_LAT, without effect while the comparator is off; marks our settings, unlike power-up's."""
 COMPARATOR_OFF: Final = 0x0003
 
 CODES_OF_INPUTS: Final = MappingProxyType(
@@ -77,7 +77,7 @@ def conversion_ns(rate_sps: int) -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ads1115Settings:
-    """Full scale and rate of all conversions; either may be wrong until `faults` was asked."""
+    """Full scale and rate of all conversions; either may be wrong until `faults` was checked."""
 
     full_scale_v: float = 2.048
     """A voltage from minus this to this can be read."""

@@ -2,7 +2,7 @@
 
 The driver reads bearing, inclination and raw magnetometer in one burst, and the chip's judgement of
 its own calibration. It calibrates by itself while it is moved; a fresh one must be turned about
-before its bearing means anything, and the calibration state is all that tells.
+before its bearing means anything; only the calibration state shows when.
 
 The registers read have the same places in a CMPS11, but for the calibration state; CMPS09 and
 CMPS10 have neither that nor the magnetometer there. None has an identity register: a chip is known
@@ -38,7 +38,7 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
 """Transactions of one reading, for the bus-time budget."""
 CIRCLE: Final = 3600
 NO_VERSION: Final = (0x00, 0xFF)
-"""What a bus reads whose SDA is held, or that nobody drives."""
+"""What a bus reads when SDA is held low, or when no chip drives it."""
 MOST_APART: Final = 42
 """Tenths of a degree between the two bearings: rounding, and one refresh while turning fast."""
 MAGNETOMETER_STATE: Final = 0x03
@@ -90,7 +90,7 @@ class Cmps12:
         if version in NO_VERSION:
             raise NotReady(
                 f"{self.place}: software version reads {version:02x}, expected 01 to fe; a line is "
-                "held, or nobody drives it"
+                "held, or no chip drives it"
             )
         if tenths >= CIRCLE:
             raise NotReady(f"{self.place}: bearing reads {tenths}, expected 0 to {CIRCLE - 1}")

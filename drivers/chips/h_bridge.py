@@ -11,7 +11,7 @@ Two inputs choose the direction, the third is the speed by PWM:
 
 If the three outputs are neighbours, in whatever order, each change is one burst and the bridge sees
 it at one instant; otherwise the PWM is off while the inputs change. The bridge has no timeout and a
-PCA9685 none either: a motor turns on when nobody speaks. STBY is taken to be high.
+PCA9685 none either: a motor turns on when writes stop. STBY is taken to be high.
 """
 
 from collections.abc import Iterator

@@ -3,7 +3,7 @@
 The driver identifies the chip, sets its range, and takes single measurements, the mean of eight
 samples each. The mode register goes idle when one is done, so an old one is never taken for new;
 and writing the mode frees data registers that an interrupted read left locked. Every reading brings
-the settings with it, so a chip that lost power is told at once, not read at another scale.
+the settings with it, so a loss of power is detected at once, not read at another scale.
 
 The bearing is the direction of the field in the body's horizontal plane, so it is right only while
 the robot stands level. Iron of the robot that turns with it is taken off (`hard_iron`), soft iron
@@ -66,7 +66,7 @@ LEAST_HORIZONTAL_T: Final = 2e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hmc5883lSettings:
-    """Range, mounting and the robot's own field; any may be wrong until `faults` was asked."""
+    """Range, mounting and the robot's own field; any may be wrong until `faults` was checked."""
 
     range_gauss: float = 1.3
     mounting: str = "+x +y +z"

@@ -1,7 +1,7 @@
 """MaxBotix serial sonars, LV, XL, HRLV and HRXL families (MaxBotix data sheets, serial output).
 
 The sonar runs freely and sends one frame a cycle: `R`, decimal digits, carriage return. The codec
-turns bytes into counts, wherever the stream was entered: it begins anew at every `R`, so power-up
+turns bytes into counts, wherever the stream was entered: it restarts at every `R`, so power-up
 banners and broken frames cost nothing but themselves. There is no checksum.
 
 The driver gives no old value: `start_ranging` throws away what has arrived, and only a frame that

@@ -2,14 +2,14 @@
 
 The driver sets both speeds in one burst and, in the same call, reads back encoders, battery,
 currents and settings. Nothing else talks to the chip after bring-up, and that is the point: its
-2 s timeout stops the motors when it hears nothing at all, so whoever only reads would keep a dead
-controller's motors turning.
+2 s timeout stops the motors after 2 s without any transaction, so a program that only reads would
+keep the motors of a dead controller turning.
 
 Mode 0 is used, where 128 stands for stop, because it is the power-up mode: after a loss of supply
 the next byte still means what it meant. In the signed modes stop is 0, which a chip fallen back to
 mode 0 takes for full reverse. A stop before bring-up therefore asks for the mode first.
 
-Speed regulation and the timeout are switched on at every bring-up; no register tells whether they
+Speed regulation and the timeout are switched on at every bring-up; no register shows whether they
 are. The acceleration ramp is the chip's own. Not used: turn modes, change of address.
 """
 

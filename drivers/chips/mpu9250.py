@@ -102,7 +102,7 @@ class Mpu9250:
         """Give the steps from any state to sampling, about 0.2 s.
 
         The auxiliary master is stopped before the reset: cut off within a fetch, the AK8963, which
-        this reset does not reach, could hold its bus for ever.
+        this reset does not reach, could hold its bus indefinitely.
         The steps raise NoAcknowledge, WrongDevice or NotReady.
         """
         fetch_ns = (1 + self.settings.samples_a_fetch()) * 1_000_000_000 // self.settings.sample_hz

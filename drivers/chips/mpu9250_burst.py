@@ -3,8 +3,8 @@
 Registers 0x3A to 0x50, 23 bytes: INT_STATUS, acceleration, temperature and rate (big-endian), then
 what the auxiliary master last fetched from the AK8963: ST1, field (little-endian), ST2. Without
 magnetometer the burst is 0x38 to 0x48, 17 bytes: it ends after the rate, and begins with
-INT_ENABLE, which tells a chip that was reset and goes on at other scales; with one, the fetched
-bytes tell that.
+INT_ENABLE, which shows a chip that was reset and goes on at other scales; with one, the fetched
+bytes show that.
 """
 
 import struct

@@ -17,7 +17,7 @@ BANDWIDTHS_HZ: Final = (184, 92, 41, 20, 10, 5)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mpu9250Settings:
-    """Sample rate, filter, ranges and mounting; any of them may be wrong until `faults` was asked.
+    """Sample rate, filter, ranges and mounting; any may be wrong until `faults` was checked.
 
     The rate wants a margin over the reader's: the chip's clock and the PC's drift, and a reader as
     fast as the chip meets a moment without a new sample now and then. `bandwidth_hz` is the

@@ -43,7 +43,7 @@ SWRST: Final = 0x06
 OSCILLATOR_START_NS: Final = 500_000
 LONGEST_CYCLE_NS: Final = 46_200_000
 BRING_UP_POLL_NS: Final = 1_000_000
-"""Between two looks of a model whose chip another one brings up."""
+"""Between two polls of a model whose chip another one brings up."""
 """One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
 
 _FULL_WORD: Final = FULL << 8
@@ -298,14 +298,14 @@ class Pca9685:
     def stop_all(self) -> None:
         """Turn all 16 outputs off; three bytes, 72.5 us at 400 kHz, right in any state of the chip.
 
-        It overwrites the high bits of every off count: afterwards set each channel anew.
+        It overwrites the high bits of every off count: afterwards set each channel again.
         """
         self._write(ALL_LED_OFF_H, FULL)
 
     def stop(self, channels: Iterable[int]) -> None:
         """Turn these outputs off and no other; three bytes each, right in any state of the chip.
 
-        It overwrites the high bits of their off counts: afterwards set each anew.
+        It overwrites the high bits of their off counts: afterwards set each again.
         """
         for channel in channels:
             self._write(LED0_ON_L + 4 * channel + 3, FULL)

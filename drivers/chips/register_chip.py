@@ -1,6 +1,6 @@
 """What drivers of register chips share that `firmware-runtime new chip` writes: read, write, check.
 
-A driver states its registers, which of them tell the chip from others, and what is written into
+A driver states its registers, which of them identify the chip, and what is written into
 which when it is brought up; it adds what they mean in units.
 """
 

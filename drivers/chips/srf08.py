@@ -9,8 +9,8 @@ ranging: a sonar that lost power is as set again with the next one. A short rang
 or a late echo of the ping before is taken for a target.
 
 Not used: further echoes, light sensor, ANN mode, broadcast ranging, change of address. The chip has
-no identity; a ranging that another program started cannot be told from one of ours, nor a chip that
-lost its supply while it ranged from one that heard no echo.
+no identity; a ranging that another program started looks like one of ours, and a chip that lost its
+supply while it ranged looks like one that received no echo.
 """
 
 import math
@@ -52,12 +52,12 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
 )
 """Transactions of one ranging, start and reading, for the bus-time budget."""
 NO_REVISION: Final = (0x00, 0xFF)
-"""What a bus reads whose SDA is held, or that nobody drives: the sign of a chip still ranging."""
+"""What a bus reads when SDA is held, or no chip drives it: the sign of a chip still ranging."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Srf08Settings:
-    """Range and gain; either may be wrong until `faults` was asked."""
+    """Range and gain; either may be wrong until `faults` was checked."""
 
     max_range_m: float = 3.0
     """Echoes from farther away are not waited for; rounded up to whole 43 mm."""

@@ -1,7 +1,7 @@
 """One step of a chip's bring-up: do something, then leave the chip alone for a while.
 
-A driver never waits. What needs time is a tuple of steps, and whoever runs them, a DEVS model with
-one phase a step, decides what waiting means:
+A driver never waits. What needs time is a tuple of steps, and their runner, a DEVS model with one
+phase a step, decides what waiting means:
 
     for step in chip.bring_up():
         step.action()

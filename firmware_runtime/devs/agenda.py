@@ -12,9 +12,9 @@ from heapq import heapify, heappop, heappush, heapreplace
 
 from firmware_runtime.devs.time import NEVER
 
-NOBODY = -1
-"""The number of no model."""
-_BOTTOM = ((NEVER, [NOBODY]), (NEVER, [NOBODY]))
+NO_MODEL = -1
+"""In place of a model's number."""
+_BOTTOM = ((NEVER, [NO_MODEL]), (NEVER, [NO_MODEL]))
 _SPARE = 64
 """Pairs beyond two a model that the heap may hold before it is rid of stale ones."""
 
@@ -45,9 +45,9 @@ class Agenda:
                     self._drop_stale()
 
     def alone_at(self, until: int) -> int:
-        """The model that is due first, by `until` (not NEVER), and is due alone; or NOBODY.
+        """The model that is due first, by `until` (not NEVER), and is due alone; or NO_MODEL.
 
-        NOBODY may also mean that it takes a longer look to tell: `next_at` and `take` have it.
+        NO_MODEL may also mean that finding out takes longer: `next_at` and `take` do that.
         """
         heap = self._heap
         at, models = heap[0]
@@ -59,11 +59,11 @@ class Agenda:
             or heap[1][0] == at  # what comes next stands in one of these two places
             or heap[2][0] == at
         ):
-            return NOBODY
+            return NO_MODEL
         return number
 
     def rebook_first(self, model: int, at: int) -> None:
-        """Book anew the model that `alone_at` has told of; from NEVER on it is never due."""
+        """Reschedule the model that `alone_at` has returned; from NEVER on it is never due."""
         if at >= NEVER:
             self.due_at[model] = NEVER
             self._pop()
@@ -77,7 +77,7 @@ class Agenda:
             heapreplace(self._heap, (at, self.open))
 
     def next_at(self) -> int:
-        """The earliest instant somebody is due at, or NEVER."""
+        """The earliest instant at which a model is due, or NEVER."""
         heap, due_at = self._heap, self.due_at
         while True:
             at, models = heap[0]

@@ -51,7 +51,7 @@ class Atomic(Component):
         return self.sigma
 
     def exit(self) -> None:
-        """The run has ended, for whatever reason; called once, in reverse order of declaration."""
+        """The run has ended, whatever the reason; called once, in reverse order of declaration."""
 
     # The life of a state ------------------------------------------------------------------------
 

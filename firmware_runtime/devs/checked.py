@@ -94,7 +94,7 @@ def _frozen(value: object, depth: int) -> object:
 
 
 def _contents(value: object) -> Iterable[object] | None:
-    """What an object is made of; None if it is told by its identity alone."""
+    """What an object is made of; None if its identity is all there is to compare."""
     if isinstance(value, list | tuple | set | frozenset):
         return value
     if isinstance(value, dict):

@@ -9,8 +9,8 @@ own, with one value in one bag. A receiver that was imminent itself has the exte
 its full time elapsed, and is imminent from then on if its new time advance is zero. There is no
 confluent transition.
 
-A model that is imminent when the instant begins is in its first round; whoever becomes imminent
-through the transitions of a model in one round is in the next. The limit of a zero-time loop is one
+A model that is imminent when the instant begins is in its first round; one that becomes imminent
+through the transitions of another in one round is in the next. The limit of a zero-time loop is one
 of rounds, as in Parallel DEVS, so that many models may well be imminent at one instant.
 
 Values injected from outside arrive first, before any imminent model is activated.

@@ -14,7 +14,7 @@ T = TypeVar("T")
 class Coupled(Component):
     """Components and the couplings between their ports, in order of declaration.
 
-    A coupling is one of four, told by who owns its ends: from an input port of this model to one
+    A coupling is one of four, by the owners of its ends: from an input port of this model to one
     of a component (EIC), between components (IC), from a component to an output port of this model
     (EOC), or straight from an input port of this model to an output port of it. Anything else is
     refused here, at construction. `couplings` is an ordered set of pairs (source, destination).

@@ -1,4 +1,4 @@
-"""Delivery in Parallel DEVS: how a value gets into bags, and how the simulator hears of it.
+"""Delivery in Parallel DEVS: how a value gets into bags, and how the simulator learns of it.
 
 An output port that feeds one input port appends straight to that port's bag. One that feeds several
 has a `FanOut` in its place, shared by all ports that feed the same ones; bags that hold the same

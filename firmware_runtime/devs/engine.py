@@ -163,7 +163,7 @@ class Engine(ABC):
     def listen(self, port: OutPort[T], hear: Listener[T]) -> Listening:
         """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
 
-        A value is heard after it was sent on; listeners hear in the order in which they came. What
+        Listeners are called after a value was sent on, in the order in which they were added. What
         is returned ends it.
         """
         listening = Listening()
@@ -194,7 +194,7 @@ class Engine(ABC):
         """Do everything that happens at instant `at`; `imminent` in order of declaration."""
 
     def _run_alone(self, until: int) -> bool:  # noqa: ARG002 -- there need not be a shorter way
-        """Take instants by a shorter way, as long as there is one; tell whether there was one."""
+        """Take instants by a shorter way, as long as there is one; return whether there was one."""
         return False
 
     def _send_injected(self) -> None:

@@ -42,7 +42,7 @@ class OutputChangedState(ModelTimeError):
 
 
 class SelectError(ModelTimeError, ValueError):
-    """A `select` that chose none of the components it was asked to choose from."""
+    """A `select` that chose none of the components it was given."""
 
 
 class ModelFailure(ModelTimeError):

@@ -116,7 +116,7 @@ class OutPort(Generic[T]):
         self.entry: object
 
     def send(self, value: T) -> None:
-        """Hand one value to everybody coupled to this port."""
+        """Deliver one value to every port coupled to this one."""
         bag = self.bag
         if not bag:
             self.register.append(self.entry)

@@ -31,7 +31,7 @@ class Pool(list[object]):
 def pools(several: Mapping[Bags, Sequence[object]], alone: Iterable[InPort[Any]]) -> list[Pool]:
     """The pools worth having, given the ports that feed several bags, by these.
 
-    Bags that are `alone`, as some port feeds one of them and nothing else, share with nobody.
+    Bags that are `alone`, as some port feeds one of them and nothing else, share with no other.
     """
     ports = [len(each) for each in several.values()]
     if max(ports, default=0) < 2:

@@ -11,18 +11,18 @@ each output port to the bags its values end in. An instant is worked off in roun
    instant, without passing through the agenda; the others are booked there.
 
 `advance` takes one instant, `run` one after the other; both are quicker about those at which one
-model alone is imminent, the more so if nobody hears it. Who waits in between (nobody in virtual
-time, the executive in real time) is not this module's business. Instants are integers, so
+model alone is imminent, the more so if it reaches no other. Waiting in between (none in virtual
+time, the executive's in real time) is not this module's business. Instants are integers, so
 simultaneity is equality.
 
 The two loops over transitions are written out rather than shared: a call more for each transition
-would be felt. They tell a zero time advance, the commonest here, by identity: every zero is one
+would be felt. They recognise a zero time advance, the commonest, by identity: every zero is one
 object in CPython, and one that is not would still be right, only slower, through the agenda.
 """
 
 from collections.abc import Iterable
 
-from firmware_runtime.devs.agenda import NOBODY
+from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.delivery import Delivery
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.errors import ModelError
@@ -37,20 +37,20 @@ class Simulator(Engine):
         self._delivery = Delivery(self._numbers, feeds)
 
     def _run_alone(self, until: int) -> bool:
-        """Take instants as long as one model alone is imminent; tell whether there was one.
+        """Take instants as long as one model alone is imminent; return whether there was one.
 
-        Such an instant needs no sorting, and, if nobody hears the model, no rounds: its pair in the
-        agenda is replaced. Values that were injected would be heard, so then there is none.
+        Such an instant needs no sorting, and, if the model reaches no other, no rounds: its pair in
+        the agenda is replaced. With values injected and not yet delivered there is none.
         """
         agenda, models, last = self._agenda, self._models, self._last
         reached, alone_at, rebook = self._delivery.reached, agenda.alone_at, agenda.rebook_first
         if reached:
             return False
-        taken, number, transitions = False, NOBODY, 0
+        taken, number, transitions = False, NO_MODEL, 0
         try:
             while True:  # CPython 3.11 would not specialize a loop with a condition here
                 number = alone_at(until)
-                if number == NOBODY:
+                if number == NO_MODEL:
                     return taken
                 taken = True
                 at = self.now = agenda.due_at[number]

@@ -7,7 +7,7 @@ from firmware_runtime.devs.coupled import Coupled
 
 
 def tree(root: Component, *, couplings: bool = True) -> str:
-    """One line a component, a port and (if asked for) a coupling, in order of declaration."""
+    """One line a component, a port and (on request) a coupling, in order of declaration."""
     return "\n".join(_lines(root, "", couplings=couplings))
 
 

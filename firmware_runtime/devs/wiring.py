@@ -4,8 +4,8 @@ Done once, before the run, in time linear in the number of couplings. What is le
 names. From each atomic's output port, and from each input port of the root, the couplings are
 followed down (EIC), across (IC), up (EOC) and straight through to the atomic input ports they end
 in, in order of declaration, depth first. A port of a coupled model is a place a wire leads through,
-never an end; `sources_of` tells who is heard there. Wires that lead straight through coupled models
-could lead round for ever; that is refused.
+never an end; `sources_of` lists the ports that reach it. Wires straight through coupled models
+could form an endless loop; that is refused.
 """
 
 from collections import defaultdict
@@ -72,7 +72,7 @@ class Wiring:
 
 
 def sources_of(port: AnyPort, entries: Container[AnyPort] = ()) -> Iterator[AnyPort]:
-    """The ports heard at `port`, one for each route there: of atomics, or input ports of the root.
+    """The ports that reach `port`, one for each route: of atomics, or input ports of the root.
 
     The latter are the `entries`.
     """

@@ -1,6 +1,6 @@
 """The couplings of a model as SVG: boxes in boxes, ports at their edges, wires between them.
 
-Inputs are at the left of a box, outputs at the right. A wire lights up and tells both its ends
+Inputs are at the left of a box, outputs at the right. A wire lights up and names both its ends
 under the pointer.
 """
 

@@ -1,6 +1,6 @@
 """The same pictures as text for Mermaid, which places boxes and arrows by itself.
 
-Mermaid's state diagrams have one kind of arrow; `?` and `!` in the labels tell inputs from outputs.
+Mermaid's state diagrams have one kind of arrow; `?` and `!` in the labels mark inputs and outputs.
 """
 
 from collections.abc import Iterator

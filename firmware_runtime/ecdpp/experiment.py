@@ -1,4 +1,4 @@
-"""The experimental frame: a model whose inputs are played from events and whose outputs are heard.
+"""The experimental frame: a model with its inputs played from events and its outputs recorded.
 
 The frame is a model too, so the same run can take virtual, scaled or real time: give `Experiment`
 to whatever runs models, and an `OutputRecord` to listen. `run_events` is that in virtual time.
@@ -81,7 +81,7 @@ def run_events(
 ) -> list[OutputLine]:
     """Run a model on events in virtual time, up to and including `until`; return its output lines.
 
-    Without `until` the run is over 10 s after the last event: a model may go on for ever. With
+    Without `until` the run is over 10 s after the last event: a model may never end. With
     `checked` the simulator watches the laws of the formalism, at the price of speed.
     """
     simulator = Simulator(Experiment(model, events), checked=checked)

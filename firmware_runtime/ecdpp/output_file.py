@@ -34,7 +34,7 @@ class OutputRecord:
 
     @property
     def lines(self) -> list[OutputLine]:
-        """What was heard so far, in the order of the file."""
+        """The outputs so far, in the order of the file."""
         return sorted(self._lines, key=lambda line: (line.at, line.port))
 
     def _listen(self, engine: Engine, port: OutPort[Any]) -> None:

@@ -107,6 +107,6 @@ class BusLoad:
             for each in self.transactions
         )
         return (
-            f"{self.name}: {self.utilisation:.1%} of its time at {self.bus_hz} Hz is asked for, "
+            f"{self.name}: {self.utilisation:.1%} of its time at {self.bus_hz} Hz is needed, "
             f"{verdict} ({shares})"
         )

@@ -1,8 +1,8 @@
 """The line that lets a board's PWM outputs through at all: a GPIO line at the chips' OE pins.
 
-It is wired so that outputs are off while nobody holds the line (PCA9685: OE is low-active, with a
-resistor to the supply). Who holds it is the process that drives the outputs; the kernel frees the
-line however that process ends.
+It is wired so that outputs are off while no process holds the line (PCA9685: OE is low-active, with
+a resistor to the supply). The process that drives the outputs holds it; the kernel frees the line
+however that process ends.
 """
 
 from abc import ABC, abstractmethod

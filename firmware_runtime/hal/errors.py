@@ -6,11 +6,11 @@ from firmware_runtime.errors import FirmwareRuntimeError
 
 
 class HalError(FirmwareRuntimeError):
-    """The world did not do what was asked. Expected, counted, retried or reported as a `Fault`."""
+    """The world did not cooperate. Expected, counted, retried or reported as a `Fault`."""
 
 
 class NoAcknowledge(HalError, OSError):
-    """Nobody pulled SDA low: no such device, or it refused a byte, or it is busy."""
+    """SDA was not pulled low: no such device, or it refused a byte, or it is busy."""
 
 
 class ArbitrationLost(HalError, OSError):

@@ -1,7 +1,7 @@
 """What a model puts on a port when the world did not cooperate.
 
-The executive counts every `Fault` that leaves an output port of this type, whoever wrote the model
-and whether or not anything is coupled to the port.
+The executive counts every `Fault` that leaves an output port of this type, in any model, whether
+or not anything is coupled to the port.
 """
 
 from typing import NamedTuple

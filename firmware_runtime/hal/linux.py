@@ -37,7 +37,7 @@ def open_i2c(
 
     `name` is what errors call it. `timeout_ms`, in whole tens, bounds each transaction on a stuck
     bus; it is the adapter's, so it holds for every program that uses this bus.
-    With `alone` nobody else who asks for that gets the bus while it is open (flock: advisory).
+    With `alone` no other that opens it so gets the bus while it is open (flock: advisory).
     Raises BusAbsent if the node is not there, may not be opened, or is no plain I2C bus; BusInUse.
     """
     is_number = isinstance(path_or_number, int)
@@ -128,7 +128,7 @@ def _keep_others_out(port: SMBus) -> None:
 
 
 def _what_to_do(error: OSError) -> str:
-    """Say what is wrong with a device node and what mends it."""
+    """What is wrong with a device node, and its fix, as one sentence."""
     if error.errno == errno.ENOENT:
         found = ", ".join(sorted(map(str, Path("/dev").glob("i2c-*")))) or "none"
         return (

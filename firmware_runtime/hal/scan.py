@@ -1,6 +1,6 @@
 """Which addresses of an I2C bus answer, asked in the way of i2cdetect, which changes nothing.
 
-An address is asked by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
+An address is probed by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
 set their write protection (0x30 to 0x37, 0x50 to 0x5F) one byte is read instead, as it is where an
 adapter cannot write nothing (designware, of a Raspberry Pi 5). Reserved addresses are left out.
 Source: i2c-tools 4.3, tools/i2cdetect.c.

@@ -5,8 +5,8 @@ A subclass declares its ports, then calls `follow` with its table (see `state_ta
 
 An input that the present state does not name has no effect and leaves the state's duration
 running. Inputs of one instant are taken one after the other, ports in order of declaration, each
-by the state that is then the present one. An arrow that leads back to its own state begins its
-duration anew.
+by the state that is then the present one. An arrow that leads back to its own state restarts its
+duration.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -57,7 +57,7 @@ class StateDiagram(Atomic):
         self.durations: dict[str, int] = {}
         self.kept: Kept = {}
         self.watch: Callable[[str], None] | None = None
-        """Told every state that is entered, for a picture of a run; it may only look."""
+        """Called with every state that is entered, for a picture of a run; it may only read."""
         self._rows: dict[str, _Row] = {}
 
     def follow(self, states: Sequence[State], words: Words = _NO_WORDS, **durations: int) -> None:

@@ -3,8 +3,8 @@
 A Unix datagram socket beside the statistics (`BOARD.control`). A request is one word, the answer
 one JSON object, sent back to the socket the request came from. The loop reads it between two steps,
 as it reads any other source, one request a pass, so that a flood of them costs no more than one
-each time, and never waits for anybody: an answer that nobody takes is dropped.
-Only the run's own user and root may ask: reading statistics takes less leave than moving motors.
+each time, and never waits for a client: an answer that is not fetched is dropped.
+Only the run's own user and root may ask: reading statistics takes fewer rights than moving motors.
 """
 
 import json
@@ -67,8 +67,8 @@ class ControlSocket:
 
 def post(path: Path, request: str) -> None:
     """Send a request to a run, if there is one, and wait for nothing."""
-    with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as telling:
-        telling.sendto(request.encode(), socket.MSG_DONTWAIT, os.fspath(path))
+    with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sending:
+        sending.sendto(request.encode(), socket.MSG_DONTWAIT, os.fspath(path))
 
 
 def ask(path: Path, request: str) -> Answer:

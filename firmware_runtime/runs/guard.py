@@ -56,14 +56,14 @@ class Outputs(Protocol):
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
         """Why a run under these conditions would not be switched off from here, if so.
 
-        It is watched all the same, as well as that goes, but it is not told that it is.
+        It is watched all the same, as well as that goes, but its statistics do not say so.
         """
 
     def reach(self) -> None:
         """Open what outputs are switched off by, and keep it open.
 
-        Raises HalError where those of a run that lives are out of reach: whoever started this guard
-        starts another, with better leave.
+        Raises HalError where those of a live run are out of reach: systemd, or the user that
+        started this guard, starts another with the rights it lacks.
         """
 
 

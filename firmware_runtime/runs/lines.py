@@ -44,11 +44,11 @@ def open_lines(
 
 
 def reach_lines(board: Board, doubles: Doubles | None, held: Lines | None = None) -> Lines:
-    """Every line that can be opened, for whoever only switches off; the others say why not.
+    """Every line that can be opened, for switching off only; the others say why not.
 
     One that is gone must not keep those that are there from being used. What was `held` before is
     closed, but for a line that can be opened no more: that is kept as it is. No process is kept
-    out, and the enable line belongs to whoever drives.
+    out, and the enable line belongs to the process that drives.
     """
     held = held or Lines({})
     buses: dict[str, I2cBus] = {}

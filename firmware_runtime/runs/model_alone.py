@@ -39,7 +39,7 @@ def open_model(
 
     `speed` is how many times as fast the scaled clock goes. `statistics` is where other processes,
     such as `firmware-runtime top FILE`, can watch the run. `configuration` has overrun policies,
-    deadlines and what is asked of the system. Raises ConfigError, and ModelError for a model that
+    deadlines and the system settings. Raises ConfigError, and ModelError for a model that
     cannot be simulated.
     """
     if not isinstance(model, Component):

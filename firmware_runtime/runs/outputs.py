@@ -40,8 +40,8 @@ class Outputs:
 
     A bus that cannot be opened keeps no other from being written to; one that cannot be opened
     again is used as it is. `doubles` is where they are served, None on the real robot; a run keeps
-    its statistics at `statistics`, and beside them its settings. Nothing is locked: whoever drives
-    the outputs at the time cannot keep us out.
+    its statistics at `statistics`, and beside them its settings. Nothing is locked: the process
+    that drives the outputs at the time cannot keep us out.
     """
 
     def __init__(self, board: Board, doubles: Path | None, statistics: Path | None) -> None:
@@ -81,7 +81,7 @@ class Outputs:
     def objection(self, conditions: Mapping[str, Any]) -> str | None:
         """Why a run under these conditions would not be switched off from here; None if it would.
 
-        A run on doubles of its own says nothing of its outputs: nobody else could reach them.
+        A run on doubles of its own says nothing of its outputs: no other process could reach them.
         """
         theirs = conditions.get("switched_off")
         if theirs is None:

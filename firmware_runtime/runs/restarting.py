@@ -13,7 +13,7 @@ from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.until_signal import until_signal
 
 _GOOD = {Status.OK, Status.BAD_INPUT, Status.INTERRUPTED, Status.TERMINATED, Status.NOT_PRINTED}
-"""No start that failed: what was asked for, or what no other start mends."""
+"""No start that failed: as requested, or not to be fixed by another start."""
 
 
 def counted(

@@ -2,17 +2,17 @@
 
 systemd starts a run again half a second after it has ended (`RestartSec=` of the unit), as often as
 it takes. Where one start fails like the other that is too often, and on a slow machine the starts
-alone leave nothing to anybody else. So the run itself waits before it opens or asks for anything:
+alone take all processor time. So the run itself waits before it opens or asks for anything:
 
     failed in a row   0 or 1     2     3     4     5     6     7 and more
     pause             0.5 s      1     2     4     8    16     30 s          systemd's included
 
 Older systemd has no such back-off of its own (RestartSteps= came with 254). Meanwhile outputs are
-off: `ExecStopPost=` saw to it, the guard is there, and nobody holds the bus.
+off: `ExecStopPost=` saw to it, the guard is there, and no process holds the bus.
 
-A start has failed unless the run then lasted `HEALTHY_AFTER`, ended because it was asked to or its
-task was over, or refused its settings, which no start mends. `BOARD.starts` beside the statistics
-has how many there were, those of this boot.
+A start has failed unless the run then lasted `HEALTHY_AFTER`, ended by request or because its task
+was over, or refused its settings, which no start fixes. `BOARD.starts` beside the statistics has
+how many there were, those of this boot.
 """
 
 from pathlib import Path
@@ -31,7 +31,7 @@ FIRST_PAUSE: Final = SECOND // 2
 """`RestartSec=` of the unit, ns: what systemd waits before any start but the first."""
 LONGEST_PAUSE: Final = 30 * SECOND
 FORGOTTEN_AFTER: Final = 600 * SECOND
-"""Ns after which a start that nothing was heard of since says nothing about the next."""
+"""Ns after which a start without any record since says nothing about the next."""
 _RESERVE: Final = 5 * MILLISECOND
 _PATIENCE: Final = SECOND
 _MODE: Final = 0o640

@@ -11,7 +11,7 @@ from firmware_runtime.statistics.statistics import RunState
 class RunResult:
     """How a run ended, or how it stands where it may go on.
 
-    `state` is ENDED (at the instant asked for, or nothing was due any more), STOPPED (by a signal,
+    `state` is ENDED (at the requested instant, or nothing was due any more), STOPPED (by a signal,
     on request, or because the robot's task is over), OVERRUN (by a policy, or because the loop
     cannot keep up with the clock) or FAILED (a device was never ready, or the robot's task failed);
     `reason` says it in a sentence.

@@ -1,4 +1,4 @@
-"""Switching a board off for good: who drives it loses the right to, then off, then a look at it.
+"""Switching a board off for good: its runs are disarmed, outputs are switched off, then checked.
 
     take the right of every run that drives it -> full-off -> again every BETWEEN until all chips
     and all runs have acknowledged -> for WATCH, read back what can be read; off again what is on
@@ -32,7 +32,7 @@ from firmware_runtime.system.holders import Holder
 
 BETWEEN = 20 * MILLISECOND
 WATCH = SECOND // 2
-"""Ns for which outputs must have stayed off where somebody drives, or may."""
+"""Ns for which outputs must have stayed off where a process drives them, or may."""
 
 
 class SafeState:
@@ -79,7 +79,7 @@ class SafeState:
         return not self._unaware()
 
     def stays_off(self, give_up_at: int, wait: Callable[[], bool]) -> list[str]:
-        """Look whether all stays off, as long as it takes; return what was on last.
+        """Check that all stays off, as long as it takes; return what was on last.
 
         `wait` lets BETWEEN pass and returns whether a signal came, which ends it.
         """
@@ -96,7 +96,7 @@ class SafeState:
             if monotonic_ns() >= give_up_at:
                 return [*on, *self._who_may(on), *self._unseen_at_risk()]
             if wait():
-                return [*on, *self._who_may(on), f"not looked at for {must_stay / SECOND:g} s"]
+                return [*on, *self._who_may(on), f"not checked for {must_stay / SECOND:g} s"]
 
     def warnings(self) -> list[str]:
         """What is to be said of runs that live."""
@@ -124,7 +124,7 @@ class SafeState:
         """Take the right of a run whose statistics are open at `file` and were made at `name`."""
         try:
             run = run_at(file, self._places)
-        except StatisticsFileError:  # none; or of another version, which can be asked at least
+        except StatisticsFileError:  # none; or of another version, which can be requested at least
             post(Companion.CONTROL.beside(name), "disarm")
             return
         if run is None:

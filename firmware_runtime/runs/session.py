@@ -164,7 +164,7 @@ class Session:
         return own
 
     def outputs(self) -> dict[str, int] | None:
-        """How many outputs of each chip are on; None where nobody can tell."""
+        """How many outputs of each chip are on; None where that is unknown."""
         if self.doubles is not None:
             with suppress(HalError):  # whoever served them has gone
                 return self.doubles.outputs
@@ -238,7 +238,7 @@ class Session:
             return {"refused": arming.request(self.executive.clock.now()), "armed": arming.armed}
 
         def disarm() -> Answer:
-            return {"not_safe": arming.disarm("asked for"), "armed": arming.armed}
+            return {"not_safe": arming.disarm("requested"), "armed": arming.armed}
 
         control = ControlSocket(path, {"arm": arm, "disarm": disarm})
         self._held.append(control)

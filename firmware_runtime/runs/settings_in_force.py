@@ -1,7 +1,7 @@
 """The settings that a run drives by, kept beside its statistics until its outputs are off.
 
-A board's file may be changed, or broken, while a robot runs by what stood there before. Whoever
-switches off for that run must mean its chips and not those of the file: `BOARD.settings` has them,
+A board's file may be changed, or broken, while a robot runs by what stood there before. Switching
+that run off must reach its chips and not those of the file: `BOARD.settings` has them,
 overrides of the command line included, and the path of the file they came from:
 
     {"source": "/home/pi/mine.toml", "table": {"board": "tachobot", ...}}

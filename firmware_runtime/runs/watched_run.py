@@ -110,7 +110,7 @@ class WatchedRun:
 
     @property
     def was_asked_to_stop(self) -> bool:
-        """Whether the right was taken last because a person asked for it."""
+        """Whether the latest disarming was requested by a person."""
         with suppress(StatisticsFileError):
             return is_asked_for(self._cells[GENERATION])
         return False
@@ -123,7 +123,7 @@ class WatchedRun:
 
 
 def is_asked_for(epoch: int) -> bool:
-    """Whether a person asked for this epoch, and not a guard."""
+    """Whether a person requested this epoch, and not a guard."""
     return epoch < 0
 
 

@@ -150,8 +150,8 @@ def _certain(layout: Layout) -> set[int]:
     process that is gone then has not written it at all (`overdue`).
     """
     models = map(layout.model, range(len(layout.models)))
-    told = {first + index for first in models for index in (_SCHEDULED, _SKIPPED)}
-    return {*_counters(layout)} - {ELAPSED, *told}
+    known = {first + index for first in models for index in (_SCHEDULED, _SKIPPED)}
+    return {*_counters(layout)} - {ELAPSED, *known}
 
 
 def _counters(layout: Layout) -> Iterator[int]:

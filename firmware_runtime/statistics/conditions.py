@@ -11,11 +11,11 @@ from firmware_runtime.devs.time import SECOND
 NOT_ASKED: Final = "not asked for"
 NOTHING_TO_WAIT_FOR: Final = "virtual time waits for nothing"
 SETTINGS: Final = "settings"
-"""Under this name a header's conditions have what was asked of the system."""
+"""The key of a header's conditions that holds the requested system settings."""
 
 
 class Request(Struct, frozen=True):
-    """One setting that was asked of the operating system; `reason` says why it was refused."""
+    """One setting requested from the operating system; `reason` says why it was refused."""
 
     asked: Any
     """A number, a truth value or a list of numbers, as JSON has it."""
@@ -24,7 +24,7 @@ class Request(Struct, frozen=True):
 
     @property
     def is_refused(self) -> bool:
-        """Whether it was asked for in earnest and not granted."""
+        """Whether it was really requested and not granted."""
         return not self.granted and self.reason not in {NOT_ASKED, NOTHING_TO_WAIT_FOR}
 
 
@@ -77,7 +77,7 @@ class Conditions(Struct, frozen=True):
 
     @property
     def refused(self) -> Settings:
-        """What was asked of the system and not granted."""
+        """System settings that were requested and not granted."""
         return {name: each for name, each in self.settings.items() if each.is_refused}
 
     def as_json(self) -> dict[str, Any]:
@@ -97,7 +97,7 @@ def conditions_of(stated: Mapping[str, Any], run: RunFigures, yielded_ns: int = 
 
 
 def settings_of(stated: Mapping[str, Any]) -> Settings:
-    """What was asked of the system. Raises ValidationError, a ValueError, where it is no such."""
+    """The requested system settings. Raises ValidationError, a ValueError, where it is no such."""
     return convert(stated, _Asked).settings
 
 

@@ -8,7 +8,7 @@ class StatisticsFileError(FirmwareRuntimeError):
 
 
 class TraceFileError(FirmwareRuntimeError):
-    """A trace cannot be written where it was asked for."""
+    """A trace cannot be written to the requested place."""
 
 
 def in_words(error: Exception) -> str:

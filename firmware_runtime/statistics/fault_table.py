@@ -16,7 +16,7 @@ from firmware_runtime.statistics.histogram import Cells
 
 FAULT = ("count", "first_ns", "last_ns")
 KINDS = 8
-"""How many kinds of fault of one model are told apart."""
+"""How many kinds of fault of one model are counted separately."""
 ROWS = KINDS + 1
 OTHER_KINDS = "other kinds"
 """What the last row counts: faults of every kind that found no row of its own."""
@@ -144,7 +144,7 @@ def _put(cells: Cells, text: str) -> None:
 
 
 def _encoded(text: str, size: int) -> bytes:
-    """At most `size` bytes; of a longer text no more is looked at, for this is done in a step."""
+    """At most `size` bytes; of a longer text no more is read, for this is done in a step."""
     printable = "".join(each if each.isprintable() else " " for each in text[:size])
     return printable.encode(errors="replace")[:size]
 

@@ -67,7 +67,7 @@ def empty_cells(count: int = CELLS) -> Cells:
 class Histogram:
     """A histogram that lives in the `CELLS` cells it is given: in a mapped file, or in memory.
 
-    Nobody else writes them. `largest` is the largest sample, 0 if there is none; `sum` is the sum
+    They have no other writer. `largest` is the largest sample, 0 if there is none; `sum` is the sum
     of all; both are exact.
     """
 

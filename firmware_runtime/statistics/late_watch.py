@@ -1,4 +1,4 @@
-"""Whether a run has been late again, told from copies of its statistics.
+"""Whether a run has been late again, found by comparing copies of its statistics.
 
 What was counted when the watch began is not new. A late activation is noticed when it comes among
 the worst, when a model's largest lateness grows, or when it falls into a bucket of the histogram

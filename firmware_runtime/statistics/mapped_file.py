@@ -11,7 +11,7 @@ reader can neither delay nor stop the writer, and the pages belong to the kernel
 the process, kill -9 included.
 
 The file appears under its name complete, by renaming. Its space is allocated at once, so that a
-full disk refuses the run instead of killing it later. Whoever else reads or writes uses `pread` and
+full disk refuses the run instead of killing it later. Other readers and writers use `pread` and
 `pwrite`, never a mapping: a file that is cut short meanwhile cannot kill them.
 """
 
@@ -130,7 +130,7 @@ class ReadableFile:
         return self._size - self._first
 
     def read(self, first: int = 0, size: int | None = None) -> bytes:
-        """Copy cells, given in bytes; all of them unless told otherwise."""
+        """Copy cells, given in bytes; all of them by default."""
         wanted = self.cell_bytes if size is None else size
         cells = os.pread(self._descriptor, wanted, self._first + first)
         if len(cells) != wanted:

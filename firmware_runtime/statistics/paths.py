@@ -100,7 +100,7 @@ def _temporary() -> Path:
 
 
 def _claim(directory: Path) -> None:
-    """Make the directory ours, or refuse: anybody may have put something of that name there."""
+    """Make the directory ours, or refuse: any user may have put something of that name there."""
     directory.mkdir(mode=0o700, exist_ok=True)
     status = directory.lstat()
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():

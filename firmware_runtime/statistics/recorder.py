@@ -144,7 +144,7 @@ class _Run:
             self.keep()
 
     def keep(self) -> None:
-        """Write the latest statistics; told once the run is over."""
+        """Write the latest statistics; logged once the run is over."""
         path = self._stem.with_name(self._stem.name + SUFFIX)
         save(self._latest, path)
         if self.is_over:

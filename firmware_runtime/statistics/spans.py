@@ -6,8 +6,8 @@ The file stands beside the statistics (`BOARD.spans`) and is mapped like them: r
 
 The writer numbers its rows from 1 on, writes each from left to right and overwrites the oldest; it
 knows of no reader. A reader copies the ring twice. A row whose two sequences agree was not half
-written when it was copied, and if its first one is the same in the second copy, nobody began to
-overwrite it meanwhile. Between the copies the reader waits, for processors that reorder stores.
+written when it was copied, and if its first one is the same in the second copy, it was not being
+overwritten meanwhile. Between the copies the reader waits, for processors that reorder stores.
 """
 
 from collections.abc import Sequence

@@ -39,7 +39,7 @@ class Takeover(msgspec.Struct):
 
 
 class TakeoverFile:
-    """Keeps them across guards. A file that is no such file is begun anew."""
+    """Keeps them across guards. A file in another format is replaced by an empty one."""
 
     def __init__(self, statistics: Path) -> None:
         self._path = Companion.TAKEOVERS.beside(statistics)

@@ -50,8 +50,8 @@ class Lately:
 class Timeline:
     """The writing end. `counters` reads the run's counters, in the order of `COUNTED`.
 
-    Whoever counts raises `lateness_max` and `step_max`, and before it counts a step that ended at
-    `closes_at` or later it calls `close`.
+    The caller raises `lateness_max` and `step_max`, and calls `close` before it counts a step that
+    ended at `closes_at` or later.
     """
 
     def __init__(self, cells: Cells, counters: Callable[[], Sequence[int]]) -> None:

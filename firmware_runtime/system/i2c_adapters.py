@@ -45,7 +45,7 @@ def name(files: SystemFiles, node: str) -> str | None:
 def not_for_robots(files: SystemFiles, node: str) -> str | None:
     """Whose bus it is where it serves the computer itself: a display's, the mainboard's; or None.
 
-    Names tell, and so does the kernel: it hangs a graphics card's own buses below the card (/drm/),
+    Names show it, as does the kernel: it hangs a graphics card's own buses below the card (/drm/),
     and links the bus of a display to its connector.
     """
     adapter = files.path(attribute(files, node, "name")).resolve().parent

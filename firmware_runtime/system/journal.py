@@ -33,7 +33,7 @@ class Journal:
 
     @property
     def is_there(self) -> bool:
-        """Whether anybody keeps what is written."""
+        """Whether there is a journal to write to."""
         return self._socket is not None
 
     def write(self, message: str, priority: int = NOTICE, **fields: object) -> None:

@@ -47,10 +47,10 @@ def preemption(files: SystemFiles, kernel_build: str) -> str | None:
 
 
 def _chosen(files: SystemFiles) -> str | None:
-    """What debugfs shows in parentheses, or what the kernel was told at its start."""
+    """What debugfs shows in parentheses, or the kernel's command line."""
     shown = _CHOSEN.search(files.text("/sys/kernel/debug/sched/preempt") or "")
-    told = _AT_BOOT.search(files.text("/proc/cmdline") or "")
-    found = shown or told
+    at_boot = _AT_BOOT.search(files.text("/proc/cmdline") or "")
+    found = shown or at_boot
     return found[1] if found else None
 
 

@@ -1,4 +1,4 @@
-"""Notices to systemd: ready, alive, in a word how it goes; silent where nobody listens.
+"""Notices to systemd: ready, alive, and a line of status; none where systemd does not listen.
 
 They never wait: a manager that is too busy to read must not hold up the loop. That a service is
 ready or alive is said until there is room for it; anything else is lost then.
@@ -17,7 +17,7 @@ from firmware_runtime.devs.time import MICROSECOND, NEVER
 
 
 class Notices:
-    """What a service tells its manager. `watchdog` is the time within which it must be `alive`."""
+    """A service's notices to its manager. `watchdog` is the time in which it must be `alive`."""
 
     def __init__(self, watchdog: int = NEVER) -> None:
         self._notifier = _notifier()
@@ -32,11 +32,11 @@ class Notices:
 
     @property
     def is_there(self) -> bool:
-        """Whether somebody listens."""
+        """Whether the service manager gave us a socket."""
         return self._notifier is not None
 
     def close(self) -> None:
-        """Tell nobody anything any more."""
+        """Close the socket."""
         if self._notifier is not None:
             self._notifier.socket.close()
             self._notifier = None
@@ -88,7 +88,7 @@ def _notifier() -> SystemdNotifier | None:
     if notifier.socket is None:
         return None
     notifier.socket.setblocking(False)
-    notifier.debug = True  # whether a notice was heard is worth knowing
+    notifier.debug = True  # raises when a notice was not delivered
     return notifier
 
 

@@ -1,4 +1,4 @@
-"""Which process wrote a file, so that another can tell whether it is still there.
+"""Which process wrote a file, so that another can check whether it is still there.
 
 A process number alone is used again, after a restart of the machine very soon; with the moment the
 process started and the boot it started in, it is not. Source: proc(5), /proc/[pid]/stat field 22.

@@ -45,7 +45,7 @@ def computer_model(files: SystemFiles) -> str | None:
 
 
 def virtualised(files: SystemFiles) -> bool | None:
-    """Whether a hypervisor is underneath; None where nothing tells.
+    """Whether a hypervisor is underneath; None where that is unknown.
 
     A device tree without any mark of one counts as that of a real computer.
     """
@@ -58,7 +58,7 @@ def virtualised(files: SystemFiles) -> bool | None:
 
 
 def _flags(files: SystemFiles) -> list[str]:
-    """The flags of the first processor; none on Arm, where they do not tell."""
+    """The flags of the first processor; none on Arm, where they do not show it."""
     named = (line for line in files.lines("/proc/cpuinfo") if line.startswith("flags"))
     return next(named, "").partition(":")[2].split()
 

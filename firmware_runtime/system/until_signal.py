@@ -11,7 +11,7 @@ from firmware_runtime.system.signals import stop_on_signals
 
 
 class UntilSignal:
-    """Within `until_signal`: `came` tells whether one has, `wait` waits for it."""
+    """Within `until_signal`: `came` is whether one has, `wait` waits for it."""
 
     def __init__(self) -> None:
         self.came = False

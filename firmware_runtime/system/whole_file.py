@@ -1,4 +1,4 @@
-"""Small files that are replaced at once: whoever reads one finds it whole, or the one before."""
+"""Small files that are replaced at once: a reader finds the new one whole, or the one before."""
 
 import errno
 import os

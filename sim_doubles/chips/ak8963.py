@@ -12,7 +12,7 @@ taken when its conversion ends; self-test gives a fixed value inside the limits 
 (16-bit X and Y +-200, Z -3200 to -800).
 
 The die sits on the auxiliary bus of its MPU. The host reaches it when that bus is switched through,
-which `host_reaches` tells; a die on a board of its own always answers.
+see `host_reaches`; a die on a board of its own always answers.
 """
 
 from collections.abc import Callable
@@ -71,7 +71,7 @@ NEXT = bytes([*range(1, 0x0D), 0, 0x0E, 0x0F, 0x10, 0x11, 0x12, 0x10, *range(0x1
 class Ak8963Double(Target):
     """An AK8963; `field` gives the flux density in T at an instant (ns), in the MPU's axes.
 
-    `asa` are the factory sensitivity values. `host_reaches` tells whether the host's bus is
+    `asa` are the factory sensitivity values. `host_reaches` returns whether the host's bus is
     switched through to the die; `Mpu9250Double` sets it.
     """
 
@@ -226,7 +226,7 @@ class Ak8963Double(Target):
             self.warnings.note(f"register 0x{register:02x} written; the real chip ignores it")
 
     def _write_cntl1(self, byte: int) -> None:
-        """Set mode and width; a continuous mode begins anew, another that runs goes on."""
+        """Set mode and width; a continuous mode restarts, another that runs goes on."""
         old, new = self._mode, byte & 0x0F
         self._registers[CNTL1] = byte
         if new != old:

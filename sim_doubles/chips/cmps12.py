@@ -6,7 +6,7 @@ the three command sequences with the 20 ms after each byte: store and erase the 
 change the address. The CMPS14 is the same up to register 5, in register 30 and in the change of
 address.
 
-Not modelled: calibrating by motion: whoever moves the compass sets `calibration_state`; the 10 ms
+Not modelled: calibrating by motion: the test or the world sets `calibration_state`; the 10 ms
 or so between the compass's own updates; noise of the raw sensors. Assumed where the page is silent:
 values are rounded to the nearest unit and taken at START, so that the two bytes of a bearing belong
 together; the 256ths are cut off; a byte within 20 ms of the last is lost and breaks a sequence off;
@@ -60,7 +60,7 @@ def _at_rest(_at: int) -> Vector:
 class Cmps12Double(RegisterTarget):
     """A CMPS12; `bearing_deg` gives the compass bearing in degrees, clockwise from north.
 
-    `pitch_roll_deg` gives both in degrees, `rate_rad_s` what the raw gyro measures. Each is asked
+    `pitch_roll_deg` gives both in degrees, `rate_rad_s` what the raw gyro measures. Each is called
     once a transaction, at an instant in ns. World face: `calibration_state` as register 30 shows
     it, `temperature_c`; `stored_state` is the state the stored profile holds, None without one.
     """

@@ -42,18 +42,18 @@ class CommandSequence:
         return True
 
     def break_off(self) -> None:
-        """Begin anew, with a warning if the sequence was under way."""
+        """Start over, with a warning if the sequence was under way."""
         if self._taken:
             self._warnings.note(f"command sequence broken off after {self._taken} bytes")
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._taken = 0
 
 
 def changed_address(address: int, byte: int, valid: range, warnings: ProtocolWarnings) -> int:
-    """Return the 7-bit address asked for by an 8-bit one; the old one if that is not `valid`."""
+    """Return the 7-bit address for an 8-bit one; the old one if that is not `valid`."""
     if byte & 1 or byte >> 1 not in valid:
         warnings.note(
             f"new address 0x{byte:02x} is not an even number from 0x{valid[0] << 1:02x} to "

@@ -8,7 +8,7 @@ Not modelled: the RX pin, a level and no serial data (bytes sent there are warne
 and analogue outputs, the filter of the HR families. Assumed where data sheets are silent or differ
 by model: the text of the banner, sent from power-up on; the first ping 250 ms after power-up, then
 20 a second (LV) or 10 (XL, HRLV); the frame is out when its cycle ends; a target nearer than the
-nearest reading shows as that; readings are rounded. What nobody fetches is kept for 64 frames.
+nearest reading shows as that; readings are rounded. Up to 64 frames wait to be fetched.
 """
 
 from collections import deque
@@ -60,8 +60,8 @@ FAMILIES = {
 class MaxbotixDouble(SerialTarget):
     """A serial MaxSonar; `distance` gives the distance of the nearest target in m, or infinity.
 
-    It is asked once a cycle, at the instant of the ping in ns. `inverted` is a sensor with RS-232
-    polarity at a receiver for logic levels. `pings` counts, without those nobody can have noticed.
+    It is called once a cycle, at the instant of the ping in ns. `inverted` is a sensor with RS-232
+    polarity at a receiver for logic levels. `pings` counts, without those that left no trace.
 
     A plant whose state depends on the host's writes must see every ping sent before it moves on:
     call `catch_up` first.

@@ -58,7 +58,7 @@ class Md25Double(RegisterTarget):
     """An MD25 with two EMG30 motors, whose rated speed is 170 rpm.
 
     World face: `motors` (speeds, turns, what will come), `battery_v`, `currents_a`; `regulated`
-    tells whether speed regulation is on. Before version 2 the timeout cannot be switched.
+    is whether speed regulation is on. Before version 2 the timeout cannot be switched.
     """
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)

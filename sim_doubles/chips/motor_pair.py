@@ -1,7 +1,7 @@
 """The two motors behind a motor driver: the world face that every driver chip's double shows.
 
-Between two orders of the chip the speeds are known for all future: each motor's ramp, and the
-instant at which a chip that hears nothing stops both. So nothing runs in the background, and a
+Between two commands of the chip the speeds are known for all future: each motor's ramp, and the
+instant at which the chip's timeout stops both. So nothing runs in the background, and a
 world may ask as rarely as it likes.
 """
 
@@ -23,9 +23,9 @@ class Stretch(NamedTuple):
 class MotorPair:
     """Motors 1 and 2, at rest at first; a speed of `full_scale` units is `full_speed_rad_s`.
 
-    `before_change` is called just before an order changes what was to come, with the old future
+    `before_change` is called just before a command changes what was to come, with the old future
     still there: a world that advances in it, over `stretches`, misses nothing. Instants are ns, and
-    none before the last change is asked for.
+    instants before the last change are not valid.
     """
 
     def __init__(self, at: int, full_scale: int, full_speed_rad_s: float) -> None:
@@ -57,14 +57,14 @@ class MotorPair:
             since = end
 
     def next_change_at(self, at: int) -> int:
-        """Return the first instant after `at` at which a speed changes, if no order comes."""
+        """Return the first instant after `at` at which a speed changes, if no command comes."""
         if at >= self._stops_at:
             return NEVER
         first, second = self._ramps
         return min(first.next_step_at(at), second.next_step_at(at), self._stops_at)
 
     def stopped_by_silence(self, at: int) -> bool:
-        """Tell whether the chip has stopped the motors because it heard nothing."""
+        """Whether the chip's timeout has stopped the motors."""
         return at >= self._stops_at
 
     # The chip's face
@@ -113,6 +113,6 @@ class MotorPair:
     def _check(self, at: int) -> None:
         if at < self._since:
             raise ValueError(
-                f"motor pair: asked for {format_time(at)}, expected an instant not before the last "
+                f"motor pair: read at {format_time(at)}, expected an instant not before the last "
                 f"change at {format_time(self._since)}"
             )

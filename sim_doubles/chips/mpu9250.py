@@ -68,10 +68,10 @@ CHANGED_BY_READING = frozenset({I2C_MST_STATUS, INT_STATUS, FIFO_COUNTH, FIFO_R_
 class Mpu9250Double(Target):
     """An MPU-9250 at `address`, powered for long; `inertia` gives the truth at an instant (ns).
 
-    The truth is in the chip's axes and asked for once a sample, in order of time. `who_am_i` 0x70
+    The truth is in the chip's axes and called once a sample, in order of time. `who_am_i` 0x70
     and no magnetometer make it the MPU-6500 found on many modules. With a `magnetometer` put
     `targets` on the bus: the host reaches it at 0x0C through the bypass. `samples` counts the
-    samples taken, without those nobody could have noticed.
+    samples taken, without those that left no trace.
 
     A plant whose state depends on the host's writes must see every sample taken before it moves
     on: call `catch_up` first, for example in `Pca9685Double.before_change`.
@@ -262,7 +262,7 @@ class Mpu9250Double(Target):
                 sensor.forget()
 
     def _configure(self) -> None:
-        """Work out anew whatever follows from the registers."""
+        """Recompute what follows from the registers."""
         power = self._registers[PWR_MGMT_1]
         running = not power & (SLEEP | H_RESET) and power & CLKSEL != CLOCK_STOPPED
         period = sample_period(self._registers)

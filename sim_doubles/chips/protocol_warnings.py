@@ -5,7 +5,7 @@ import re
 KEPT = 100
 
 _NUMBER = re.compile(r"0x[0-9a-f]+|\d+(\.\d+)?|\b([0-9a-f]{2}( |\b))+")
-"""What tells two warnings of one kind apart: numbers, and bytes as hex digits."""
+"""What may differ between two warnings of one kind: numbers, and bytes as hex digits."""
 
 
 class ProtocolWarnings(list[str]):

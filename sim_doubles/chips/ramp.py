@@ -1,7 +1,7 @@
 """A speed on its way to a target in equal steps, and how far it has turned: exact at any instant.
 
 Nothing is kept up to date: speed and turn are formulas in integers, so it does not matter how
-often, or after how long a silence, anybody asks.
+often, or after how long a silence, they are read.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ class Ramp:
     """A speed from instant `since` on: `start`, then a step at `first_at` and after each `period`.
 
     Speeds are whole numbers in a unit of the chip's; `step` is 1 or more, the last one may be less.
-    `turned_before` is the turn up to `since`; instants before that are not asked for.
+    `turned_before` is the turn up to `since`; instants before that are not valid.
     """
 
     since: int

@@ -161,11 +161,11 @@ class SabertoothDouble(SerialTarget):
                 f"packet {self._packet.hex(' ')} has a wrong checksum; it is ignored"
             )
         else:
-            self._hear()
+            self._restart_timeout()
             self._obey(command, value)
 
-    def _hear(self) -> None:
-        """Take a sign of life: the timeout begins anew."""
+    def _restart_timeout(self) -> None:
+        """Restart the timeout: a valid packet came."""
         now = self._now()
         stops_at = now + self._timeout * TIMEOUT_UNIT if self._timeout else NEVER
         if self.motors.put_off_stop(now, stops_at):
@@ -178,7 +178,7 @@ class SabertoothDouble(SerialTarget):
             self._take_driving(*DRIVING[command], value)
         elif command == TIMEOUT:
             self._timeout = value
-            self._hear()
+            self._restart_timeout()
         elif command == RAMPING and value <= MOST_RAMPING:
             self._step_period = _step_period(value)
             self._drive()
@@ -205,7 +205,7 @@ class SabertoothDouble(SerialTarget):
         self.motors.drive(self._now(), (first, second), 1, self._step_period)
 
     def _wanted(self) -> tuple[int, int]:
-        """Return the speeds ordered; a motor without an order stands still."""
+        """Return the commanded speeds; a motor without a command stands still."""
         first, second = self._commands
         if self._command_set == INDEPENDENT:
             return first or 0, second or 0

@@ -4,7 +4,7 @@ Modelled: ranging in inches, centimetres and microseconds, 17 echoes, the range 
 time it takes (250 us for each of its R + 1 steps), silence while ranging, the ANN mode, gain and
 light, general call, change of address, and what a power cycle takes: all but the address.
 
-Not modelled: what the gain does to an echo (`max_gain` tells it, the world may weaken its echoes),
+Not modelled: what the gain does to an echo (`max_gain` has it, the world may weaken its echoes),
 echoes of the ping before (an interval that is too short is warned of), the LED. Assumed where the
 page is silent: the ping is sent at STOP; results are rounded to the nearest unit; an echo nearer
 than 3 cm is not seen; registers above 35 read 0xFF; a gain above 31 counts as 31.
@@ -55,8 +55,8 @@ GAINS = (
 class Srf08Double(RegisterTarget):
     """An SRF08; `echoes` gives the distances of what reflects, in m, nearest first.
 
-    It is asked at the instant of each ping, in ns. World face: `light` (0 to 255) is taken with
-    each ping; `pings` counts them; `ranging` tells whether the chip is deaf now.
+    It is called at the instant of each ping, in ns. World face: `light` (0 to 255) is taken with
+    each ping; `pings` counts them; `ranging` is whether the chip is deaf now.
     """
 
     def __init__(
@@ -172,7 +172,7 @@ class Srf08Double(RegisterTarget):
         if last is not None and self._at - last < LEAST_INTERVAL:
             self.warnings.note(
                 f"ranging {(self._at - last) / MILLISECOND:g} ms after the last; under 65 ms the "
-                "real chip may hear the echoes of the ping before"
+                "real chip may receive the echoes of the ping before"
             )
 
 

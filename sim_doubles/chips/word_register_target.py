@@ -101,7 +101,7 @@ class WordRegisterTarget(RegisterTarget):
         return "big"
 
     def _writes_to(self, register: int) -> bool:  # noqa: ARG002 (likewise)
-        """Tell whether a byte for a register is acknowledged."""
+        """Whether a byte for a register is acknowledged."""
         return True
 
     def _cut_short(self, register: int) -> None:

@@ -15,7 +15,7 @@ from sim_doubles.served.service import DoublesService
 
 _ABOUT = """
 `run BOARD --doubles PATH` in another process then drives them, in real time, as often as you like:
-killing it changes nothing here but what the chips themselves do without orders. The world goes on
+killing it changes nothing here but what the chips themselves do without commands. The world goes on
 too; a fresh one takes a fresh server. A signal ends it and removes the socket. Chips without a
 board are on the bus i2c1 at 400 kHz, or on a port called as they are; their world swings gently.
 """

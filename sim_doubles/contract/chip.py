@@ -49,7 +49,7 @@ def an_absent_chip_is_named_by_bus_and_address(row_type: type[Row]) -> None:
 
 
 def another_chip_is_named_by_what_was_found_and_expected(row_type: type[Row]) -> None:
-    """WrongDevice, where an identity can tell."""
+    """WrongDevice, where an identity can be checked."""
     row = row_type()
     if row.wrong_identity is None:
         return

@@ -34,14 +34,14 @@ class Row(ABC):
     """The chip, as its driver's module is called."""
     address: ClassVar[int]
     wrong_identity: ClassVar[tuple[int, int] | None]
-    """A register and what it reads on another chip; None if nothing tells one from another."""
+    """A register and what it reads on another chip; None if the chip has no identity."""
     traffic: ClassVar[Sequence[Sequence[Message]]] = ()
     """What the driver says one use costs, if it says so."""
     keeps_nothing: ClassVar[bool] = False
     """Whether a loss of power costs the chip nothing that the driver had set."""
 
     told_as: ClassVar[str] = "expected"
-    """A word of the sentence that tells a loss of power."""
+    """A word of the sentence that reports a loss of power."""
 
     def __init__(self, adapter: str = "bcm2835", *, absent: bool = False) -> None:
         self.clock = ManualClock()
@@ -74,7 +74,7 @@ class Row(ABC):
         """Have the driver check that the chip is as brought up."""
 
     def look_after_power_loss(self) -> None:
-        """Do what tells that the chip lost its settings."""
+        """Do what detects that the chip lost its settings."""
         self.verify()
 
     @abstractmethod

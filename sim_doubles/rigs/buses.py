@@ -1,4 +1,4 @@
-"""The buses of a bench, each as fast as its board says."""
+"""The buses of a rig, each as fast as its board says."""
 
 from collections.abc import Mapping, Sequence
 

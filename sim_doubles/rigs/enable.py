@@ -1,4 +1,4 @@
-"""The enable line of a bench, where the board has one."""
+"""The enable line of a rig, where the board has one."""
 
 from collections.abc import Sequence
 

@@ -94,7 +94,7 @@ class TachobotRig:
         }
 
     def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
-        """Never: a PCA9685 keeps its duties until it is told otherwise."""
+        """Never: a PCA9685 keeps its duties until they are written."""
         return NEVER
 
     def _propeller_duties(self) -> tuple[float, ...]:

@@ -40,7 +40,7 @@ def unlisten(listener: socket, path: Path) -> None:
 
 
 def _remove_dead(path: Path) -> None:
-    """Remove a socket that nobody listens at; refuse one that somebody listens at."""
+    """Remove a socket without a listener; refuse one that has a listener."""
     with socket(AF_UNIX, SOCK_SEQPACKET) as probe:
         probe.setblocking(False)
         try:

@@ -1,7 +1,7 @@
 """Doubles on a Unix socket, in real time, for as many clients as come.
 
 One loop, no thread. It wakes when a packet arrives, and when an output changes by itself, so that
-the log has every change as it happens; and while somebody is there every few milliseconds, so that
+the log has every change as it happens; and with a client connected every few milliseconds, so that
 no question has to wait for the samples that a sensor took in a long silence. Between two wakings
 the doubles' time goes on only by what a transaction takes on the wire.
 
@@ -155,7 +155,7 @@ class DoublesServer:
 
 
 def _send(client: _Client, answer: bytes) -> bool:
-    """Tell whether the client takes the answer, now."""
+    """Whether the client takes the answer, now."""
     try:
         client.connection.send(answer)
     except OSError:

@@ -1,7 +1,7 @@
 """The kernel's virtual USB host controller, `vhci_hcd`: plugs a device in, pulls it out.
 
-The kernel wants a stream socket and speaks USB/IP on it from then on; whoever has the other end is
-the device. Needs root, and the modules vhci-hcd, i2c-tiny-usb and i2c-dev.
+The kernel wants a stream socket and speaks USB/IP on it from then on; the process at the other end
+is the device. Needs root, and the modules vhci-hcd, i2c-tiny-usb and i2c-dev.
 Source: Linux 6.1 drivers/usb/usbip/vhci_sysfs.c.
 """
 

@@ -130,7 +130,7 @@ class I2cTinyUsb:
         return b""
 
     def _carried_out(self, read_length: int, *, holds: bool) -> bytes:
-        """Carry out what waits; bytes that nobody sent read as zeros, and the status says so."""
+        """Carry out what waits; bytes that were not sent read as zeros, and the status says so."""
         piece = Piece(tuple(self._waiting), self._continues, holds)
         self._waiting.clear()
         self._continues = holds

@@ -10,19 +10,19 @@ more circles and walls may stand about; all of them echo and all of them stop th
 2 make the compass angle grow. Signal 1 drives a tread forward, so that turns the vehicle
 anticlockwise seen from above, and an ordinary compass, whose angles grow clockwise, would fall.
 Here both compasses are therefore mounted `inverted`, on their faces: north is 0, west 90, and they
-grow as in the figure. With `compass_mounting` `upright` east is 90; then the driver must be told
+grow as in the figure. With `compass_mounting` `upright` east is 90; then the driver must be given
 that headings count `counterclockwise`. A driver that turns the sense and an inverted mounting undo
 each other: the robot would turn the longer way.
 
 Nothing runs in the background. When a sensor is read, the world at that instant is a formula of
-what the motors have done. `advance` is called just before the wheels or the head get another order;
-what motors do by themselves (ramps, a timeout) `wheels_change_at` foretells. So how often anybody
-asks does not matter, and the same seed gives the same values. The past is remembered: a sensor that
-pings on its own may ask late.
+what the motors have done. `advance` is called just before the wheels or the head get another
+command; what motors do by themselves (ramps, a timeout) `wheels_change_at` foretells. So how often
+it is read does not matter, and the same seed gives the same values. The past is remembered: a
+sensor that pings on its own may ask late.
 
 Not modelled: inertia and skidding beyond a lost share of the way, a load that slows the motors,
 pushing obstacles or driving off again after a contact, a target that moves, height and tilt, sound
-that is weakened, takes time, glances off, is shadowed or heard by the other sonar.
+that is weakened, takes time, glances off, is shadowed or received by the other sonar.
 """
 
 import math
@@ -42,7 +42,7 @@ class Arena:
 
     `wheel_angles` gives how far the right and the left wheel have turned forward, in rad;
     `wheels_change_at` when their speeds change next; `head_drive` the share of full voltage at the
-    radar's motor, positive clockwise. Instants are ns; no instant may be asked for before the chips
+    radar's motor, positive clockwise. Instants are ns; no instant may be read before the chips
     have come to it.
     """
 
@@ -61,7 +61,7 @@ class Arena:
         self._body_compass = self._compass("body", self._body_direction_rad)
 
     def advance(self, at: int) -> None:
-        """Let new orders count from `at` on. Raises ValueError if a motion changed later."""
+        """Let new commands count from `at` on. Raises ValueError if a motion changed later."""
         self._vehicle.advance(at)
         self._head.advance(at)
 
@@ -82,7 +82,7 @@ class Arena:
 
     @property
     def collided(self) -> bool:
-        """Whether the vehicle has touched anything, up to the latest instant asked for."""
+        """Whether the vehicle has touched anything, up to the latest instant read."""
         return self._vehicle.collided
 
     # What the sensors get

@@ -79,9 +79,9 @@ class ArenaParameters:
     body_half_angle_deg: float = 25.0
     """Half the width of the body sonar's beam."""
     sonar_nearest_m: float = 0.03
-    """Echoes from nearer than this are not heard."""
+    """Echoes from nearer than this are not received."""
     sonar_farthest_m: float = 6.0
-    """Echoes from farther than this are not heard."""
+    """Echoes from farther than this are not received."""
 
     compass_mounting: CompassMounting = "inverted"
     """How both compasses are mounted."""
@@ -91,7 +91,7 @@ class ArenaParameters:
     """What the radar's compass shows too much."""
     body_compass_offset_deg: float = 0.0
     radar_compass_stuck_s: float = math.inf
-    """When the radar's compass begins to show one and the same bearing for ever."""
+    """When the radar's compass begins to show one and the same bearing."""
     body_compass_stuck_s: float = math.inf
     seed: int = 1
     """Chooses the noise and the slip."""

@@ -1,4 +1,4 @@
-"""What is remembered of a motion, so that a sensor may tell late what it measured before."""
+"""What is remembered of a motion, so that a sensor may report late what it measured before."""
 
 from collections import deque
 from typing import Final, Generic, Protocol, TypeVar
@@ -38,6 +38,6 @@ class Past(Generic[S]):
             if stretch.since <= at:
                 return stretch
         raise ValueError(
-            f"arena: asked for {format_time(at)}, expected an instant of the run no further back "
+            f"arena: read at {format_time(at)}, expected an instant of the run no further back "
             f"than {KEPT} changes of a motion"
         )

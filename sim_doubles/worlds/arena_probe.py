@@ -10,7 +10,7 @@ from sim_doubles.worlds.arena import Arena, Pose
 class ArenaProbe(Atomic):
     """Answers every `tick` with where the vehicle is and how far from the target.
 
-    waiting --tick?--> telling (0) --x_m!, y_m!, heading_rad!, distance_m!--> waiting
+    waiting --tick?--> sending (0) --x_m!, y_m!, heading_rad!, distance_m!--> waiting
 
     `catch_up` is called before: sensors take what they have to before the arena goes on.
     """
@@ -29,7 +29,7 @@ class ArenaProbe(Atomic):
         self._distance_m = 0.0
 
     def output(self) -> None:
-        """Tell the state."""
+        """Send the state."""
         self.x_m.send(self._pose.x_m)
         self.y_m.send(self._pose.y_m)
         self.heading_rad.send(self._pose.heading_rad)
@@ -40,9 +40,9 @@ class ArenaProbe(Atomic):
         self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the arena has its own clock
-        """Look at the arena now."""
+        """Read the arena's state now."""
         self._catch_up()
         now = self._now()
         self._pose = self._arena.pose(now)
         self._distance_m = self._arena.distance_to_target(now)
-        self.activate("telling")
+        self.activate("sending")

@@ -1,11 +1,11 @@
 """The vehicle on two treads: from wheel angles to where it is, and whether it has hit anything.
 
 While both wheels turn evenly the vehicle's centre follows an arc of a circle, in closed form. Arcs
-are strung together where a wheel's speed changes and nowhere else, so how often anybody asks where
-the vehicle is changes nothing. Arcs that have ended are remembered.
+are strung together where a wheel's speed changes and nowhere else, so how often its
+position is read changes nothing. Arcs that have ended are remembered.
 
 Contact is felt along the arc. The free space round a point is the distance the centre may go from
-there in any direction; after that distance it is taken anew, until there is none or the arc ends.
+there in any direction; after that distance it is taken again, until there is none or the arc ends.
 A vehicle that touches something stands there for good, its treads slipping.
 """
 
@@ -25,7 +25,7 @@ WheelAngles: TypeAlias = Callable[[int], tuple[float, float]]
 """How far the right and the left wheel have turned forward by an instant, in rad."""
 
 WheelsChangeAt: TypeAlias = Callable[[int], int]
-"""The first instant after an instant at which a wheel's speed changes, if no order comes."""
+"""The first instant after an instant at which a wheel's speed changes, if no command comes."""
 
 _CONTACT_M: Final = 1e-4
 """Free space less than this is contact."""
@@ -94,7 +94,7 @@ class Vehicle:
 
     @property
     def collided(self) -> bool:
-        """Whether it has touched anything, up to the latest instant asked for."""
+        """Whether it has touched anything, up to the latest instant read."""
         return self._contact_m is not None
 
     def pose(self, at: int) -> Pose:

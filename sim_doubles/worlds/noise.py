@@ -1,7 +1,7 @@
 """White noise that belongs to an instant, not to the order of reading.
 
 Each triple is a keyed hash of source, seed and instant, turned into three independent normal
-numbers. So the same instant has the same noise however often, and after whatever else, it is asked
+numbers. So the same instant has the same noise however often, and after whatever else, it is read
 for.
 """
 

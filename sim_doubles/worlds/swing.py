@@ -78,7 +78,7 @@ class Swing:
         """When a body turning in `direction` comes to rest, at most `until`, or None.
 
         Between two sign changes of the drive rate*e^(damping*t) is monotone, so the rate passes
-        zero at most once there and the signs at the ends tell.
+        zero at most once there and the signs at the ends show it.
         """
         begin = 0.0
         turns = self._drive.crossings(0.0)

@@ -5,10 +5,10 @@ Conference 2018: four forces from four pairs of propellers (`propellers`) on a b
 degrees of freedom. Standing on its rotating platform (`turntable`) it only turns, against the
 bearing's friction; hovering on its central propeller (`hovering`) it moves freely.
 
-Nothing runs in the background. `advance` brings the plant to an instant when somebody asks: the
-sensors' double before it samples, and the PWM double before its outputs change, so that between two
+Nothing runs in the background. `advance` brings the plant to an instant: the sensors' double calls
+it before it samples, and the PWM double before its outputs change, so that between two
 calls the duties are constant. Over such a stretch yaw is a formula, and x and y an integral of one,
-so how often anybody asks does not matter.
+so how often it is read does not matter.
 
 Not modelled: tilt and lift, the reaction torque of the propellers, ripple of the PWM, a battery
 that sags, an IMU mounted off centre, noise of the accelerometer.
@@ -62,7 +62,7 @@ class TachobotWorld:
             return
         if at < self._at:
             raise ValueError(
-                f"TachoBot world: asked for {format_time(at)} when it is "
+                f"TachoBot world: advance to {format_time(at)} when it is "
                 f"{format_time(self._at)} there; expected an instant not in the past"
             )
         duties, elapsed_s = self._checked_duties(), (at - self._at) / SECOND

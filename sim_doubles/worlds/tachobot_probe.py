@@ -11,7 +11,7 @@ from sim_doubles.worlds.tachobot import TachobotState, TachobotWorld
 class TachobotProbe(Atomic):
     """Answers every `tick` with the plant's state at that instant.
 
-    waiting --tick?--> telling (0) --yaw_rad!, yaw_rate_rad_s!, x!, y!--> waiting
+    waiting --tick?--> sending (0) --yaw_rad!, yaw_rate_rad_s!, x!, y!--> waiting
 
     `catch_up` is called before: sensors take what they have to before the plant goes on.
     `x` and `y` are what a tracking system in the room would measure; nothing on board can.
@@ -30,7 +30,7 @@ class TachobotProbe(Atomic):
         self._state: TachobotState | None = None
 
     def output(self) -> None:
-        """Tell the state."""
+        """Send the state."""
         if self._state is not None:
             x, vx, y, vy, yaw, rate = self._state
             self.yaw_rad.send(yaw)
@@ -43,7 +43,7 @@ class TachobotProbe(Atomic):
         self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the world has its own clock
-        """Look at the plant now."""
+        """Read the plant's state now."""
         self._catch_up()
         self._state = self._world.state(self._now())
-        self.activate("telling")
+        self.activate("sending")

@@ -128,7 +128,7 @@ def test_every_engine_fires_every_period_in_order(name: str) -> None:
     assert instants == sorted(instants)
 
 
-@pytest.mark.slow
+@pytest.mark.real_time
 @pytest.mark.parametrize(("name", "least"), [("ours, skip", 0), ("ours, catch-up", 38)])
 def test_a_stall_is_skipped_or_caught_up_by_policy(name: str, least: int) -> None:
     plan = Plan(5_000_000, 100, stall_at=20, stall_ns=200_000_000)

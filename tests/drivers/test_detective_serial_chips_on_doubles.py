@@ -196,7 +196,7 @@ def test_a_cut_line_is_told_as_silence_and_mended_it_goes_on(clock: ManualClock)
     sonars.line.cut()
     with pytest.raises(NotReady, match="nothing received"):
         sonars.range()
-    sonars.line.mend()
+    sonars.line.reconnect()
     assert sonars.range() == 1.0
 
 

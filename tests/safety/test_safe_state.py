@@ -98,7 +98,7 @@ def test_a_run_that_is_stopped_is_off_and_comes_back_disarmed(tmp_path: Path) ->
 def test_a_run_of_another_version_is_asked_to_disarm(tmp_path: Path) -> None:
     with guarded_run(tmp_path, guard=False, program=OLDER) as run:
         assert safe_state(run) == (0, "")
-        wait_until(lambda: "disarmed: asked for" in run.errors(), "the run has disarmed")
+        wait_until(lambda: "disarmed: requested" in run.errors(), "the run has disarmed")
         assert run.is_off
 
 

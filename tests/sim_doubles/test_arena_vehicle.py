@@ -186,7 +186,5 @@ def test_only_so_much_of_the_past_is_kept() -> None:
         past.add(Stay("moving", since, since + 1))
     assert past.at(12).since == 12
     assert past.at(KEPT * 2).since == KEPT + 10
-    with pytest.raises(
-        ValueError, match=r"asked for 0\.000000010 s, expected .* than 20000 changes"
-    ):
+    with pytest.raises(ValueError, match=r"0\.000000010 s, .* 20000 changes"):
         past.at(10)

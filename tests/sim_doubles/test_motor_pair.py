@@ -126,5 +126,5 @@ def test_before_change_sees_the_old_future_and_only_real_changes() -> None:
 def test_the_time_before_the_last_change_is_gone() -> None:
     pair = MotorPair(0, 1, math.tau)
     pair.drive(2_000_000_000, (1, 1), 1, 0)
-    with pytest.raises(ValueError, match=r"asked for 1\.500000000 s, .* change at 2\.000000000 s"):
+    with pytest.raises(ValueError, match=r"1\.500000000 s, .* 2\.000000000 s"):
         pair.turned_rad(1_500_000_000)

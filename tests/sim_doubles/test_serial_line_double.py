@@ -126,7 +126,7 @@ def test_a_cut_line_loses_bytes_both_ways_without_a_word(
     echo.receive(b"c")
     clock.advance(MILLISECOND)
     assert line.read_available() == b"a"
-    line.mend()
+    line.reconnect()
     line.write(b"d")
     clock.advance(MILLISECOND)
     assert line.read_available() == b"d"

@@ -193,7 +193,7 @@ def test_the_past_is_refused_and_the_present_is_free() -> None:
     asked = bench.asked
     bench.world.advance(SECOND)
     assert bench.asked == asked
-    with pytest.raises(ValueError, match=r"asked for 0\.999999999 s when it is 1\.000000000 s"):
+    with pytest.raises(ValueError, match=r"0\.999999999 s .* 1\.000000000 s"):
         bench.world.advance(SECOND - 1)
 
 

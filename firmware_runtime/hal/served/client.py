@@ -1,4 +1,4 @@
-"""The client's side of served doubles: buses and ports that drivers cannot tell from others."""
+"""The client's side of served doubles: buses and ports that look to a driver like any other."""
 
 import errno
 import os
@@ -99,7 +99,7 @@ class ServedEnableLine(EnableLine):
     def close(self) -> None:
         """Disable the outputs; closing twice is harmless."""
         if not self._closed:
-            with suppress(HalError):  # whoever served them has gone
+            with suppress(HalError):  # the server has gone
                 self.set(False)
             self._closed = True
 

@@ -31,8 +31,8 @@ def lock_of(path: Path) -> Path:
 class Connection:
     """A connection to the server at a path, one question at a time, whichever thread asks.
 
-    A server that has gone has gone for good: nobody connects again, as it would find other chips.
-    Raises BusAbsent if nobody serves doubles there.
+    A server that has gone is not connected to again: another would have other chips.
+    Raises BusAbsent if no doubles are served there.
     """
 
     def __init__(self, path: Path, answer_s: float = ANSWER_S) -> None:
@@ -73,7 +73,7 @@ class Connection:
     def ask(self, asked: Asked, where: str) -> Answered:
         """Ask, and wait for the answer; `where` is what an error's sentence begins with.
 
-        Raises BusTimeout without an answer in time, then the server may still do what was asked;
+        Raises BusTimeout without an answer in time, then the server may still carry it out;
         BusAbsent when it has gone, BusFault when what answers is no server of doubles.
         """
         with self._lock:

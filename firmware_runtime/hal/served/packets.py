@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
 LONGEST: Final = 1 << 18
-"""Bytes of the longest packet; Linux carries no longer ones unless it is told to."""
+"""Bytes of the longest packet; Linux carries no longer ones by default."""
 
 
 class Transfer(Struct, tag="transfer", array_like=True, frozen=True):

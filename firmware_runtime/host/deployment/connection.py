@@ -10,7 +10,7 @@ from firmware_runtime.host.deployment.errors import DeploymentError
 
 _HOST = re.compile(r"([a-z_][a-z0-9_.-]*@)?[a-z0-9_][a-z0-9_.-]*", re.IGNORECASE)
 _OPTIONS = (
-    "BatchMode=yes",  # nothing is asked for: without a key there is a reason, not a prompt
+    "BatchMode=yes",  # no prompt: without a key there is an error
     "ConnectTimeout=10",
     "ServerAliveInterval=5",
     "ServerAliveCountMax=3",

@@ -1,6 +1,6 @@
 """A deployment, step by step; until the last but one the target's robot runs on undisturbed.
 
-1. look at the target; everything it lacks is said at once
+1. examine the target; everything it lacks is reported at once
 2. make the wheel, those of the packages of its robots, find their dependencies' for the target
 3. send them
 4. make a virtual environment beside the one in use
@@ -129,7 +129,7 @@ class Deployment:
         self._tell_all(ended.out)
         if ended.status == DOCTOR_FAILS:
             raise DeploymentError(
-                f"{order.host}: the doctor found a failure; expected it mended, or --force"
+                f"{order.host}: the doctor found a failure; expected it fixed, or --force"
             )
         if ended.status != 0:
             self._tell_all(ended.error)

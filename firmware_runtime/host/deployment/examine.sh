@@ -1,4 +1,4 @@
-# Lets a new program look at the machine and at the board: sh -s -- VENV BOARD FORCE.
+# Has a new program examine the machine and the board: sh -s -- VENV BOARD FORCE.
 # A program that does not pass is removed. Ends with the doctor's status, or 1 where check fails.
 
 main() {

@@ -1,4 +1,4 @@
-"""The computer that wheels are for: which of them fit, and how pip is asked for those."""
+"""The computer that wheels are for: which of them fit, and how pip downloads those."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -37,7 +37,7 @@ class Platform:
 
     @property
     def pip_options(self) -> list[str]:
-        """What `pip download` is told; it takes wheels only."""
+        """Options of `pip download`; it takes wheels only."""
         options = ["--only-binary=:all:", "--implementation=cp"]
         options += [f"--python-version={self.python[0]}.{self.python[1]}"]
         options += [f"--abi={abi}" for abi in (self.interpreter, "abi3", "none")]

@@ -1,5 +1,5 @@
 # What a target has: sh -s -- ROOT PYTHON BOARD. Prints lines `key value`; changes nothing.
-# A place that is asked for in vain is printed as an empty value.
+# What is not found is printed as an empty value.
 
 nearest() { # the first folder on the way up from $1 that there is
 	place=$1

@@ -21,7 +21,7 @@ stop_units() { # for reason $1 the units that follow, which run; guards last
 	for unit in $others; do
 		case $unit in
 		firmware-runtime@*)
-			# ExecStopPost has done so already, but nobody has looked at how it went.
+			# ExecStopPost has done so already, but its result was not checked.
 			"$program" safe-state "$settings/$(board_of "$unit").toml" --reason "$reason" || return
 			;;
 		esac
@@ -35,7 +35,7 @@ stop_all() { # the units in $1, together, if there are any
 	systemctl stop $1
 }
 
-start_units() { # $@; one that does not start is told and keeps no other from starting
+start_units() { # $@; one that does not start is reported and keeps no other from starting
 	for unit in "$@"; do
 		systemctl start "$unit" ||
 			echo "firmware-runtime: $unit did not start; see journalctl --unit $unit" >&2

@@ -4,7 +4,7 @@
 
 set -u
 umask 022
-# What was begun is finished, also when nobody listens any more: so nothing is told before the end.
+# What was begun is finished, even after the connection is lost: so nothing is printed before the end.
 trap '' HUP PIPE
 
 main() {
@@ -72,10 +72,10 @@ fail() {
 	exit 1
 }
 
-told=$(mktemp -d)
-(main "$@") </dev/null >"$told/out" 2>"$told/err"
+printed=$(mktemp -d)
+(main "$@") </dev/null >"$printed/out" 2>"$printed/err"
 status=$?
-cat "$told/out"
-cat "$told/err" >&2
-rm -rf "$told"
+cat "$printed/out"
+cat "$printed/err" >&2
+rm -rf "$printed"
 [ "$status" -eq 0 ]

@@ -39,7 +39,7 @@ def note(seen: str, fix: str | None = None) -> Finding:
 
 
 def warning(seen: str, fix: str | None = None) -> Finding:
-    """It works, but not as well as it could or not for ever."""
+    """It works, but not as well as it could, or not for long."""
     return Finding(Severity.WARNING, seen, fix)
 
 

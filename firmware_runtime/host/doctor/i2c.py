@@ -38,7 +38,7 @@ def _present(machine: Machine) -> Finding:
 def _speed(machine: Machine) -> Finding:
     shown = {node: hz for node in machine.buses if (hz := _clock_hz(machine, node)) is not None}
     if not shown:
-        return not_applicable("no device tree tells the clock of a bus")
+        return not_applicable("no device tree states the clock of a bus")
     seen = ", ".join(f"{node} {hz} Hz" for node, hz in shown.items())
     asked = machine.demands.bus_hz if machine.demands else {}
     for node, hz in shown.items():
@@ -165,7 +165,7 @@ def held_by_others(machine: Machine, nodes: Sequence[str]) -> Finding:
     found, hidden = holders(machine.files, there)
     unseen = f" ({hidden} processes hide their files from this user)" if hidden else ""
     if not found:
-        return ok(f"{', '.join(there)}: nobody{unseen}")
+        return ok(f"{', '.join(there)}: not open in any process{unseen}")
     seen = ", ".join(map(_holder_spelled, found))
     return warning(f"{seen}{unseen}", f"kill {' '.join(str(each.process) for each in found)}")
 

@@ -111,8 +111,8 @@ def _isolating(cpus: Sequence[int]) -> str:
 def _virtual(machine: Machine) -> Finding:
     answer = virtualised(machine.files)
     if answer is None:
-        return not_applicable("neither processor, device tree nor DMI tells")
-    return note("a virtual machine") if answer else ok("a real one, as far as it tells")
+        return not_applicable("neither processor, device tree nor DMI shows it")
+    return note("a virtual machine") if answer else ok("a real one, as far as can be seen")
 
 
 def _load(machine: Machine) -> Finding:

@@ -53,13 +53,13 @@ def _real_name(machine: Machine, node: str) -> str:
 
 
 def _consoles(machine: Machine) -> set[str] | None:
-    """The terminals that are consoles of the kernel; None if nothing tells."""
+    """The terminals that are consoles of the kernel; None if that cannot be found out."""
     active = machine.files.text("/sys/class/tty/console/active")
     line = machine.files.text("/proc/cmdline")
     if active is None and line is None:
         return None
-    told = (word for word in (line or "").split() if word.startswith("console="))
-    named = {word.removeprefix("console=").partition(",")[0] for word in told}
+    options = (word for word in (line or "").split() if word.startswith("console="))
+    named = {word.removeprefix("console=").partition(",")[0] for word in options}
     return named | set((active or "").split())
 
 

@@ -56,7 +56,7 @@ class Installation:
             tell(f"$ {shlex.join(words)}")
 
     def carry_out(self, tell: Tell, *, start: bool) -> None:
-        """Write what is missing or differs; tell systemd if it runs there. Raises StepFailed."""
+        """Write what is missing or differs; reload systemd if it runs there. Raises StepFailed."""
         tree = self._target.tree
         for change in self._changes:
             carry_out(change, tree)
@@ -76,7 +76,7 @@ class Installation:
 
     @property
     def changes_units(self) -> bool:
-        """Whether anything that was there already is written anew."""
+        """Whether anything that was there already is overwritten."""
         return any(each.fate is Fate.WRITTEN and each.there is not None for each in self._changes)
 
     def _show_difference(self, change: Change, tell: Tell) -> None:

@@ -40,7 +40,7 @@ class UnitState:
 
 
 def state_of(unit: str) -> UnitState:
-    """Ask systemd. Raises StepFailed when it cannot be asked."""
+    """Query systemd. Raises StepFailed when it cannot be reached."""
     printed = answer(("systemctl", "show", unit, f"--property={','.join(_PROPERTIES)}"))
     return parse(unit, dict(line.partition("=")[::2] for line in printed.splitlines()))
 

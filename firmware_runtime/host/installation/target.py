@@ -14,7 +14,7 @@ _DEVICE_MANAGER_LISTENS = "/run/udev/control"
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A tree of files; `is_live` says whether systemd runs on it and is to be told."""
+    """A tree of files; `is_live` is whether systemd runs on it and is to be reloaded."""
 
     tree: Tree = field(default_factory=Tree)
     is_live: bool = False

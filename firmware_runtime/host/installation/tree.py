@@ -1,7 +1,7 @@
 """Files below a root: `/` on the robot itself, any directory for a system that is being built.
 
 Every path is the one on the robot, such as `/etc/firmware-runtime/tachobot.toml`. A file is written
-under another name first, so that whoever reads it gets the old one or the new one, whole.
+under another name first, so that a reader gets the old one or the new one, whole.
 """
 
 import os
@@ -86,7 +86,7 @@ class Tree:
             else:
                 place.unlink(missing_ok=True)
             if place.parent.name.startswith(_MADE_HERE):
-                with suppress(OSError):  # somebody else's file is in it
+                with suppress(OSError):  # another file is in it
                     place.parent.rmdir()
 
 

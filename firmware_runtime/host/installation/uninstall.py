@@ -122,7 +122,7 @@ class Removal:
                 yield ("udevadm", "control", "--reload")
 
     def _farewell(self, accounts: str, program: str) -> Iterator[Words]:
-        """Removing the service's own user or group, if it is there and nobody needs it."""
+        """Removing the service's own user or group, if it is there and no longer needed."""
         if not (self._target.is_live and self._purge and self._is_last):
             return
         lines = (self._target.tree.content(f"/etc/{accounts}") or b"").splitlines()

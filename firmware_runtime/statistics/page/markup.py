@@ -1,6 +1,6 @@
 """Elements, tables and frames of a page, built as a tree: text from a file stays text.
 
-Names of boards, paths of models and reasons come from files that anybody may have written. They
+Names of boards, paths of models and reasons come from files that are not trusted. They
 are escaped where the tree is written out, in one place, and not where they are put in.
 """
 

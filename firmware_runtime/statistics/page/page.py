@@ -1,4 +1,4 @@
-"""The whole page: sections in the order in which they are asked for.
+"""The whole page: sections in the order of the reader's questions.
 
 Equal statistics make equal bytes: nothing of the page comes from the clock, and the page asks
 nothing of the network. Its content security policy holds it to that.

@@ -95,7 +95,7 @@ class Plot:
 def picture(
     shapes: Sequence[Element], height: float, name: str, title: str, description: str
 ) -> Element:
-    """An SVG that those who cannot see it are told about."""
+    """An SVG with a text for screen readers."""
     return element(
         "svg",
         element("title", title, id=f"{name}-title"),

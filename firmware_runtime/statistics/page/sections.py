@@ -12,12 +12,12 @@ from firmware_runtime.statistics.rows import DeadlineRow
 
 _FAULT_HEAD = ("model", "kind", "times", "first", "last", "in words, the last time")
 _NEEDS = "; needs "
-"""How a reason tells what would fix it."""
+"""The words in a reason that introduce its fix."""
 _WORDS = {
     "lateness": "from an activation's deadline to the start of its output function",
     "late": "an activation that ran, but began later than its model tolerates",
     "skipped": "due, and dropped: by policy, or because the run ended before its turn",
-    "coalesced": "due by the clock, but an earlier event made the model plan anew",
+    "coalesced": "due by the clock, but an earlier event made the model plan again",
     "own time": "what a model's own functions took in a step; the steps' own times add up",
     "waking": "from the deadline, or the end of the step before, to the start of this step",
     "steps before": "from the deadline to the end of the step before: our own steps took too long",
@@ -78,7 +78,7 @@ def buses_section(buses: Mapping[str, BusFigures]) -> Iterator[Element]:
 
 
 def conditions_section(conditions: Conditions) -> list[Element]:
-    """What was refused, what was asked for, and everything else that is known."""
+    """What was refused, what was requested, and everything else that is known."""
     return [
         *(_refusal(name, request) for name, request in conditions.refused.items()),
         _settings(conditions.settings),

@@ -53,7 +53,7 @@ def exporter(listen: str, collector: Collector) -> BaseServer:
     """A server that answers with what the collector finds; `serve_forever` runs it.
 
     `listen` is `ADDRESS:PORT` of the loopback interface, or `unix:PATH`. Raises ConfigError for any
-    other, and when it is taken: of what is at PATH, only a socket nobody answers at is replaced.
+    other, and when it is taken: of what is at PATH, only a socket without a listener is replaced.
     """
     registry = CollectorRegistry()
     registry.register(collector)
@@ -90,6 +90,6 @@ def _is_loopback(host: str) -> bool:
 
 
 def _answers(path: Path) -> bool:
-    """Whether somebody listens at a socket's path."""
+    """Whether a socket's path has a listener."""
     with socket(AF_UNIX, SOCK_STREAM) as asking:
         return asking.connect_ex(os.fspath(path)) == 0

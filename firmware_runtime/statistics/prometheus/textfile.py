@@ -6,7 +6,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.whole_file import keep_file
 
 MODE = 0o644
-"""Anybody may read it: the exporter runs as a user of its own."""
+"""Readable by all users: the exporter runs as a user of its own."""
 
 
 def write_textfile(path: Path, text: str) -> None:

@@ -14,7 +14,7 @@ DEBIANS_PYTHON = "/usr/bin/python3"
 
 
 def platform_for(commands: Commands, architecture: str | None, python: str | None) -> Platform:
-    """The platform that is asked for; this computer's, and its Debian's Python, where none is.
+    """The requested platform; this computer's, and its Debian's Python, where none is.
 
     Raises DeploymentError for one that the project does not run on.
     """

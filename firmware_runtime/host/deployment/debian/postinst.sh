@@ -14,7 +14,7 @@ configure)
 	remove_other_venvs
 	if [ -d /run/systemd/system ]; then
 		for board in $(installed_boards); do
-			# Its units as this version has them. One that was disabled is nobody's to enable.
+			# Its units as this version has them. One that was disabled stays disabled.
 			systemctl is-enabled --quiet "firmware-runtime@$board.service" || continue
 			"$program" service install "$board" --no-start --program "$program" ||
 				echo "firmware-runtime: the units of $board are as they were" >&2

@@ -2,9 +2,9 @@
 #
 # A robot that ran until now has answered until now. If it cannot be switched off, something is wrong
 # with it while its motors may turn, and the one program that can switch them off must stay: this
-# script fails. The person cuts the power and asks again; then the robot no longer runs.
-# A robot that did not run is switched off too, in case somebody drove it by hand. That this fails is
-# told and no more: its power may be off, or its chips long gone, and the package could never be
+# script fails. The person cuts the power and tries again; then the robot no longer runs.
+# A robot that did not run is switched off too, in case it was driven by hand. Failing to do so is
+# reported and no more: its power may be off, or its chips long gone, and the package could never be
 # removed.
 
 case $1 in
