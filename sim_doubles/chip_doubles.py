@@ -11,6 +11,7 @@ ValueError for another.
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import EntryPoint
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from firmware_runtime.entry_points import installed
@@ -72,15 +73,28 @@ def names() -> list[str]:
 
 
 def chip_double(name: str) -> ChipDouble:
-    """The double of that name. Raises ConfigError if there is none."""
+    """The double of that name. Raises ConfigError if there is none, or it cannot be loaded."""
     for each in installed(GROUP):
         if each.name == name:
-            make = each.load()
-            parameter = inspect.signature(make).parameters.get("address")
-            return ChipDouble(name, make, None if parameter is None else parameter.default)
+            return _loaded(each)
     known = names()
     fault = f"no double of that name; expected one of {', '.join(known)}{did_you_mean(name, known)}"
     raise ConfigError(name, [fault])
+
+
+def _loaded(entry_point: EntryPoint) -> ChipDouble:
+    name = entry_point.name
+    try:
+        make = entry_point.load()
+        parameter = inspect.signature(make).parameters.get("address")
+    except Exception as error:
+        fault = f"its double cannot be loaded from {entry_point.value}: {error}"
+        raise ConfigError(name, [fault]) from error
+    address = None if parameter is None else parameter.default
+    if address is not None and not isinstance(address, int):
+        fault = f"{entry_point.value}: its address has no default; expected that of a new chip"
+        raise ConfigError(name, [fault])
+    return ChipDouble(name, make, address)
 
 
 def _targets(name: str, made: object) -> Sequence[Target]:

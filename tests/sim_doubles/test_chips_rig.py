@@ -83,9 +83,20 @@ def test_outputs_are_called_by_chip_and_output() -> None:
 class EntryPoint(NamedTuple):
     name: str
     made: object
+    value: str = "a_package:Double"
 
     def load(self) -> object:
         return lambda _now, address=0x20: (address, self.made)[1]
+
+
+class Unloadable(EntryPoint):
+    def load(self) -> object:
+        raise ImportError(name="a_package")
+
+
+class WithoutADefault(EntryPoint):
+    def load(self) -> object:
+        return lambda _now, address: (address, self.made)[1]
 
 
 @pytest.mark.parametrize("made", [None, [], ["x"], "abc"])
@@ -94,3 +105,11 @@ def test_an_entry_point_that_makes_no_target_is_refused(
 ) -> None:
     monkeypatch.setattr(chip_doubles, "installed", lambda _: [EntryPoint("mine", made)])
     assert "expected a Target or several" in faults("mine")[0]
+
+
+@pytest.mark.parametrize("kind", [Unloadable, WithoutADefault])
+def test_an_entry_point_that_is_no_double_is_one_sentence(
+    kind: type[EntryPoint], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(chip_doubles, "installed", lambda _: [kind("mine", None)])
+    assert "a_package:Double" in faults("mine")[0]
