@@ -43,6 +43,11 @@ class ConfigError(FirmwareRuntimeError):
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         super().__init__(f"{where}: {count}\n{listing}")
 
+    @classmethod
+    def of_one(cls, where: str, fault: str) -> "ConfigError":
+        """The error of a thing that can have but one fault, as one sentence."""
+        return cls(where, [fault], f"{where}: {fault}")
+
 
 class SettingError(FirmwareRuntimeError, ValueError):
     """A chip cannot be set as asked; the board check lists its sentence among the faults."""

@@ -69,7 +69,7 @@ def broken(entry_point: EntryPoint, fault: str) -> ConfigError:
     """What is wrong with the package that provides a board or a rig."""
     whose = "an unknown package" if entry_point.dist is None else entry_point.dist.name
     kind = entry_point.group.rpartition(".")[2].removesuffix("s")
-    return ConfigError(f"{kind} {entry_point.name} of the package {whose}", [fault])
+    return ConfigError.of_one(f"{kind} {entry_point.name} of the package {whose}", fault)
 
 
 def _place(entry_point: EntryPoint, error: BaseException) -> str:

@@ -31,7 +31,7 @@ def rig_for(board: Board, clock: WireClock) -> Rig:
     entry_point = _entry_point(board)
     if entry_point is None:
         fault = f"{board.kind} has no rig, so it cannot run on doubles; expected an entry point"
-        raise ConfigError(board.name, [f"{fault} {board.kind!r} of the group {GROUP}"])
+        raise ConfigError.of_one(board.name, f"{fault} {board.kind!r} of the group {GROUP}")
     with blamed_on(entry_point, "import"):
         build = entry_point.load()
     with blamed_on(entry_point, "rig"):

@@ -30,7 +30,7 @@ def write_chip(name: str, folder: Path, registers: Path | None) -> list[Path]:
     taken = any(each.name == name for each in installed(CHIPS))
     fault = "a chip of that name is installed; expected another name" if taken else name_fault(name)
     if fault is not None:
-        raise ConfigError("new chip", [fault])
+        raise ConfigError.of_one("new chip", fault)
     text = _example(name) if registers is None else read_text(registers)
     table = parse_table(text, str(registers))
     return write_package(TEMPLATE, folder, _words(name, table, text))

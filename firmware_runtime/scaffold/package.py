@@ -22,13 +22,13 @@ def write_package(template: str, folder: Path, words: Mapping[str, str]) -> list
     """
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise ConfigError(str(folder), ["is there already; expected a new or empty folder"])
+            raise ConfigError.of_one(str(folder), "is there already; expected an empty folder")
         return [
             _write(folder / _replaced(path, words), _replaced(text, words))
             for path, text in sorted(_texts(files(PLACE) / "templates" / template))
         ]
     except OSError as error:
-        raise ConfigError(str(folder), [f"cannot be written ({error.strerror})"]) from error
+        raise ConfigError.of_one(str(folder), f"cannot be written ({error.strerror})") from error
 
 
 def _texts(folder: Traversable, below: str = "") -> Iterator[tuple[str, str]]:

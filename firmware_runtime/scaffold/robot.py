@@ -19,5 +19,5 @@ def write_robot(name: str, folder: Path) -> list[Path]:
     taken = f"{name!r}: a board of that name is installed; expected another name"
     fault = taken if name in names() else name_fault(name)
     if fault is not None:
-        raise ConfigError("new robot", [fault])
+        raise ConfigError.of_one("new robot", fault)
     return write_package(TEMPLATE, folder, {"robotname": name, "RobotName": class_name(name)})

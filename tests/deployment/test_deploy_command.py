@@ -114,10 +114,7 @@ def test_a_robot_of_anyones_own_brings_its_package_and_keeps_it(
     program = root / "usr/local/bin/firmware-runtime"
     assert "rover" in boards_by(program)
     assert (root / "etc/systemd/system/firmware-runtime@rover.service.d/board.conf").is_file()
-    from_the_wheel = subprocess.run(
-        [program, "new", "robot", "heron", "--into", tmp_path / "heron"], check=True
-    )
-    assert from_the_wheel.returncode == 0
+    subprocess.run([program, "new", "robot", "heron", "--into", tmp_path / "heron"], check=True)
     assert files_below(tmp_path / "heron") == len(write_robot("heron", tmp_path / "again"))
     assert deploy(target) == Status.NOT_DEPLOYED  # here its package is not known
     assert package.command("deploy", HOST, "tachobot", *words).returncode == 0

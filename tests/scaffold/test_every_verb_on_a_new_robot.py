@@ -72,7 +72,7 @@ def test_what_looks_at_it_knows_both_names(rover: WrittenPackage) -> None:
 
 def test_a_bridge_to_it_waits_for_a_run(rover: WrittenPackage) -> None:
     listen = ("--listen", "127.0.0.1:0")
-    with rover.running("bridge", "left", *listen, until="listening at 127.0.0.1") as bridge:
+    with rover.running("bridge", "left", *listen, until="waiting for one") as bridge:
         pass
     assert bridge.returncode == Status.OK
 

@@ -32,10 +32,25 @@ def faults(settings: RobotNameSettings) -> list[str]:
         *setting_fault(
             "motor.frequency_hz", lambda: prescale_for(motor.frequency_hz, motor.osc_hz)
         ),
+        *_time_faults(settings),
     ]
     # Chips and models judge the rest; they can only be built on buses that are there.
     lines = absent_lines(settings.buses)
     return found or setting_fault("settings", lambda: RobotName(settings, lines))
+
+
+def _time_faults(settings: RobotNameSettings) -> list[str]:
+    """Times that would be over before the next echo comes."""
+    least_s = 2 * settings.sonar.period_s
+    stated = {
+        "motor.timeout_s": settings.motor.timeout_s,
+        "controller.lost_s": settings.controller.lost_s,
+    }
+    return [
+        f"{key}: {span_s:g} s, expected two periods of the sonar ({least_s:g} s) or more"
+        for key, span_s in stated.items()
+        if span_s < least_s
+    ]
 
 
 def loads(settings: RobotNameSettings) -> dict[str, BusLoad]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime import SECOND, OpenBoard, open_board
+from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board
 from sim_doubles.faults import FaultScript, NackAddress
 
 from robotname.rig import RobotNameRig
@@ -30,6 +30,12 @@ def test_it_stops_at_its_distance_from_the_wall(start_m: float) -> None:
         assert rig_of(robot).pwm.warnings == []
         assert rig_of(robot).sonar.warnings == []
     assert rig_of(robot).outputs == {"motor": 0}
+
+
+def test_a_motor_that_would_not_wait_for_the_next_echo_is_refused() -> None:
+    with pytest.raises(ConfigError) as caught:
+        open_board("robotname", doubles=True, set={"motor.timeout_s": 0.1})
+    assert caught.value.faults[0].startswith("motor.timeout_s: ")
 
 
 def test_another_distance_can_be_asked_for_on_the_way() -> None:
