@@ -77,6 +77,16 @@ class Actuator(HardwareModel):
         """Whether the chip has to be brought up again after this error."""
         return isinstance(error, NotReady)
 
+    def unready(self) -> str | None:
+        """Why outputs must not be enabled, in a few words; None if they may be.
+
+        A chip that failed and then acknowledged the stop answers again. More cannot be known of it
+        while outputs are disabled.
+        """
+        if self.phase.startswith("bring_up") or self.is_stop_due:
+            return super().unready()
+        return None
+
     # The DEVS functions ---------------------------------------------------------------------------
 
     def begin(self) -> None:

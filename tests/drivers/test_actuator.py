@@ -135,6 +135,15 @@ def test_an_acknowledged_command_ends_the_repetition_of_a_stop(rig: Rig) -> None
     assert rig.valve.unready() is None
 
 
+def test_a_chip_that_failed_keeps_outputs_disabled_until_it_acknowledges_a_stop(rig: Rig) -> None:
+    """While they are disabled nothing else is written, so nothing else could show that it works."""
+    rig.valve.writes, rig.valve.stops = [SILENT], [SILENT, None]
+    rig.put(10, open_to=1.0)
+    assert rig.valve.unready() == "has failed 2 times in a row"
+    rig.run(10 + STOP_AGAIN_MS)
+    assert rig.valve.unready() is None
+
+
 def test_a_disabled_actuator_is_stopped_once_and_resumes_when_the_interlock_lets_it(
     rig: Rig,
 ) -> None:

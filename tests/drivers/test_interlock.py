@@ -9,6 +9,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.scripted_treads import STOP, ScriptedDriver, bench_of, settings
 
@@ -35,7 +36,7 @@ class ThrustBench:
         self.chip = Pca9685Double(lambda: self.simulator.now)
         thrust = ThrustSettings(0.4, 1000.0, 1e6, 50 * MILLISECOND, 0)
         self.simulator: Simulator
-        bus = I2cBusDouble("i2c1", self._now, [self.chip])
+        self.bus = bus = I2cBusDouble("i2c1", self._now, [self.chip])
         top = Coupled("top")
         self.model = top.add(ThrustPairs("thrust", Pca9685(bus), thrust, interlock))
         self.forces = top.in_port("forces", Forces)
@@ -130,3 +131,17 @@ def test_an_esc_is_armed_again_once_outputs_are_enabled_again(interlock: Switch)
     interlock.enabled = True
     simulator.run(14 * SECOND)
     assert armed == [True, False, True]
+
+
+def test_thrust_pairs_that_failed_may_be_enabled_again_once_the_chip_answers(
+    interlock: Switch,
+) -> None:
+    bench = ThrustBench(interlock)
+    interlock.enabled = True
+    bench.push(2)
+    bench.bus.faults = FaultScript([NackAddress(times=3)])
+    bench.push(1)
+    interlock.enabled = False
+    assert bench.model.unready() == "has failed 2 times in a row"
+    bench.push(5)
+    assert (bench.on, bench.model.unready()) == (0, None)
