@@ -1,7 +1,7 @@
 """The account of one model: what became of each of its activations, in counters and histograms.
 
 During the run the account stands in the model's place: the simulator calls it, it calls the model,
-times the call, records it, and looks at what the model has booked. That is one frame around a
+times the call, records it, and notes what the model has booked. That is one frame around a
 model's function, written out for each, and the only one.
 
 What an activation is, and when it is due, is the business of the two kinds of account
@@ -9,8 +9,8 @@ What an activation is, and when it is due, is the business of the two kinds of a
 
 - run: the internal or confluent transition of that instant was completed, on time or late;
 - skipped: it was due, and dropped, by the policy, by the end of the run or by the model itself;
-- coalesced: it was due by the clock, but an event that had arrived before it made the model plan
-  anew, and that instant was no longer booked when its turn came;
+- coalesced: it was due by the clock, but an event that had arrived before it made the model book
+  another, and that instant was no longer booked when its turn came;
 
 or nothing yet: then it is not counted. What has been `scheduled` is the sum, and all counters are
 written at once. Hence the identity

@@ -47,14 +47,14 @@ class Clock(Protocol):
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Let time pass to `until` at most; return early with the sources that became readable.
 
-        May also return early with none; the loop then looks at the time and waits again.
+        May also return early with none; the loop then reads the time and waits again.
         """
 
 
 class MonotonicClock:
     """Real time, from CLOCK_MONOTONIC.
 
-    The last `spin` ns before a deadline are spent looking at the clock instead of asleep: closer to
+    The last `spin` ns before a deadline are spent polling the clock instead of asleep: closer to
     the deadline than the kernel wakes a sleeper, at the price of the processor time.
     """
 

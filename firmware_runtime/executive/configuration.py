@@ -14,9 +14,9 @@ from firmware_runtime.executive.process import ProcessSettings
 
 
 class Hook(Protocol):
-    """Looks after a run between its steps: arming, the service's notices, the journal.
+    """Called between the steps of a run: arming, the service's notices, the journal.
 
-    Called by the loop when a step is over, and at least every 50 ms.
+    By the loop when a step is over, and at least every 50 ms.
     """
 
     def attend(self, now: int, left: int) -> None:

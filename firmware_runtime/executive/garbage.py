@@ -47,7 +47,7 @@ class SlackCollector:
     """Collects garbage between two steps when the time left is enough by all experience.
 
     Enough is twice the longest collection so far, and a millisecond. Every 16th collection is a
-    full one, the others young ones; what was frozen before the run is not looked at.
+    full one, the others young ones; what was frozen before the run is left out.
     """
 
     def __init__(self, now: Callable[[], int]) -> None:

@@ -2,7 +2,7 @@
 
 How it works. One pass of the loop
 
-1. lets the hooks look after the run, then waits until the next event is due, taking what
+1. calls the hooks, then waits until the next event is due, taking what
    arrives meanwhile (`clocks`, `inbox`);
 2. ends if that was asked for, a policy demands it, or the end of the run is reached;
 3. works off one instant: the internal events due then, or inputs, or both (`devs.simulator`);

@@ -45,7 +45,7 @@ class ProcessSettings:
     freeze_garbage: bool = False
     """Exempt what exists at the start from garbage collection; collect between steps only."""
     spin_us: float = 0.0
-    """Look at the clock for so long before a deadline, instead of sleeping up to it."""
+    """Poll the clock for so long before a deadline, instead of sleeping up to it."""
     keep_cpu_awake: bool = False
     """Hold /dev/cpu_dma_latency at 0: no processor sleeps so deeply that waking takes long."""
 
@@ -56,7 +56,7 @@ def holds_priority() -> bool:
 
 
 def give_up_priority() -> None:
-    """Be an ordinary process from now on, whatever was granted; that is refused to nobody."""
+    """Be an ordinary process from now on, whatever was granted; that is never refused."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 

@@ -1,7 +1,7 @@
 """Whether logical time keeps up with the clock, and when it does so no longer.
 
-A step that ends is no sign of life: a model with a time advance of 1 ns ends steps for ever, and no
-other event comes to its turn. What counts is how far logical time is behind: the lag, the time
+A step that ends is no sign of life: a model with a time advance of 1 ns ends steps without end, and
+no other event comes to its turn. What counts is how far logical time is behind: the lag, the time
 since the next event was due.
 
 A run is in a livelock when it has been behind for `max_lag` of stepping without ever having caught

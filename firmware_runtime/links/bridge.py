@@ -3,7 +3,7 @@
     UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's ports socket
 
 A datagram is handed on as it is, in both directions. Each UDP sender has an end of its own at the
-robot, so the run tells them apart, and what it answers one of them goes to no other. How many
+robot, so the run can tell them apart, and what it answers one of them goes to no other. How many
 there may be, and when one is forgotten, `senders` says.
 
 Besides, the bridge may watch ports itself, for peers (`broadcast`).
@@ -20,13 +20,13 @@ from typing import Final
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.broadcast import Broadcast
-from firmware_runtime.links.datagrams import LONGEST, told
+from firmware_runtime.links.datagrams import LONGEST, message_of
 from firmware_runtime.links.robot_end import AT_ONCE, RobotEnd
 from firmware_runtime.links.route import Carried, Endpoint, Route, written
 from firmware_runtime.links.senders import Sender, Senders, UdpAddress
 
-LOOK_EVERY: Final = 250 * MILLISECOND
-"""Ns from one look whether there is a run to the next."""
+POLL_EVERY: Final = 250 * MILLISECOND
+"""Ns from one poll whether there is a run to the next."""
 
 
 class Bridge:
@@ -41,7 +41,7 @@ class Bridge:
         self._carried = Carried()
         self._broadcast = Broadcast(route, self._carried, tell)
         self._senders = Senders(self._forget)
-        self._look_at = 0
+        self._poll_at = 0
         self._selector = DefaultSelector()
         self._selector.register(self._udp, EVENT_READ, self._from_udp)
         self._selector.register(self._broadcast, EVENT_READ, self._broadcast.carry)
@@ -67,13 +67,13 @@ class Bridge:
         self._selector.register(descriptor, EVENT_READ, _nothing)
 
     def work(self) -> None:
-        """Carry what there is; wait for it until the next look at most."""
+        """Carry what there is; wait for it until the next poll at most."""
         now = monotonic_ns()
-        if now >= self._look_at:
-            self._look_at = now + LOOK_EVERY
-            self._broadcast.look(now)
+        if now >= self._poll_at:
+            self._poll_at = now + POLL_EVERY
+            self._broadcast.poll(now)
             self._senders.forget_quiet(now)
-        for key, _ in self._selector.select((self._look_at - now) / SECOND):
+        for key, _ in self._selector.select((self._poll_at - now) / SECOND):
             key.data()
 
     def close(self) -> None:
@@ -120,7 +120,7 @@ class Bridge:
 
     def _refuse(self, address: UdpAddress, why: str) -> None:
         self._carried.dropped += 1
-        self._answer(address, told(error=why))
+        self._answer(address, message_of(error=why))
 
     def _answer(self, address: UdpAddress, message: bytes) -> None:
         try:

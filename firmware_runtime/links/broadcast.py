@@ -9,7 +9,7 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.datagrams import told
+from firmware_runtime.links.datagrams import message_of
 from firmware_runtime.links.robot_end import RobotEnd, why_absent
 from firmware_runtime.links.route import Carried, Endpoint, Route
 
@@ -35,7 +35,7 @@ class Broadcast:
         self.is_there: bool | None = None
         self._robot = route.robot
         self._peers = [_connected(peer) for peer in route.peers]
-        self._request = told(watch=route.watch, every=route.every) if route.watch else b""
+        self._request = message_of(watch=route.watch, every=route.every) if route.watch else b""
         self._end = RobotEnd(route.robot)
         self._carried = carried
         self._tell = tell
@@ -46,7 +46,7 @@ class Broadcast:
         """The descriptor that becomes readable when the robot has said something."""
         return self._end.fileno()
 
-    def look(self, now: int) -> None:
+    def poll(self, now: int) -> None:
         """Find the run, and ask it again before it forgets."""
         absent = why_absent(self._robot)
         if self.is_there is not (absent == ""):

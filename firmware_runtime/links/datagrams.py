@@ -74,6 +74,6 @@ def understood(datagram: bytes) -> Request:
     raise Refusal(f"the datagram asks for nothing known; {_EXPECTED}")
 
 
-def told(**what: Any) -> bytes:  # noqa: ANN401 -- whatever a model sends
+def message_of(**what: Any) -> bytes:  # noqa: ANN401 -- whatever a model sends
     """A message to a reader, its values as a trace shows them."""
     return _encode(plain(what))

@@ -114,9 +114,9 @@ class Taps:
     def _listen(self, path: str, port: OutPort[Any]) -> Listening:
         heard = self.heard
 
-        def hear(at: int, value: object) -> None:
+        def take(at: int, value: object) -> None:
             if len(heard) == ROOM:
                 self.lost += 1
             heard.append((path, at, value))
 
-        return self._simulator.listen(port, hear)
+        return self._simulator.listen(port, take)

@@ -25,7 +25,15 @@ from typing import Any, Final
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.datagrams import LONGEST, Put, Refusal, Request, Watch, told, understood
+from firmware_runtime.links.datagrams import (
+    LONGEST,
+    Put,
+    Refusal,
+    Request,
+    Watch,
+    message_of,
+    understood,
+)
 from firmware_runtime.links.ports import Ports, Taps
 from firmware_runtime.links.socket_file import SocketFile
 from firmware_runtime.links.watchers import PATIENCE, Address, SocketOutlet, Watchers, send_once
@@ -144,7 +152,7 @@ class PortsSocket:
         while self._run_now() < until:
             if self._answers:
                 what, sender = self._answers.popleft()
-                self._send(partial(send_once, address=sender), told(**what))
+                self._send(partial(send_once, address=sender), message_of(**what))
             elif heard:
                 self._pass_on(*heard.popleft())
             else:
@@ -155,7 +163,7 @@ class PortsSocket:
         if not watchers:
             return
         try:
-            message = told(port=path, t_ns=at, value=value)
+            message = message_of(port=path, t_ns=at, value=value)
         except Exception:  # noqa: BLE001 -- a value without a form in JSON must not end the run
             self._counts.dropped += len(watchers)
             return

@@ -12,7 +12,7 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links import bridge as bridge_module
-from firmware_runtime.links.bridge import LOOK_EVERY, Bridge
+from firmware_runtime.links.bridge import POLL_EVERY, Bridge
 from firmware_runtime.links.broadcast import RENEW_EVERY
 from firmware_runtime.links.route import Route, endpoint
 from firmware_runtime.links.senders import MOST, MOST_OF_ADDRESS, QUIET
@@ -130,12 +130,12 @@ def test_the_run_is_asked_again_before_it_forgets_and_the_next_one_at_once(rig: 
         robot.recv(4096)
     rig.look(RENEW_EVERY - 1, speaker)
     assert robot.recv(4096) == b"{}"
-    rig.look(LOOK_EVERY, speaker)
+    rig.look(POLL_EVERY, speaker)
     assert b"watch" in robot.recv(4096)
     robot.close()
-    rig.look(LOOK_EVERY, speaker)
+    rig.look(POLL_EVERY, speaker)
     robot = rig.robot()
-    rig.look(LOOK_EVERY, speaker)
+    rig.look(POLL_EVERY, speaker)
     assert b"watch" in robot.recv(4096)
     assert rig.told == [
         f"{rig.path}: a run listens",

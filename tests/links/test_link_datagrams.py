@@ -13,7 +13,7 @@ from firmware_runtime.links.datagrams import (
     Put,
     Refusal,
     Watch,
-    told,
+    message_of,
     understood,
 )
 from firmware_runtime.models.motion import Motion
@@ -102,5 +102,5 @@ def test_a_datagram_may_be_so_long_and_no_longer() -> None:
 
 
 def test_what_is_told_looks_as_in_a_trace_file() -> None:
-    message = told(port="attitude.yaw", t_ns=5, value=Motion(float("nan"), 1.0))
+    message = message_of(port="attitude.yaw", t_ns=5, value=Motion(float("nan"), 1.0))
     assert message == b'{"port":"attitude.yaw","t_ns":5,"value":{"position":"nan","rate":1.0}}'

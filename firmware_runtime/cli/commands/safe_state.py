@@ -1,4 +1,4 @@
-"""`firmware-runtime safe-state BOARD`: every output off, whoever drives it, and seen to stay so."""
+"""`firmware-runtime safe-state BOARD`: every output off, and seen to stay so."""
 
 import argparse
 import sys
@@ -34,7 +34,7 @@ systemd waits for longer."""
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Switch every output of a board full-off, whoever drives it."
+    summary = "Switch every output of a board full-off, whatever drives it."
     verb = add_verb(verbs, "safe-state", summary, execute)
     add_board(verb)
     add_doubles(verb)
@@ -47,7 +47,7 @@ def add_to(verbs: SubParsers) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Take the right to drive from whoever has it, and write until all chips have acknowledged.
+    """Take the right to drive from every run, and write until all chips have acknowledged.
 
     A signal ends the trying again, but never between two chips.
     """
@@ -118,7 +118,7 @@ def _possible(arguments: argparse.Namespace) -> Iterator[Path]:
 
 
 def _statistics(arguments: argparse.Namespace, board: str) -> Path | None:
-    """Where a run would keep them; that there is no such place keeps nobody from switching off."""
+    """Where a run would keep them; that there is no such place does not keep outputs on."""
     if arguments.statistics is not None:
         stated: Path = arguments.statistics
         return stated
