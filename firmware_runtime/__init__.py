@@ -14,10 +14,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from firmware_runtime.board.definition import BoardDefinition
     from firmware_runtime.board.ending import Ending
     from firmware_runtime.board.faults import Device
     from firmware_runtime.board.lines import Lines
     from firmware_runtime.board.robot import Robot
+    from firmware_runtime.board.settings import BoardSettings
     from firmware_runtime.devs.atomic import Atomic
     from firmware_runtime.devs.classic import ClassicSimulator
     from firmware_runtime.devs.component import Component
@@ -142,6 +144,8 @@ _WHERE: Final = {
     "RunState": "statistics.statistics",
     "Statistics": "statistics.statistics",
     # To speak to chips, and to make a robot of them
+    "BoardDefinition": "board.definition",
+    "BoardSettings": "board.settings",
     "Ending": "board.ending",
     "Device": "board.faults",
     "Lines": "board.lines",
@@ -196,6 +200,8 @@ __all__ = [
     "ArbitrationLost",
     "Arrow",
     "Atomic",
+    "BoardDefinition",
+    "BoardSettings",
     "BusAbsent",
     "BusFault",
     "BusInUse",
