@@ -8,10 +8,11 @@ What a chip senses is given as its double's class takes it, in SI, or as a const
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, Final
+from inspect import signature
+from typing import Final
 
-from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError
+from sim_doubles.chip_doubles import chip_double
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double
@@ -25,14 +26,19 @@ from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import Now
 from sim_doubles.inertial_truth import InertialTruth
 
-GROUP: Final = "firmware_runtime.chip_doubles"
 FIELD_T: Final = (20e-6, 0.0, -40e-6)
 LEVEL: Final = InertialTruth((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), FIELD_T, 25.0)
 
 
-def _mpu9250(now: Now, *, inertia: Callable[[int], InertialTruth], **more: Any) -> Mpu9250Double:  # noqa: ANN401
+def _mpu9250(
+    now: Now,
+    address: int = 0x68,
+    *,
+    inertia: Callable[[int], InertialTruth],
+    who_am_i: int = 0x71,
+) -> Mpu9250Double:
     magnetometer = Ak8963Double(now, lambda at: inertia(at).field)
-    return Mpu9250Double(now, inertia, magnetometer=magnetometer, **more)
+    return Mpu9250Double(now, inertia, address, who_am_i=who_am_i, magnetometer=magnetometer)
 
 
 _CHIPS: Final[Mapping[str, tuple[Callable[..., object], Mapping[str, object]]]] = {
@@ -59,25 +65,25 @@ def make(name: str, now: Now, **settings: object) -> object:
 
     An `address` of None is the chip's own as shipped.
     """
-    double, at_rest = _found(name)
-    stated = {**at_rest, **{key: value for key, value in settings.items() if value is not None}}
+    double, at_rest = _CHIPS[name] if name in _CHIPS else (chip_double(name).make, {})
+    given = {key: value for key, value in settings.items() if value is not None}
+    _check(name, double, given)
+    stated = {**at_rest, **given}
     for sense in _SENSES & stated.keys():
         if not callable(stated[sense]):
             stated[sense] = partial(_always, stated[sense])
     try:
         return double(now, **stated)
-    except (TypeError, ValueError) as error:
+    except ValueError as error:
         raise ConfigError(name, [str(error)]) from error
 
 
-def _found(name: str) -> tuple[Callable[..., object], Mapping[str, object]]:
-    theirs = {each.name: each for each in installed(GROUP)}
-    if name in _CHIPS:
-        return _CHIPS[name]
-    if name in theirs:
-        return theirs[name].load(), {}
-    known = ", ".join(sorted({*_CHIPS, *theirs}))
-    raise ConfigError(name, [f"no chip of that name has a double; expected one of {known}"])
+def _check(name: str, double: Callable[..., object], settings: Mapping[str, object]) -> None:
+    """Refuse settings that a double does not have, each by its name."""
+    _now, *parameters = signature(double).parameters
+    known = ", ".join(parameters)
+    if unknown := sorted(settings.keys() - set(parameters)):
+        raise ConfigError(name, [f"{key}: no such setting; expected of {known}" for key in unknown])
 
 
 def _always(value: object, _at: int) -> object:

@@ -55,5 +55,5 @@ def explained(left: object, right: object) -> list[str] | None:
         left, right = right, left
     if not isinstance(left, WireLog) or not isinstance(right, Sequence):
         return None
-    lines = difflib.ndiff([str(each) for each in right], left.lines)
-    return [f"{left!r}: - was expected, + was there", *(each.rstrip() for each in lines)]
+    shown = difflib.unified_diff([str(each) for each in right], left.lines, lineterm="", n=2)
+    return [f"{left!r}: - was expected, + was there", *list(shown)[2:]]

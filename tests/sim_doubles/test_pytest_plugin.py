@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
@@ -116,7 +117,13 @@ def test_a_robot_with_two_buses(i2c_double: Connect) -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"chip": "pca9686"}, {"chip": "pca9685", "address": 0x70}, {"chip": "maxbotix"}]
+    "wrong",
+    [
+        {"chip": "pca9686"},
+        {"chip": "mpu9250", "acceleration": (0, 0, 1)},
+        {"chip": "pca9685", "address": 0x70},
+        {"chip": "maxbotix"},
+    ],
 )
 def test_what_cannot_be_wired_is_refused_in_a_sentence(
     i2c_double: Connect, wrong: dict[str, Any]
@@ -196,7 +203,7 @@ def test_the_log_is_compared_line_by_line(i2c_double: Connect, i2c_log: WireLog)
     assert i2c_log[1:] == ["0x40 R 11"]
     assert explained(i2c_log, ["0x40 W 00", "0x40 R 10"]) is not None
     shown = explained(["0x40 W 00"], i2c_log) or []
-    assert shown[1:] == ["  0x40 W 00", "+ 0x40 R 11"]
+    assert shown[2:] == [" 0x40 W 00", "+0x40 R 11"]
     assert explained([], []) is None
 
 
@@ -254,3 +261,30 @@ def test_the_plugin_imports_nothing_of_the_doubles() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["[]", "False"]
+
+
+@pytest.mark.slow
+def test_a_failure_shows_the_log_and_the_warnings(tmp_path: Path) -> None:
+    (tmp_path / "test_failing.py").write_text(
+        "from smbus2 import SMBus\n"
+        "def test_log(i2c_double, i2c_log):\n"
+        "    i2c_double('pca9685')\n"
+        "    SMBus(1).read_byte_data(0x40, 0)\n"
+        "    assert i2c_log == ['0x40 W 00, R 10']\n"
+        "def test_warning(i2c_double, no_protocol_warning):\n"
+        "    i2c_double('pca9685')\n"
+        "    SMBus(1).write_byte_data(0x40, 0, 0x01)\n"
+        "    SMBus(1).write_byte_data(0x40, 0xFE, 3)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    lines = [line.strip() for line in done.stdout.splitlines()]
+    assert "-0x40 W 00, R 10" in [line.removeprefix("E").strip() for line in lines]
+    assert "+0x40 W 00, R 11" in [line.removeprefix("E").strip() for line in lines]
+    assert any("PRE_SCALE" in line for line in lines)
+    assert lines[-1].startswith("2 failed")
