@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,27 +12,18 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.settings import ModelPolicy, StopPolicy
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import MICROSECOND, seconds
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, OutsideClock, WorldClock
-from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.process import ProcessSettings
-from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.control import Answer, ControlSocket
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
@@ -92,7 +84,12 @@ class Session:
                 self.robot.model,
                 clock,
                 self.make_safe,
-                self._configuration(armed_at_start=permission is None),
+                replace(
+                    configuration_of(board, self.robot.model, self._lines),
+                    statistics_path=statistics_path,
+                    armed_at_start=permission is None,
+                    conditions=self._conditions(),
+                ),
                 self.world_now,
             )
             self._serve(ports)
@@ -258,22 +255,6 @@ class Session:
         self.ending = ending
         self.executive.request_stop(ending.reason)
 
-    def _configuration(self, *, armed_at_start: bool) -> Configuration:
-        settings = self.board.settings
-        return Configuration(
-            policies={path: _activation_policy(each) for path, each in settings.overruns.items()},
-            deadlines=_deadlines(self.robot.model, settings),
-            buses=tuple(bus for bus in self._lines.buses.values() if isinstance(bus, AccountedBus)),
-            process=_process(settings.executive),
-            statistics_path=self._statistics_path,
-            switch_off_for=seconds(settings.executive.switch_off_s),
-            armed_at_start=armed_at_start,
-            max_lag=seconds(settings.executive.max_lag_s),
-            worst=settings.executive.worst,
-            recorded_spans=settings.executive.recorded_spans,
-            conditions=self._conditions(),
-        )
-
     def _conditions(self) -> dict[str, Any]:
         """The board, and how a guard would switch it off; doubles made for the run have none."""
         conditions = {"board": self.board.name, "board_sha256": self.board.fingerprint}
@@ -281,53 +262,3 @@ class Session:
             return conditions
         served = self._doubles or None
         return {**conditions, "switched_off": switched_off(self.board, served)}
-
-
-def find_component(root: Component, path: str) -> Component | None:
-    """The component at a path such as `controller.yaw`, below `root`; None if there is none."""
-    found: Component | None = root
-    for name in path.split("."):
-        found = found.components.get(name) if isinstance(found, Coupled) else None
-    return found
-
-
-def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
-    """The output port at a path such as `imu.sample`; None if there is none."""
-    owner, _, name = path.rpartition(".")
-    component = find_component(root, owner) if owner else root
-    return None if component is None else component.out_ports.get(name)
-
-
-def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # noqa: ANN401
-    deadlines: list[PathDeadline] = []
-    faults: list[str] = []
-    for each in settings.deadlines:
-        port, actuator = find_out_port(root, each.source), find_component(root, each.actuator)
-        if port is None:
-            faults.append(f"deadlines.source: {each.source!r}: the model has no such output port")
-        elif not isinstance(actuator, Atomic):
-            faults.append(f"deadlines.actuator: {each.actuator!r}: the model has no such atomic")
-        else:
-            name = f"{each.source} -> {each.actuator}"
-            within = round(each.within_us * MICROSECOND)
-            deadlines.append(PathDeadline(name, port, actuator, within))
-    if faults:
-        raise ConfigError(root.name, faults)
-    return tuple(deadlines)
-
-
-def _activation_policy(late: ModelPolicy) -> ActivationPolicy:
-    stop_after_us = late.stop_after_us if isinstance(late, StopPolicy) else None
-    return ActivationPolicy(late.policy, late.tolerance_us, stop_after_us)
-
-
-def _process(settings: Any) -> ProcessSettings:  # noqa: ANN401
-    return ProcessSettings(
-        fifo_priority=settings.fifo_priority,
-        lock_memory=settings.lock_memory,
-        cpus=settings.cpus,
-        timer_slack_ns=settings.timer_slack_ns,
-        freeze_garbage=settings.freeze_garbage,
-        spin_us=settings.spin_us,
-        keep_cpu_awake=settings.keep_cpu_awake,
-    )

@@ -1,0 +1,86 @@
+"""What a board's settings ask of the loop: policies, deadlines, buses to count, the process."""
+
+from typing import Any
+
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.settings import ModelPolicy, StopPolicy
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import MICROSECOND, seconds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.deadlines import PathDeadline
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.hal.accounted_bus import AccountedBus
+
+
+def configuration_of(board: Board, model: Component, lines: Lines) -> Configuration:
+    """What the loop that runs this model on these lines is given.
+
+    Raises ConfigError, listing all deadlines that name what the model has not.
+    """
+    settings = board.settings
+    return Configuration(
+        policies={path: _activation_policy(each) for path, each in settings.overruns.items()},
+        deadlines=_deadlines(model, settings),
+        buses=tuple(bus for bus in lines.buses.values() if isinstance(bus, AccountedBus)),
+        process=_process(settings.executive),
+        switch_off_for=seconds(settings.executive.switch_off_s),
+        max_lag=seconds(settings.executive.max_lag_s),
+        worst=settings.executive.worst,
+        recorded_spans=settings.executive.recorded_spans,
+    )
+
+
+def find_component(root: Component, path: str) -> Component | None:
+    """The component at a path such as `controller.yaw`, below `root`; None if there is none."""
+    found: Component | None = root
+    for name in path.split("."):
+        found = found.components.get(name) if isinstance(found, Coupled) else None
+    return found
+
+
+def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
+    """The output port at a path such as `imu.sample`; None if there is none."""
+    owner, _, name = path.rpartition(".")
+    component = find_component(root, owner) if owner else root
+    return None if component is None else component.out_ports.get(name)
+
+
+def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # noqa: ANN401
+    deadlines: list[PathDeadline] = []
+    faults: list[str] = []
+    for each in settings.deadlines:
+        port, actuator = find_out_port(root, each.source), find_component(root, each.actuator)
+        if port is None:
+            faults.append(f"deadlines.source: {each.source!r}: the model has no such output port")
+        elif not isinstance(actuator, Atomic):
+            faults.append(f"deadlines.actuator: {each.actuator!r}: the model has no such atomic")
+        else:
+            name = f"{each.source} -> {each.actuator}"
+            within = round(each.within_us * MICROSECOND)
+            deadlines.append(PathDeadline(name, port, actuator, within))
+    if faults:
+        raise ConfigError(root.name, faults)
+    return tuple(deadlines)
+
+
+def _activation_policy(late: ModelPolicy) -> ActivationPolicy:
+    stop_after_us = late.stop_after_us if isinstance(late, StopPolicy) else None
+    return ActivationPolicy(late.policy, late.tolerance_us, stop_after_us)
+
+
+def _process(settings: Any) -> ProcessSettings:  # noqa: ANN401
+    return ProcessSettings(
+        fifo_priority=settings.fifo_priority,
+        lock_memory=settings.lock_memory,
+        cpus=settings.cpus,
+        timer_slack_ns=settings.timer_slack_ns,
+        freeze_garbage=settings.freeze_garbage,
+        spin_us=settings.spin_us,
+        keep_cpu_awake=settings.keep_cpu_awake,
+    )
