@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from sim_doubles.faults import FaultScript
     from sim_doubles.i2c_bus import I2cBusDouble
     from sim_doubles.testing.buses import TestBuses
+    from sim_doubles.testing.serial import SerialDoubles
     from sim_doubles.testing.virtual_time import VirtualTime
     from sim_doubles.testing.wire_log import WireLog
 
@@ -133,11 +134,13 @@ def i2c_log(i2c_bus: "I2cBusDouble") -> "WireLog":
 
 
 @pytest.fixture
-def no_protocol_warning(i2c_buses: "TestBuses") -> Callable[[], None]:
-    """Fails the test whose chips were asked what a real one would not take; call it to look."""
+def no_protocol_warning(
+    i2c_buses: "TestBuses", serial_doubles: "SerialDoubles"
+) -> Callable[[], None]:
+    """Fails the test whose devices were asked what no real one takes; call it to look."""
     from sim_doubles.testing.no_warnings import check
 
-    return partial(check, i2c_buses)
+    return partial(check, (i2c_buses, serial_doubles))
 
 
 @pytest.hookimpl(wrapper=True)
@@ -168,10 +171,16 @@ def board() -> "Iterator[Callable[..., OpenBoard]]":
 
 
 @pytest.fixture
-def serial_double(doubles_clock: "WireClock") -> Iterator[Callable[..., Any]]:
-    """Puts a device behind a port: `serial_double("sabertooth")`; `path` is what pyserial opens."""
+def serial_doubles(doubles_clock: "WireClock") -> "Iterator[SerialDoubles]":
+    """The test's serial devices."""
     from sim_doubles.testing.serial import SerialDoubles
 
     doubles = SerialDoubles(doubles_clock)
-    yield doubles.connect
+    yield doubles
     doubles.end()
+
+
+@pytest.fixture
+def serial_double(serial_doubles: "SerialDoubles") -> Callable[..., Any]:
+    """Puts a device behind a port: `serial_double("sabertooth")`; `path` is what pyserial opens."""
+    return serial_doubles.connect

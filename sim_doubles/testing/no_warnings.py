@@ -1,13 +1,21 @@
-"""The assertion that no chip was asked for what a real one would not take as meant."""
+"""The assertion that no device was asked for what a real one would not take as meant."""
+
+from collections.abc import Iterable
+from typing import Protocol
 
 import pytest
 
-from sim_doubles.testing.buses import TestBuses
+
+class Warned(Protocol):
+    """Doubles of a test, with what they warned of."""
+
+    def warnings(self) -> list[str]:
+        """One sentence each."""
 
 
-def check(buses: TestBuses) -> None:
-    """Fail the test where a double of these buses warned, with every warning."""
+def check(sources: Iterable[Warned]) -> None:
+    """Fail the test where a double warned, with every warning."""
     __tracebackhide__ = True
-    if warnings := buses.warnings():
+    if warnings := [warning for each in sources for warning in each.warnings()]:
         listing = "\n".join(f"  {each}" for each in warnings)
         pytest.fail(f"protocol warnings, expected none:\n{listing}", pytrace=False)

@@ -35,6 +35,10 @@ class SerialDoubles:
             self._clock.settles.append(line.settle)
         return line
 
+    def warnings(self) -> list[str]:
+        """What the devices were sent that a real one would not take as meant."""
+        return [warning for line in self._lines for warning in getattr(line.double, "warnings", ())]
+
     def end(self) -> None:
         """Disconnect every port, and take those away that a few tests had no more use for."""
         for line in self._lines:

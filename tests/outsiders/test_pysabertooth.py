@@ -52,10 +52,21 @@ def test_silence_stops_the_motors_once_the_timeout_is_set(bench: Bench) -> None:
     assert bench.double.speeds == (0.0, 0.0)
 
 
-def test_it_opens_its_port_with_autobaud_bytes_in_between_and_that_is_noticed(
-    bench: Bench,
-) -> None:
-    bench.saber.stop()
-    bench.sleep(0.01)
+@pytest.mark.usefixtures("no_protocol_warning")
+def test_its_frames_are_all_as_the_manual_has_them(bench: Bench) -> None:
+    for speed in (100, -100, 0):
+        bench.saber.driveBoth(speed, speed)
+        bench.sleep(1.0)
     assert bench.double.speeds == (0.0, 0.0)
-    assert all("autobaud" in each or "0xaa" in each for each in bench.double.warnings)
+
+
+def test_a_frame_with_a_wrong_checksum_is_noticed_and_does_nothing(
+    bench: Bench, no_protocol_warning: Callable[[], None]
+) -> None:
+    no_protocol_warning()
+    bench.saber.saber.write(bytes([128, 0, 100, 0]))
+    bench.sleep(1.0)
+    assert bench.double.speeds == (0.0, 0.0)
+    with pytest.raises(pytest.fail.Exception, match="Sabertooth"):
+        no_protocol_warning()
+    bench.double.warnings.clear()

@@ -211,10 +211,10 @@ def test_a_protocol_warning_fails_the_test_that_wants_none(
     i2c_double: Connect, i2c_buses: TestBuses, i2c_bus: I2cBusDouble
 ) -> None:
     i2c_double("pca9685")
-    check(i2c_buses)
+    check([i2c_buses])
     SMBus(1).write_byte_data(0x40, 0x00, 0x50)  # EXTCLK, with nothing at the pin
     with pytest.raises(pytest.fail.Exception, match="PCA9685"):
-        check(i2c_buses)
+        check([i2c_buses])
     assert i2c_bus.transactions == 1
 
 

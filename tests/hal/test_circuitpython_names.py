@@ -1,0 +1,92 @@
+"""CircuitPython's modules on a machine that is none: when ours stand in, and what they do."""
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.hal.circuitpython import board, digitalio, micropython, pwmio
+from firmware_runtime.hal.circuitpython.stand_ins import MODULES, StandIns
+
+BLINKAS = "raise NotImplementedError('Board not supported')\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder first on the path; no module is imported, nor found by pytest's plugin."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(
+        sys, "meta_path", [each for each in sys.meta_path if not isinstance(each, StandIns)]
+    )
+    for name in MODULES:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    return tmp_path
+
+
+def test_ours_stand_in_where_there_are_none_and_are_gone_afterwards(folder: Path) -> None:
+    assert folder.is_dir()
+    with StandIns():
+        assert import_module("board") is board
+        assert import_module("busio").I2C.__module__ == MODULES["busio"]
+    assert "board" not in sys.modules
+    with pytest.raises(ModuleNotFoundError):
+        import_module("board")
+
+
+def test_a_board_of_the_users_own_is_left_alone(folder: Path) -> None:
+    (folder / "board.py").write_text("mine = True\n")
+    with StandIns():
+        assert import_module("board").mine
+    assert sys.modules["board"] is not board
+
+
+def test_blinkas_is_replaced_unless_it_is_kept(folder: Path) -> None:
+    (folder / "adafruit_blinka").mkdir()
+    (folder / "board.py").write_text(BLINKAS)
+    with StandIns():
+        assert import_module("board") is board
+    with StandIns(keep_blinka=True), pytest.raises(NotImplementedError):
+        import_module("board")
+
+
+def test_a_module_keeps_its_own_name_and_can_be_imported_by_it_again(folder: Path) -> None:
+    assert folder.is_dir()
+    with StandIns():
+        import_module("digitalio")
+    assert digitalio.__spec__ is not None
+    assert digitalio.__spec__.name == MODULES["digitalio"]
+
+
+def test_pins_are_their_names() -> None:
+    assert (board.SCL, board.GPIO17) == ("SCL", "GPIO17")
+    with pytest.raises(AttributeError, match="_private"):
+        _ = board._private
+
+
+def test_a_line_belongs_to_its_pin() -> None:
+    with digitalio.DigitalInOut("D5") as output:
+        output.switch_to_output(value=True)
+        seen = digitalio.DigitalInOut("D5")
+        assert seen.value
+        output.value = False
+        assert not seen.value
+    assert output.direction is digitalio.Direction.INPUT
+
+
+def test_a_line_that_nothing_drives_follows_its_pull() -> None:
+    line = digitalio.DigitalInOut("D6")
+    line.switch_to_input(pull=digitalio.Pull.UP)
+    assert line.value
+
+
+def test_a_pwm_pin_keeps_its_duty_until_it_is_let_go() -> None:
+    pwm = pwmio.PWMOut("D7", duty_cycle=0x8000, frequency=50)
+    assert (pwm.duty_cycle, pwm.frequency) == (0x8000, 50)
+    pwm.deinit()
+    assert pwm.duty_cycle == 0
+
+
+def test_words_for_micropythons_compiler_change_nothing() -> None:
+    assert micropython.const(7) == 7
+    assert micropython.native(len) is micropython.viper(len) is len
