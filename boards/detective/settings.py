@@ -12,7 +12,6 @@ from firmware_runtime.board.settings import (
     BoardSettings,
     Channel,
     NotNegative,
-    PortSettings,
     Positive,
     Seconds,
     SecondsOrNone,
@@ -101,4 +100,3 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     radar_motor: RadarMotorTable
     treads: TreadTable
     world: ArenaTable
-    ports: dict[str, PortSettings] = {}

@@ -159,10 +159,9 @@ def _board(
     settings = strict.convert(stated, defined.settings, faults)
     if settings is None:
         raise ConfigError(str(source), faults)
-    ports = getattr(settings, "ports", {})  # a key that only boards with serial ports have
     with blamed_on(entry_point_of(kind), "definition"):
         devices = defined.devices(settings)
-        faults += _faults_of(defined, settings, devices, ports)
+        faults += _faults_of(defined, settings, devices)
         loads = {} if faults else defined.loads(settings)
     faults += [sentence for each in loads.values() if (sentence := each.fault())]
     if faults:
@@ -178,7 +177,7 @@ def _board(
         loads=loads,
         doubles_run_s=defined.doubles_run_s,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],
-        ports=ports,
+        ports=settings.ports,
         build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
         retunable=defined.retunable,
@@ -190,14 +189,14 @@ def _faults_of(
     defined: BoardDefinition[Any],
     settings: BoardSettings,
     devices: Sequence[Device],
-    ports: Mapping[str, PortSettings],
 ) -> list[str]:
     """What no single value shows: the same of every board, and what its package says."""
     faults = executive_faults(settings.executive, settings.guard)
-    faults += device_faults(devices, settings.buses, defined.serial_devices(settings), ports)
+    serial_devices, ports = defined.serial_devices(settings), settings.ports
+    faults += device_faults(devices, settings.buses, serial_devices, ports)
     faults += [fault for fault in defined.faults(settings) if fault not in faults]
     build = None if faults else partial(_built, defined, settings)
-    return faults + unused_lines(settings, ports, build)
+    return faults + unused_lines(settings, build)
 
 
 def _assigned(assignments: Sequence[str]) -> set[str]:

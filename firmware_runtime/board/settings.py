@@ -165,6 +165,7 @@ class BoardSettings(Settings, frozen=True, kw_only=True):
     """The kind: the name of the entry point."""
     description: str
     buses: dict[str, BusSettings]
+    ports: dict[str, PortSettings] = {}
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()
     guard: GuardSettings = GuardSettings()

@@ -1,11 +1,12 @@
 """Buses and ports that a board file describes and no device is on: tables without effect."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from msgspec import Struct, structs
 
 from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.settings import BoardSettings
 
 L = TypeVar("L")
 
@@ -29,8 +30,7 @@ class _Noted(Mapping[str, L]):
 
 
 def unused_lines(
-    settings: Any,  # noqa: ANN401 -- the board's own class
-    ports: Mapping[str, object],
+    settings: BoardSettings,
     build: Callable[[Lines], object] | None,
 ) -> list[str]:
     """The tables of lines that no other table names and that the robot does not take.
@@ -39,11 +39,11 @@ def unused_lines(
     is built if a line is not named: its wiring may know the name by itself.
     """
     used = set(_texts(settings))
-    if build is not None and not used.issuperset([*settings.buses, *ports]):
-        used |= _taken([*settings.buses], [*ports], build)
+    if build is not None and not used.issuperset([*settings.buses, *settings.ports]):
+        used |= _taken([*settings.buses], [*settings.ports], build)
     return [
         f"{table}.{name}: has no effect; no device is on it"
-        for table, names in (("buses", settings.buses), ("ports", ports))
+        for table, names in (("buses", settings.buses), ("ports", settings.ports))
         for name in names
         if name not in used
     ]

@@ -32,7 +32,7 @@ from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.loads import bus_loads
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.settings import BoardSettings, BusSettings, PortSettings
+from firmware_runtime.board.settings import BoardSettings, BusSettings
 from firmware_runtime.devs.coupled import Coupled
 from sim_doubles.rigs.devices import Wires, add_sonar
 
@@ -40,7 +40,6 @@ from sim_doubles.rigs.devices import Wires, add_sonar
 class BatSettings(BoardSettings, frozen=True, kw_only=True):
     ear: SonarTable
     buses: dict[str, BusSettings] = {}
-    ports: dict[str, PortSettings] = {}
 
 
 class Bat(Coupled):

@@ -4,19 +4,21 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.settings import BusSettings, Settings
+from firmware_runtime.board.settings import BoardSettings, BusSettings, PortSettings
 from firmware_runtime.board.unused import unused_lines
 from firmware_runtime.errors import ConfigError
 
 BUS = BusSettings("/dev/i2c-1", 100_000.0)
+PORT = PortSettings("/dev/ttyS0", 9600)
 SPARE_BUS = "buses.spare={device='/dev/i2c-7', speed_hz=100_000}"
 SPARE_PORT = "ports.spare={device='/dev/ttyS7', baud=9600}"
 
 
-class Bare(Settings, frozen=True):
-    """Settings with two buses, of which one may be named."""
+class Bare(BoardSettings, frozen=True, kw_only=True):
+    """Settings of which one line may be named."""
 
-    buses: dict[str, BusSettings]
+    board: str = "bare"
+    description: str = ""
     bus: str = ""
 
 
@@ -25,7 +27,7 @@ def faults_of(settings: Bare, *, takes: tuple[str, ...] = ()) -> list[str]:
         for name in takes:
             lines.buses[name].name  # noqa: B018 -- it is taken, and nothing else
 
-    return [each.partition(":")[0] for each in unused_lines(settings, {"com": object()}, build)]
+    return [each.partition(":")[0] for each in unused_lines(settings, build)]
 
 
 @pytest.mark.parametrize(
@@ -51,10 +53,10 @@ def test_it_is_named_beside_other_faults() -> None:
 
 
 def test_a_line_counts_as_used_if_a_table_names_it_or_the_wiring_takes_it() -> None:
-    settings = Bare({"left": BUS, "right": BUS}, bus="left")
+    settings = Bare(buses={"left": BUS, "right": BUS}, ports={"com": PORT}, bus="left")
     assert faults_of(settings) == ["buses.right", "ports.com"]
     assert faults_of(settings, takes=("right",)) == ["ports.com"]
 
 
 def test_a_robot_that_cannot_be_built_says_nothing_of_its_lines() -> None:
-    assert faults_of(Bare({"left": BUS}), takes=("nowhere",)) == []
+    assert faults_of(Bare(buses={"left": BUS}), takes=("nowhere",)) == []
