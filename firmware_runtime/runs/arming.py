@@ -1,12 +1,11 @@
 """Whether outputs may be driven: the one place where that is decided, and taken back.
 
-    disarmed --asked for by the board or by request, nobody objects--> armed
+    disarmed --by request, or at the start where the board says so; all checks pass--> armed
     armed --request, a guard's takeover, a guard gone where one is demanded--> disarmed
 
 A takeover is another epoch in the statistics file (`watched_run`): the guard has written full-off
-because it took this process for dead, or `safe-state` because it was asked to. The process finds it
-before its next write, makes its outputs safe itself, acknowledges, and stays disarmed until it is
-asked to arm again.
+because it took this process for dead, or `safe-state` on request. The process finds it before its
+next write, makes its outputs safe itself, acknowledges, and stays disarmed until it is armed again.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,15 +21,15 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.runs.watched_run import is_asked_for
-from firmware_runtime.statistics.layout import GENERATION, GUARD
+from firmware_runtime.statistics.layout import EPOCH, GUARD
 
 GUARD_PATIENCE = SECOND // 2
 """How old the guard's last sign of life may be, ns."""
 TRY_EVERY = 100 * MILLISECOND
-"""Ns from one attempt to arm, where the board asks for it, to the next."""
+"""Ns from one attempt to arm, where the board is armed at start, to the next."""
 
-Objection: TypeAlias = Callable[[int], str | None]
-"""At this instant of the run: why outputs must not be driven, in a sentence; None if they may."""
+PrearmCheck: TypeAlias = Callable[[int], str | None]
+"""A pre-arm check: why outputs must not be driven at this instant of the run; None if they may."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +37,10 @@ class Permission:
     """On what terms a run may drive its outputs that may not drive of itself."""
 
     at_start: bool
-    """Arm it as soon as nothing objects; otherwise it is armed on request only."""
+    """Arm it as soon as all pre-arm checks pass; otherwise it is armed on request only."""
     demand_guard: bool
     free: bool = False
-    """Nothing is asked or said before it is armed: its outputs cannot hurt anyone."""
+    """Armed without checks and without a message: its outputs cannot hurt anyone."""
 
 
 def permission_for(
@@ -60,10 +59,10 @@ def permission_for(
 
 
 class Arming:
-    """An hook of the run, and the interlock that its outputs obey.
+    """A hook of the run, and the interlock that its outputs obey.
 
-    Any of the `objections` keeps it from being armed. `make_safe` switches outputs off, `enable`
-    lets them through before the first write to them, and raises HalError. `tell` prints every
+    Any of the `checks` that fails keeps it disarmed. `make_safe` switches outputs off, `enable`
+    lets them through before the first write to them, and raises HalError. `log` gets every
     change, in a sentence.
     """
 
@@ -72,10 +71,10 @@ class Arming:
         executive: Executive,
         permission: Permission,
         make_safe: Callable[[], list[str]],
-        objections: Sequence[Objection] = (),
+        checks: Sequence[PrearmCheck] = (),
         *,
         enable: Callable[[], None] = lambda: None,
-        tell: Callable[[str], None] = lambda _: None,
+        log: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.armed = False
         self.was_armed = False
@@ -86,9 +85,9 @@ class Arming:
         self._executive = executive
         self._make_safe = make_safe
         self._enable = enable
-        self._tell = tell
-        self._objections = () if self.is_free else (self._guard_objects, *objections)
-        self._generation = 0
+        self._log = log
+        self._checks = () if self.is_free else (self._check_guard, *checks)
+        self._epoch = 0
         self._acknowledged = 0
         self._try_at = 0
         self._off_again_at = NEVER
@@ -98,26 +97,26 @@ class Arming:
         """Output interlock: armed, no takeover since, and the guard there where one is demanded."""
         return (
             self.armed
-            and self._executive.cells[GENERATION] == self._generation
+            and self._executive.cells[EPOCH] == self._epoch
             and not (self._demands_guard and self._guard_is_gone())
         )
 
     def request(self, now: int) -> list[str]:
-        """Arm, unless somebody objects; return the objections."""
+        """Arm, unless a pre-arm check fails; return why those that fail do."""
         self._notice()
-        against = [why for objection in self._objections if (why := objection(now)) is not None]
+        against = [why for check in self._checks if (why := check(now)) is not None]
         if not against and not self.armed:
             against = self._enabled()
         if against:
             self.reason = "; ".join(against)
         elif not self.armed:
-            self._generation = self._executive.cells[GENERATION]
+            self._epoch = self._executive.cells[EPOCH]
             self.armed = self.was_armed = True
             self._is_wanted = False
             self._off_again_at = NEVER
             self._acknowledge()
             if not self.is_free:
-                self._tell("armed")
+                self._log("armed")
         return against
 
     def disarm(self, reason: str) -> list[str]:
@@ -126,13 +125,13 @@ class Arming:
         What failed is tried again until it does not: a model may not write for long.
         """
         failed = self._withdraw(reason)
-        self._tell("; ".join([f"disarmed: {reason}", *failed]))
+        self._log("; ".join([f"disarmed: {reason}", *failed]))
         return failed
 
     def pause(self) -> list[str]:
         """Make the outputs safe while the run stands still; it is armed again when it goes on.
 
-        That is by the same terms as at first, if it was armed, and nobody disarms it meanwhile.
+        That is by the same terms as at first, if it was armed, and it is not disarmed meanwhile.
         Returns what failed, one sentence each.
         """
         self._notice()
@@ -145,11 +144,11 @@ class Arming:
         return failed
 
     def attend(self, now: int, _left: int) -> None:
-        """Notice what happened to the leave; arm as soon as nobody objects, if that is wanted."""
+        """Disarm after a takeover; arm as soon as all pre-arm checks pass, if that is wanted."""
         self._notice()
         if self.armed:
             return
-        if (epoch := self._executive.cells[GENERATION]) != self._acknowledged:
+        if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
             self._is_wanted = self._is_wanted and not is_asked_for(epoch)
             self._switch_off()
             self._acknowledge()
@@ -162,7 +161,7 @@ class Arming:
     # ---------------------------------------------------------------------------------------------
 
     def _notice(self) -> None:
-        """Disarm where leave was withdrawn by somebody else."""
+        """Disarm where the interlock does not hold any more: a takeover, or no guard."""
         if self.armed and not self.interlock():
             self.disarm(self._why_withdrawn())
 
@@ -189,12 +188,12 @@ class Arming:
         return failed
 
     def _acknowledge(self) -> None:
-        self._acknowledged = self._executive.cells[GENERATION]
+        self._acknowledged = self._executive.cells[EPOCH]
         self._executive.arm(armed=self.armed, generation=self._acknowledged)
 
     def _why_withdrawn(self) -> str:
-        epoch = self._executive.cells[GENERATION]
-        if epoch != self._generation:
+        epoch = self._executive.cells[EPOCH]
+        if epoch != self._epoch:
             if is_asked_for(epoch):
                 return "safe-state took its right to drive"
             return "the guard took over, because this process seemed dead"
@@ -203,7 +202,7 @@ class Arming:
     def _guard_is_gone(self) -> bool:
         return monotonic_ns() - self._executive.cells[GUARD] > GUARD_PATIENCE
 
-    def _guard_objects(self, _now: int) -> str | None:
+    def _check_guard(self, _now: int) -> str | None:
         if self._demands_guard and self._guard_is_gone():
             return "the guard is absent; expected `firmware-runtime guard` to run for this board"
         return None

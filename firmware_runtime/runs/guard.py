@@ -9,9 +9,9 @@
 
 It takes over by taking the run's right to drive (`watched_run`) first and writing full-off then. A
 run that was only stopped, and comes back, finds that before its next write. If it had passed that
-check when it was stopped, its one late write is overwritten at the next look.
+check when it was stopped, its one late write is overwritten at the next poll.
 
-Nothing keeps it from writing full-off: what it watches comes first in every look; parsing, printing
+Nothing keeps it from writing full-off: what it watches comes first in every poll; parsing, printing
 and noting come after. Whatever is raised there is printed and the guard goes on. It holds a reserve
 of memory, which it releases when there is no other left. A file that takes the place of that of a
 run which lives and drives changes nothing.
@@ -36,7 +36,7 @@ from firmware_runtime.system.reserve import Reserve
 
 LOOK_EVERY = 20 * MILLISECOND
 ASK_AGAIN_EVERY = SECOND
-"""Ns until what kept a run from being guarded is looked at again."""
+"""Ns until what kept a run from being guarded is checked again."""
 
 
 class Phase(Enum):
@@ -53,7 +53,7 @@ class Outputs(Protocol):
     def make_safe(self) -> list[str]:
         """Write full-off to every chip; return what failed, one sentence each."""
 
-    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+    def why_unguarded(self, conditions: Mapping[str, Any]) -> str | None:
         """Why a run under these conditions would not be switched off from here, if so.
 
         It is watched all the same, as well as that goes, but its statistics do not say so.
@@ -70,7 +70,7 @@ class Outputs(Protocol):
 class Guard:
     """Watches the run whose statistics are at `path`; a new file there is a new run.
 
-    `stall` is how many ns old a heartbeat may be. `tell` prints every takeover and its end;
+    `stall` is how many ns old a heartbeat may be. `log` gets every takeover and its end;
     `record` keeps it, once the outputs are off or could not be switched off. Both come after the
     outputs, and whatever they raise is dropped.
     """
@@ -80,14 +80,14 @@ class Guard:
         path: Path,
         outputs: Outputs,
         stall: int,
-        tell: Callable[[str], None],
+        log: Callable[[str], None],
         record: Callable[[Takeover], None] = lambda _: None,
     ) -> None:
         self.phase = Phase.WAITING
         self._path = path
         self._outputs = outputs
         self._stall = stall
-        self._tell = tell
+        self._log = log
         self._record = record
         self._reserve = Reserve()
         self._run: WatchedRun | None = None  # kept when it is over: its inode is not used again
@@ -97,7 +97,7 @@ class Guard:
         self._since = self._takeovers = self._ask_at = 0
         self._has_taken_right = False
         self._failed: list[str] | None = None
-        self._objection: str | None = None
+        self._unguarded_because: str | None = None
 
     @property
     def failed(self) -> list[str]:
@@ -105,7 +105,7 @@ class Guard:
         return list(self._failed or ()) if self.phase is Phase.HOLDING else []
 
     def look(self) -> None:
-        """Look once, and act; to be called every LOOK_EVERY and when the run's process ends.
+        """Poll once, and act; to be called every LOOK_EVERY and when the run's process ends.
 
         Raises HalError when a run lives whose outputs are out of reach, and nothing else.
         """
@@ -122,7 +122,7 @@ class Guard:
             self._say_stumble(error)
 
     def wait(self, wake_up: int) -> None:
-        """Wait for the next look: at most LOOK_EVERY, less if the run ends or `wake_up` is read."""
+        """Wait for the next poll: at most LOOK_EVERY, less if the run ends or `wake_up` is read."""
         try:
             is_readable([wake_up, *([] if self._run is None else self._run.ends)], LOOK_EVERY)
         except MemoryError:
@@ -170,7 +170,7 @@ class Guard:
         off_after = None if failed else monotonic_ns() - self._since
         self._failed = failed
         takeover = Takeover(self._since, run.writer, self._takeovers, self._why, off_after, failed)
-        self._say(f"takeover {takeover.generation}: {takeover.text()}")
+        self._say(f"takeover {takeover.number}: {takeover.text()}")
         with suppress(Exception):  # a full disk is no reason to stop watching
             self._record(takeover)
 
@@ -195,7 +195,7 @@ class Guard:
         if self._run is not None:
             self._run.close()
         self._run, self._seen, self._refused = run, identity, None
-        self._objection, self._ask_at = "not asked yet", 0
+        self._unguarded_because, self._ask_at = "not checked yet", 0
         self._takeovers = 0
         self.phase = Phase.WATCHING
 
@@ -217,27 +217,27 @@ class Guard:
             run.show_presence()
 
     def _could_switch_off(self, run: WatchedRun) -> bool:
-        """Whether nothing is known that speaks against it; what did is looked at again."""
+        """Whether nothing is known to keep its outputs out of reach; what did is checked again."""
         is_due = self.phase is Phase.WATCHING and monotonic_ns() >= self._ask_at
-        if self._objection is not None and is_due:
-            before, objection = self._objection, self._outputs.objection(run.conditions)
-            if objection is None and not run.has_ended:
+        if self._unguarded_because is not None and is_due:
+            before, because = self._unguarded_because, self._outputs.why_unguarded(run.conditions)
+            if because is None and not run.has_ended:
                 self._outputs.reach()
-            elif objection not in {None, before}:
-                self._say(f"this run is not guarded: {objection}")
-            self._objection = objection
+            elif because not in {None, before}:
+                self._say(f"this run is not guarded: {because}")
+            self._unguarded_because = because
             self._ask_at = monotonic_ns() + ASK_AGAIN_EVERY
-        return self._objection is None
+        return self._unguarded_because is None
 
     # ----------------------------------------------------------------------------------------------
 
     def _say(self, what: str) -> None:
         with suppress(Exception):
-            self._tell(what)
+            self._log(what)
 
     def _say_stumble(self, error: Exception) -> None:
         with suppress(Exception):
             stumble = f"{type(error).__name__}: {text_of(error)}; the guard goes on"
             if stumble != self._stumble:
                 self._stumble = stumble
-                self._tell(stumble)
+                self._log(stumble)

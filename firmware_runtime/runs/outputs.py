@@ -78,7 +78,7 @@ class Outputs:
         """What cannot be read back. Raises HalError where nothing can be opened."""
         return self._robot().unseen
 
-    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+    def why_unguarded(self, conditions: Mapping[str, Any]) -> str | None:
         """Why a run under these conditions would not be switched off from here; None if it would.
 
         A run on doubles of its own says nothing of its outputs: no other process could reach them.

@@ -36,8 +36,8 @@ class Overload:
     """An hook: acts once, when the load of a whole window was above `max_load_percent`.
 
     Policy `yield`: SCHED_FIFO is given up until the run ends, and a run that was armed with it is
-    disarmed; without it the run goes on as it is. Policy `stop`: the run ends, by overrun. `tell`
-    hears of it, in a sentence.
+    disarmed; without it the run goes on as it is. Policy `stop`: the run ends, by overrun. `log`
+    gets a sentence about it.
     """
 
     def __init__(
@@ -46,13 +46,13 @@ class Overload:
         max_load_percent: float,
         policy: Policy,
         arming: Arming | None,
-        tell: Callable[[str], None],
+        log: Callable[[str], None],
     ) -> None:
         self._executive = executive
         self._max_load_percent = max_load_percent
         self._policy = policy
         self._arming = arming
-        self._tell = tell
+        self._log = log
         self._ends_at = 0
         self._begun = _Reading(0, 0, 0, 0)
         executive.hooks.append(self)
@@ -83,7 +83,7 @@ class Overload:
             self._arming.disarm(why)
         self._executive.give_up_priority()
         what = "gives up SCHED_FIFO until it ends" if held else "has no SCHED_FIFO to give up"
-        self._tell(f"{why}; the run {what}")
+        self._log(f"{why}; the run {what}")
 
 
 class _Reading(NamedTuple):

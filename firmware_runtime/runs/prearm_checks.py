@@ -1,9 +1,9 @@
-"""What speaks against arming: devices that do not answer, a loop that does not keep its time."""
+"""Pre-arm checks: scheduling granted, devices ready, the loop at its rate and not too late."""
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Device
-from firmware_runtime.runs.arming import Objection
+from firmware_runtime.runs.arming import PrearmCheck
 
 JUDGED = 5 * SECOND
 """How far back lateness is judged, ns."""
@@ -13,8 +13,8 @@ UNJUDGED = 100.0
 """Of activations that may be late, per cent: timing does not matter at all."""
 
 
-def objections_to(executive: Executive, max_late_percent: float) -> tuple[Objection, ...]:
-    """All there are to arming this run."""
+def prearm_checks(executive: Executive, max_late_percent: float) -> tuple[PrearmCheck, ...]:
+    """All of this run, but the guard's (`arming`)."""
     return (
         lambda _now: _fifo(executive),
         lambda _now: _devices(executive),
@@ -27,7 +27,7 @@ def _fifo(executive: Executive) -> str | None:
     request = executive.granted.get("fifo_priority")
     if request is None or request.asked == 0 or request.granted:
         return None
-    return f"SCHED_FIFO {request.asked} was asked for and not granted ({request.reason})"
+    return f"SCHED_FIFO {request.asked} was requested and not granted ({request.reason})"
 
 
 def _devices(executive: Executive) -> str | None:

@@ -22,7 +22,7 @@ class Reloading:
     """Reads the board's file again when asked, between two steps that are far enough apart.
 
     A file with any fault changes nothing. What only a new run can take up is named and left as it
-    is. `tell` hears how it went.
+    is. `log` gets the result, a sentence.
     """
 
     def __init__(
@@ -31,13 +31,13 @@ class Reloading:
         robot: Robot,
         executive: Executive,
         notices: Notices,
-        tell: Callable[[str], None],
+        log: Callable[[str], None],
     ) -> None:
         self._board = board
         self._robot = robot
         self._executive = executive
         self._notices = notices
-        self._tell = tell
+        self._log = log
         self._is_asked = False
         self._at_latest = 0
         executive.hooks.append(self)
@@ -49,11 +49,11 @@ class Reloading:
         self._executive.inbox.wake()
 
     def attend(self, now: int, left: int) -> None:
-        """Do what was asked for, as soon as it makes no activation late."""
+        """Reload on request, as soon as it makes no activation late."""
         if self._is_asked and (left >= NEEDED or now >= self._at_latest):
             self._is_asked = False
             self._notices.reloading()
-            self._tell(self._reload())
+            self._log(self._reload())
             self._notices.ready()
 
     def _reload(self) -> str:

@@ -1,4 +1,4 @@
-"""What a run tells systemd and the journal: an hook, quiet unless something happened.
+"""What a run reports to systemd and the journal: a hook, quiet unless something happened.
 
 - READY after the first step, when devices have answered. From then on the watchdog is fed by the
   loop itself, between two steps, as long as logical time keeps up, and by nothing else; before it
@@ -23,7 +23,7 @@ from firmware_runtime.system.notices import Notices
 STATUS_EVERY = SECOND
 SUMMARY_EVERY = 60 * SECOND
 RESERVE = MILLISECOND
-TELL_EVERY = SECOND
+REPORT_EVERY = SECOND
 """Ns from one line about episodes of a model to the next: a loop that is always late has hundreds
 in a second, and writing them takes the time that it lacks."""
 PATIENCE = SECOND
@@ -31,7 +31,7 @@ PATIENCE = SECOND
 
 
 class Reporter:
-    """Attends to a run; `summary` makes the one line of its statistics."""
+    """Reports a run; `summary` makes the one line of its statistics."""
 
     def __init__(
         self,
@@ -45,8 +45,8 @@ class Reporter:
         self._journal = journal
         self._summary = summary
         self._is_ready = False
-        self._told = dict.fromkeys(executive.accounts, 0)
-        self._tell_at = dict.fromkeys(executive.accounts, 0)
+        self._reported = dict.fromkeys(executive.accounts, 0)
+        self._report_at = dict.fromkeys(executive.accounts, 0)
         self._status_at = 0
         self._summary_at = SUMMARY_EVERY
         self._longest = 0
@@ -54,32 +54,34 @@ class Reporter:
         executive.hooks.append(self)
 
     def attend(self, now: int, left: int) -> None:
-        """Tell what there is to tell."""
+        """Write what is due: notices, faults, episodes that are over, the status."""
         if not self._is_ready and self._executive.cells[STEPS] > 0:
             self._is_ready = True
             self._notices.ready()
         if self._is_ready and self._executive.progress.keeps_up:
             self._notices.alive()
         self._faults.attend(now)
-        for account, told in self._told.items():
-            if account.episodes > told and not account.in_episode and now >= self._tell_at[account]:
-                self._tell_at[account] = now + TELL_EVERY
-                self._tell(account)
+        for account, reported in self._reported.items():
+            is_over = account.episodes > reported and not account.in_episode
+            if is_over and now >= self._report_at[account]:
+                self._report_at[account] = now + REPORT_EVERY
+                self._report(account)
         has_time = now >= self._status_at and left > 2 * self._longest + RESERVE
         if has_time or now >= self._summary_at + PATIENCE:
             self._status_at = now + STATUS_EVERY
             self._show_status(now)
 
     def close(self) -> None:
-        """Tell of the episodes that the end of the run has cut short, and of the last faults."""
+        """Write the episodes that the end of the run has cut short, and the last faults."""
         self._faults.close()
-        for account, told in self._told.items():
-            if account.episodes > told:
-                self._tell(account)
+        for account, reported in self._reported.items():
+            if account.episodes > reported:
+                self._report(account)
 
-    def _tell(self, account: ModelAccount) -> None:
+    def _report(self, account: ModelAccount) -> None:
         """One line for an episode that is over, and for those that came too fast before it."""
-        episodes, self._told[account] = account.episodes - self._told[account], account.episodes
+        episodes = account.episodes - self._reported[account]
+        self._reported[account] = account.episodes
         late_us, missed = account.latest_in_episode // MICROSECOND, account.missed_in_episode
         cause, period_us = account.cause or "unknown", account.period // MICROSECOND
         is_periodic = account.period != NEVER
@@ -97,7 +99,7 @@ class Reporter:
         )
 
     def _show_status(self, now: int) -> None:
-        """The summary, for whoever asks systemd; once a minute for the journal too."""
+        """The summary, for `systemctl status`; once a minute for the journal too."""
         line = self._summary(self._executive.statistics.figures())
         self._notices.status(line)
         if now >= self._summary_at:

@@ -29,7 +29,7 @@ from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
-from firmware_runtime.runs.prearm_checks import objections_to
+from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.rigs import rig_for, served_doubles
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.statistics.companions import Companion
@@ -220,9 +220,9 @@ class Session:
             self.executive,
             permission,
             self.make_safe,
-            objections_to(self.executive, max_late_percent),
+            prearm_checks(self.executive, max_late_percent),
             enable=partial(self._enable, enabled=True),
-            tell=tell,
+            log=tell,
         )
         if self._statistics_path is not None:
             self._take_requests(arming, Companion.CONTROL.beside(self._statistics_path))

@@ -1,11 +1,11 @@
 """A run as another process sees it, and its right to drive, which can be taken from it.
 
-A run drives only under the *epoch* it was armed under: the cell GENERATION of its statistics, read
-before every write that could move something. Taking the right means putting another number there:
-the present instant, ns, which was never there before and never will be again. So two processes that
-take it at once, a guard and `safe-state`, need no lock and lose nothing: any epoch but its own ends
-the run's right, and it acknowledges the one that it finds. An epoch below zero means that a person
-asked for it: then the run does not arm itself again as its board may want.
+A run drives only under the *epoch* it was armed under: the cell `generation` of its statistics,
+read before every write that could move something. Taking the right means putting another number
+there: the present instant, ns, which was never there before and never will be again. So two
+processes that take it at once, a guard and `safe-state`, need no lock and lose nothing: any epoch
+but its own ends the run's right, and it acknowledges the one that it finds. An epoch below zero was
+requested by a person: then the run does not arm itself again as its board may want.
 """
 
 import os
@@ -17,7 +17,7 @@ from time import monotonic_ns
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import STATISTICS, driver_of
-from firmware_runtime.statistics.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, STATE
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import SharedCells
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.process_identity import is_running
@@ -75,7 +75,7 @@ class WatchedRun:
     def has_acknowledged(self) -> bool:
         """Whether the run knows that its right to drive was taken; it has switched off then."""
         with suppress(StatisticsFileError):  # cut short: nothing can be seen in it any more
-            return self._cells[ACKNOWLEDGED] == self._cells[GENERATION]
+            return self._cells[ACKNOWLEDGED] == self._cells[EPOCH]
         return False
 
     def show_presence(self) -> None:
@@ -104,7 +104,7 @@ class WatchedRun:
     def take_right(self, *, asked_for: bool = False) -> bool:
         """Take its right to drive; return whether that could be written down."""
         with suppress(StatisticsFileError):
-            self._cells[GENERATION] = -monotonic_ns() if asked_for else monotonic_ns()
+            self._cells[EPOCH] = -monotonic_ns() if asked_for else monotonic_ns()
             return True
         return False
 
@@ -112,7 +112,7 @@ class WatchedRun:
     def was_asked_to_stop(self) -> bool:
         """Whether the latest disarming was requested by a person."""
         with suppress(StatisticsFileError):
-            return is_asked_for(self._cells[GENERATION])
+            return is_asked_for(self._cells[EPOCH])
         return False
 
     def close(self) -> None:

@@ -71,7 +71,7 @@ DEVICES = 8
     ARMED,
     ACKNOWLEDGED,
     YIELDED,
-    GENERATION,
+    EPOCH,
     GUARD,
     WRITTEN,
 ) = range(len(RUN))

@@ -44,18 +44,18 @@ class Recorder:
     """Follows the runs whose statistics are at `kept`; writes into `folder`, the last `runs` runs.
 
     `late` is the lateness, ns, over which an activation is an incident; None takes the least
-    tolerance of the run's own models. `tell` hears of every file. Raises StatisticsFileError if
-    the folder cannot be written.
+    tolerance of the run's own models. `log` gets a line for every file. Raises
+    StatisticsFileError if the folder cannot be written.
     """
 
     def __init__(
-        self, kept: Path, folder: Path, runs: int, late: int | None, tell: Callable[[str], None]
+        self, kept: Path, folder: Path, runs: int, late: int | None, log: Callable[[str], None]
     ) -> None:
         self._kept = kept
         self._folder = folder
         self._runs = runs
         self._late = late
-        self._tell = tell
+        self._log = log
         self._run: _Run | None = None
 
     def look(self, now: int) -> None:
@@ -83,9 +83,9 @@ class Recorder:
             for old in sorted(numbers)[: max(0, len(numbers) - self._runs + 1)]:
                 for path in self._folder.glob(f"{self._name(old)}[.-]*"):
                     path.unlink()
-        self._tell(f"keeping run {number} of {self._kept.stem} in {self._folder}")
+        self._log(f"keeping run {number} of {self._kept.stem} in {self._folder}")
         stem = self._folder / self._name(number)
-        return _Run(self._kept, stem, statistics, self._late, self._tell, now)
+        return _Run(self._kept, stem, statistics, self._late, self._log, now)
 
     def _is_kept(self, number: int, statistics: Statistics) -> bool:
         """Whether that number is this run's, from before this recorder was started."""
@@ -112,12 +112,12 @@ class _Run:
         stem: Path,
         statistics: Statistics,
         late: int | None,
-        tell: Callable[[str], None],
+        log: Callable[[str], None],
         now: int,
     ) -> None:
         self._kept = kept
         self._stem = stem
-        self._tell = tell
+        self._log = log
         self._latest = statistics
         self._watch = _watch(statistics, late)
         self._takeovers = len(takeovers_of(kept, statistics.header.writer))
@@ -148,7 +148,7 @@ class _Run:
         path = self._stem.with_name(self._stem.name + SUFFIX)
         save(self._latest, path)
         if self.is_over:
-            self._tell(f"{path}: the run is over, its statistics are kept")
+            self._log(f"{path}: the run is over, its statistics are kept")
 
     def _notice(self, statistics: Statistics, now: int) -> None:
         takeovers = len(takeovers_of(self._kept, statistics.header.writer))
@@ -174,7 +174,7 @@ class _Run:
                 f"{path}: the trace cannot be kept there ({error.strerror}); expected a folder "
                 "that this user may write"
             ) from error
-        self._tell(f"{path}: {trigger or 'the guard took over'}")
+        self._log(f"{path}: {trigger or 'the guard took over'}")
 
 
 def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:

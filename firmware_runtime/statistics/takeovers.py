@@ -26,7 +26,7 @@ class Takeover(msgspec.Struct):
 
     at_ns: int
     writer: ProcessIdentity
-    generation: int
+    number: int = msgspec.field(name="generation")
     why: str
     off_after_ns: int | None = None
     failed: list[str] = []

@@ -62,14 +62,14 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
 
 def agrees(outputs: Outputs, run: dict[str, list[str]]) -> bool:
     """Whether nothing but that no doubles are served speaks against it."""
-    return "no doubles are served here" in str(outputs.objection(run))
+    return "no doubles are served here" in str(outputs.why_unguarded(run))
 
 
 def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path: Path) -> None:
     doubles = tmp_path / "doubles.socket"
     outputs = Outputs(registry.load("tachobot"), doubles, tmp_path / "x.stats")
     moved = registry.load("tachobot", ["thrust_pairs.address=0x42"])
-    against = outputs.objection({"switched_off": switched_off(moved, doubles)})
+    against = outputs.why_unguarded({"switched_off": switched_off(moved, doubles)})
     assert against is not None
     assert f"go off by {doubles} 0x42: fd10, here by" in against
     tuned = registry.load("tachobot", ["controller.yaw.kp=0.5"])
@@ -79,7 +79,7 @@ def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path
 def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> None:
     board = registry.load("tachobot", ["buses.i2c1.device=/dev/i2c-none"])
     outputs = Outputs(board, None, tmp_path / "x.stats")
-    assert outputs.objection({"switched_off": switched_off(board, None)}) is None
+    assert outputs.why_unguarded({"switched_off": switched_off(board, None)}) is None
     with pytest.raises(BusAbsent, match="i2c1: /dev/i2c-none cannot be opened"):
         outputs.reach()
 
@@ -191,9 +191,9 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
     assert addresses == [0x40, 0x40]
 
 
-def test_doubles_that_are_not_served_are_an_objection(tmp_path: Path) -> None:
+def test_doubles_that_are_not_served_are_a_reason_not_to_be_guarded(tmp_path: Path) -> None:
     board, doubles = registry.load("tachobot"), tmp_path / "doubles.socket"
     outputs = Outputs(board, doubles, tmp_path / "x.stats")
     outputs.prepare()
     run = {"switched_off": switched_off(board, doubles)}
-    assert "no doubles are served here" in str(outputs.objection(run))
+    assert "no doubles are served here" in str(outputs.why_unguarded(run))

@@ -86,7 +86,7 @@ def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
     file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     writer = file.header.writer
-    TakeoverFile(path).write(Takeover(at_ns=1, writer=writer, generation=1, why="it hung"))
+    TakeoverFile(path).write(Takeover(at_ns=1, writer=writer, number=1, why="it hung"))
     assert "guard: it hung" in printed(capsys, "--statistics", path, "--worst", 1)
     text = printed(capsys, "--statistics", path, "--worst", 0)
     assert text.splitlines()[0] == summary(file.statistics().figures())

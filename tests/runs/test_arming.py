@@ -15,7 +15,7 @@ from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming, Permission
 from firmware_runtime.runs.control import Answer, ControlError, ControlSocket, ask
-from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, GENERATION, GUARD
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
 from tests.support.periodic_models import Robot
 
 
@@ -27,20 +27,20 @@ class Rig:
     ) -> None:
         self.safe = 0
         self.not_safe: list[str] = []
-        self.told: list[str] = []
+        self.logged: list[str] = []
         self.against: str | None = None
         configuration = Configuration(armed_at_start=False)
         self.executive = Executive(Robot(), VirtualClock(), list, configuration)
         self.enabled = 0
         self.failing: HalError | None = None
-        objections = [lambda _now: self.against]
+        checks = [lambda _now: self.against]
         self.arming = Arming(
             self.executive,
             Permission(at_start, demand_guard, free),
             self._make_safe,
-            objections,
+            checks,
             enable=self._enable,
-            tell=self.told.append,
+            log=self.logged.append,
         )
 
     def _enable(self) -> None:
@@ -66,7 +66,7 @@ def test_nothing_is_interlockted_until_somebody_asks() -> None:
     assert rig.cells == (1, 0)
 
 
-def test_an_objection_keeps_it_disarmed_and_is_given_as_the_reason() -> None:
+def test_a_failed_check_keeps_it_disarmed_and_is_given_as_the_reason() -> None:
     rig = Rig()
     rig.against = "imu is not up yet"
     assert rig.arming.request(0) == ["imu is not up yet"]
@@ -85,7 +85,7 @@ def test_outputs_are_let_through_before_it_is_armed_and_not_armed_if_they_cannot
     assert rig.enabled == 1
 
 
-def test_a_board_that_asks_for_it_is_armed_as_soon_as_nobody_objects() -> None:
+def test_a_board_that_asks_for_it_is_armed_as_soon_as_all_checks_pass() -> None:
     rig = Rig(at_start=True)
     rig.against = "not yet"
     rig.arming.attend(0, 0)
@@ -100,12 +100,12 @@ def test_a_board_that_asks_for_it_is_armed_as_soon_as_nobody_objects() -> None:
 def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are_safe() -> None:
     rig = Rig()
     rig.arming.request(0)
-    rig.executive.cells[GENERATION] += 1
+    rig.executive.cells[EPOCH] += 1
     assert not rig.arming.interlock()
     assert rig.cells == (1, 0)
     rig.arming.attend(0, 0)
     assert (rig.safe, rig.cells) == (1, (0, 1))
-    assert "the guard took over" in rig.told[-1]
+    assert "the guard took over" in rig.logged[-1]
     assert rig.arming.request(0) == []
     assert rig.arming.interlock()
 
@@ -113,7 +113,7 @@ def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are
 def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed() -> None:
     rig = Rig()
     rig.arming.request(0)
-    rig.executive.cells[GENERATION] += 1
+    rig.executive.cells[EPOCH] += 1
     rig.against = "an overrun in the last 5 s"
     assert rig.arming.request(1) == ["an overrun in the last 5 s"]
     assert not rig.arming.armed
@@ -125,7 +125,7 @@ def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed()
 
 def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
     rig = Rig()
-    rig.executive.cells[GENERATION] = 3
+    rig.executive.cells[EPOCH] = 3
     rig.arming.attend(0, 0)
     assert (rig.safe, rig.cells) == (1, (0, 3))
 
@@ -134,7 +134,7 @@ def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() 
     rig = Rig(at_start=True)
     rig.against = "not yet"
     rig.arming.attend(0, 0)
-    rig.executive.cells[GENERATION] = -3
+    rig.executive.cells[EPOCH] = -3
     rig.arming.attend(0, 0)
     rig.against = None
     rig.arming.attend(SECOND, 0)
@@ -147,9 +147,9 @@ def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() 
 def test_a_run_that_was_armed_says_that_safe_state_took_its_right() -> None:
     rig = Rig()
     rig.arming.request(0)
-    rig.executive.cells[GENERATION] = -3
+    rig.executive.cells[EPOCH] = -3
     rig.arming.attend(0, 0)
-    assert rig.told[-1] == "disarmed: safe-state took its right to drive"
+    assert rig.logged[-1] == "disarmed: safe-state took its right to drive"
 
 
 def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -> None:
@@ -157,8 +157,8 @@ def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -
     rig.against = "an overrun"
     rig.arming.attend(0, 0)
     assert rig.arming.interlock()
-    assert rig.told == []
-    rig.executive.cells[GENERATION] = -3
+    assert rig.logged == []
+    rig.executive.cells[EPOCH] = -3
     assert not rig.arming.interlock()
 
 
@@ -173,7 +173,7 @@ def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
     rig.executive.cells[GUARD] -= 1
     assert not rig.arming.interlock()
     rig.arming.attend(0, 0)
-    assert "the guard is gone" in rig.told[-1]
+    assert "the guard is gone" in rig.logged[-1]
     assert any("the guard is absent" in why for why in rig.arming.request(0))
 
 
@@ -209,7 +209,7 @@ def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPat
     rig.executive.cells[GUARD] -= 1
     assert not rig.arming.interlock()
     rig.arming.attend(0, 0)
-    assert rig.told[-1] == "disarmed: the guard is gone"
+    assert rig.logged[-1] == "disarmed: the guard is gone"
 
 
 @pytest.fixture
@@ -281,14 +281,14 @@ def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:
     rig.against = None
     rig.arming.attend(SECOND, 0)
     assert rig.arming.interlock()
-    assert rig.told == ["armed", "disarmed: the run pauses", "armed"]
+    assert rig.logged == ["armed", "disarmed: the run pauses", "armed"]
 
 
 def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> None:
     rig = Rig()
     assert rig.arming.pause() == []
     rig.arming.attend(SECOND, 0)
-    assert (rig.arming.interlock(), rig.safe, rig.told) == (False, 1, [])
+    assert (rig.arming.interlock(), rig.safe, rig.logged) == (False, 1, [])
     assert rig.arming.reason == "nothing asked for it"
 
 
@@ -296,7 +296,7 @@ def test_what_a_person_takes_in_a_pause_is_not_armed_again() -> None:
     rig = Rig(at_start=True)
     rig.arming.attend(0, 0)
     rig.arming.pause()
-    rig.executive.cells[GENERATION] = -7
+    rig.executive.cells[EPOCH] = -7
     for now in (0, SECOND):
         rig.arming.attend(now, 0)
     assert not rig.arming.interlock()
@@ -307,4 +307,4 @@ def test_a_free_run_pauses_without_a_word() -> None:
     rig.arming.attend(0, 0)
     rig.arming.pause()
     rig.arming.attend(SECOND, 0)
-    assert (rig.safe, rig.told, rig.arming.interlock()) == (1, [], True)
+    assert (rig.safe, rig.logged, rig.arming.interlock()) == (1, [], True)

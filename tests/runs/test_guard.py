@@ -14,7 +14,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.runs.guard import Guard, Phase
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.layout import ACKNOWLEDGED, GENERATION, GUARD, HEARTBEAT, Layout
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, Layout
 from firmware_runtime.statistics.takeovers import TakeoverFile, read_takeovers, takeovers_of
 from firmware_runtime.system.process_identity import this_process
 
@@ -40,7 +40,7 @@ class Watch:
         self.offs += 1
         return self.failing
 
-    def objection(self, conditions: Mapping[str, Any]) -> str | None:
+    def why_unguarded(self, conditions: Mapping[str, Any]) -> str | None:
         self.conditions = conditions
         return self.against
 
@@ -79,7 +79,7 @@ def hang(file: StatisticsFile) -> None:
 
 def come_back(file: StatisticsFile) -> None:
     file.close_section(1)
-    file.cells[ACKNOWLEDGED] = file.cells[GENERATION]
+    file.cells[ACKNOWLEDGED] = file.cells[EPOCH]
 
 
 def test_without_a_run_it_waits_and_writes_nothing(watch: Watch) -> None:
@@ -120,7 +120,7 @@ def test_a_guard_that_may_open_no_bus_ends_and_is_not_seen_by_the_run(
 def test_a_run_that_has_not_begun_is_not_taken_for_dead(path: Path, watch: Watch) -> None:
     file = StatisticsFile(Layout(), HEADER, path)
     watch.guard.look()
-    assert (watch.guard.phase, file.cells[GENERATION]) == (Phase.WATCHING, 0)
+    assert (watch.guard.phase, file.cells[EPOCH]) == (Phase.WATCHING, 0)
 
 
 def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
@@ -131,7 +131,7 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     for _ in range(5):
         watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 5)
-    assert file.cells[GENERATION] != 0
+    assert file.cells[EPOCH] != 0
     come_back(file)
     watch.guard.look()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
@@ -144,7 +144,7 @@ def test_a_run_that_acknowledges_and_does_not_catch_up_stays_held(
     watch.guard.look()
     hang(file)
     watch.guard.look()
-    file.cells[ACKNOWLEDGED] = file.cells[GENERATION]
+    file.cells[ACKNOWLEDGED] = file.cells[EPOCH]
     watch.guard.look()
     assert watch.guard.phase is Phase.HOLDING
     assert len(watch.told) == 1
@@ -159,10 +159,10 @@ def test_a_second_takeover_has_another_epoch_whatever_came_between(
     for _ in range(2):
         hang(file)
         watch.guard.look()
-        epochs.append(file.cells[GENERATION])
+        epochs.append(file.cells[EPOCH])
         come_back(file)
         watch.guard.look()
-        file.cells[GENERATION] = file.cells[ACKNOWLEDGED] = 0
+        file.cells[EPOCH] = file.cells[ACKNOWLEDGED] = 0
     assert len({*epochs, 0}) == 3
 
 
@@ -213,7 +213,7 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_told_and_kept_once(
     watch.guard.look()
     assert "all outputs off" in watch.told[-2]
     (kept,) = takeovers_of(path, this_process())
-    assert (kept.generation, kept.failed) == (1, [])
+    assert (kept.number, kept.failed) == (1, [])
     assert kept.off_after_ns is not None
     assert "no finished step for" in kept.why
 

@@ -41,7 +41,7 @@ class Watch:
     def __init__(self, path: Path) -> None:
         self.done: list[str] = []
         self.raising: dict[str, Exception] = {}
-        self.guard = Guard(path, self, STALL, self.tell, self.record)
+        self.guard = Guard(path, self, STALL, self.log, self.record)
 
     def _do(self, what: str) -> None:
         self.done.append(what)
@@ -52,15 +52,15 @@ class Watch:
         self._do("off")
         return []
 
-    def objection(self, _conditions: Mapping[str, Any]) -> str | None:
-        self._do("objection")
+    def why_unguarded(self, _conditions: Mapping[str, Any]) -> str | None:
+        self._do("why_unguarded")
         return None
 
     def reach(self) -> None:
         self._do("reach")
 
-    def tell(self, _what: str) -> None:
-        self._do("tell")
+    def log(self, _what: str) -> None:
+        self._do("log")
 
     def record(self, _takeover: Takeover) -> None:
         self._do("record")
@@ -103,11 +103,11 @@ def test_outputs_come_before_every_word(watch: Watch, file: StatisticsFile) -> N
     watch.done.clear()
     hang(file)
     watch.guard.look()
-    assert watch.done == ["off", "tell", "record"]
+    assert watch.done == ["off", "log", "record"]
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda each: type(each).__name__)
-@pytest.mark.parametrize("part", ["tell", "record", "off", "objection"])
+@pytest.mark.parametrize("part", ["log", "record", "off", "why_unguarded"])
 def test_whatever_is_raised_outputs_are_written_look_after_look(
     watch: Watch, file: StatisticsFile, part: str, error: Exception
 ) -> None:
@@ -145,7 +145,7 @@ def test_a_header_that_is_of_no_use_is_told_once_and_replaced_by_a_new_run(
     with_header(path, **header)
     for _ in range(3):
         watch.guard.look()
-    assert watch.done == ["tell"]
+    assert watch.done == ["log"]
     assert "no usable" in str(keep_clear_of_other_runs(path))
     StatisticsFile(Layout(), HEADER, path)
     watch.guard.look()
@@ -167,7 +167,7 @@ def test_a_file_that_is_none_is_told_once(path: Path, watch: Watch, content: byt
     path.write_bytes(content)
     for _ in range(3):
         watch.guard.look()
-    assert watch.done == ["tell"]
+    assert watch.done == ["log"]
     assert keep_clear_of_other_runs(path) is not None
 
 
@@ -182,14 +182,14 @@ def test_a_header_that_would_fill_the_memory_is_not_read(path: Path) -> None:
 def test_a_fifo_in_place_of_the_file_is_not_waited_for(path: Path, watch: Watch) -> None:
     os.mkfifo(path)
     watch.guard.look()
-    assert watch.done == ["tell"]
+    assert watch.done == ["log"]
     assert "no regular file" in str(keep_clear_of_other_runs(path))
 
 
 def test_a_directory_in_place_of_the_file_is_told(path: Path, watch: Watch) -> None:
     path.mkdir()
     watch.guard.look()
-    assert watch.done == ["tell"]
+    assert watch.done == ["log"]
 
 
 def test_a_path_that_leads_nowhere_is_no_run(path: Path, watch: Watch) -> None:

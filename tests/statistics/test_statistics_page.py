@@ -28,7 +28,7 @@ def test_every_key_is_named_there(counted: StatisticsFile) -> None:
     layout = counted.layout
     counted.cells[layout.place(0) + WORST.index("step_ns")] = 1
     printed = set(keys_in(counted.statistics().as_json())) - NAMES
-    printed |= system_conditions().keys() | set(Takeover.__struct_fields__)
+    printed |= system_conditions().keys() | set(Takeover.__struct_encode_fields__)
     named = {
         word
         for code in re.findall(r"`([^`\n]+)`", PAGE.read_text())

@@ -14,7 +14,7 @@ PATIENCE_S = 900.0
 _PACKAGES = {"ssh": "openssh-client", "dpkg-deb": "dpkg"}
 """Debian packages that are named otherwise than the command."""
 
-Tell: TypeAlias = Callable[[str], None]
+Log: TypeAlias = Callable[[str], None]
 
 
 class Ended(NamedTuple):
@@ -34,8 +34,8 @@ class Ended(NamedTuple):
 class Commands:
     """Runs commands one after the other; in a dry run prints them as a shell would take them."""
 
-    def __init__(self, tell: Tell, *, dry_run: bool = False) -> None:
-        self.tell = tell
+    def __init__(self, log: Log, *, dry_run: bool = False) -> None:
+        self.log = log
         self.dry_run = dry_run
 
     def run(self, command: Sequence[str], scripts: Sequence[Path] = ()) -> Ended:
@@ -72,5 +72,5 @@ class Commands:
 
     def _say(self, command: Sequence[str], scripts: Sequence[Path]) -> Ended:
         before = f"{shlex.join(['cat', *map(str, scripts)])} | " if scripts else ""
-        self.tell(f"  {before}{shlex.join(command)}")
+        self.log(f"  {before}{shlex.join(command)}")
         return Ended(0, "", "")

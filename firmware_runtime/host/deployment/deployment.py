@@ -61,7 +61,7 @@ class Deployment:
     def __init__(self, order: Order, commands: Commands) -> None:
         self._order = order
         self._commands = commands
-        self._tell = commands.tell
+        self._log = commands.log
         self._packages: list[Distribution] = []
         self.connection = Connection(order.host, order.ssh_options, commands)
 
@@ -72,7 +72,7 @@ class Deployment:
         with TemporaryDirectory(prefix="firmware-runtime-") as temporary:
             parcel = Path(temporary)
             with self._step(f"collect wheels for {target.platform}"):
-                self._tell_all(self._collect(target, parcel))
+                self._log_all(self._collect(target, parcel))
             with self._step("send them"):
                 self.connection.send(parcel, f"{self._order.home}/parcel")
         with self._step("make a virtual environment"):
@@ -84,7 +84,7 @@ class Deployment:
 
     def _look(self) -> Target:
         order = self._order
-        looking = Commands(self._tell)  # changes nothing, so it is done in a dry run too
+        looking = Commands(self._log)  # changes nothing, so it is done in a dry run too
         connection = Connection(order.host, order.ssh_options, looking)
         ended = connection.script(["probe.sh"], order.root, order.python, order.board)
         if ended.status != 0:
@@ -95,7 +95,7 @@ class Deployment:
             raise DeploymentError(f"{order.host}: not deployed to\n{listing}")
         if target.superuser == "sudo" and not order.root:
             self.connection.become_root()
-        self._tell_all(target.text())
+        self._log_all(target.text())
         return target
 
     def _collect(self, target: Target, parcel: Path) -> str:
@@ -126,13 +126,13 @@ class Deployment:
             board = f"{order.home}/parcel/settings/{order.board}.toml"
         force = "yes" if order.force else "no"
         ended = self.connection.script(["examine.sh"], venv, board, force)
-        self._tell_all(ended.out)
+        self._log_all(ended.out)
         if ended.status == DOCTOR_FAILS:
             raise DeploymentError(
                 f"{order.host}: the doctor found a failure; expected it fixed, or --force"
             )
         if ended.status != 0:
-            self._tell_all(ended.error)
+            self._log_all(ended.error)
             raise DeploymentError(f"{order.host}: {order.board} did not pass check or doctor")
 
     def _switch(self, venv: str) -> None:
@@ -140,19 +140,19 @@ class Deployment:
         start = "yes" if order.start else "no"
         scripts = ["venvs.sh", "robots.sh", "switch.sh"]
         ended = self.connection.script(scripts, order.root, venv, order.board, start)
-        self._tell_all(ended.out)
-        self._tell_all(ended.error)
+        self._log_all(ended.out)
+        self._log_all(ended.error)
         if ended.status != 0:
             raise DeploymentError(f"{order.host}: {ended.reason}")
 
     @contextmanager
     def _step(self, what: str) -> Iterator[None]:
         """Say what begins, and how long it took."""
-        self._tell(what)
+        self._log(what)
         began_at = monotonic()
         yield
-        self._tell(f"  {monotonic() - began_at:.1f} s")
+        self._log(f"  {monotonic() - began_at:.1f} s")
 
-    def _tell_all(self, text: str) -> None:
+    def _log_all(self, text: str) -> None:
         for line in text.splitlines():
-            self._tell(f"  {line}".rstrip())
+            self._log(f"  {line}".rstrip())

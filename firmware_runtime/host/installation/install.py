@@ -24,7 +24,7 @@ from firmware_runtime.host.installation.plan import files_of
 from firmware_runtime.host.installation.programs import Words, run
 from firmware_runtime.host.installation.target import Target
 
-Tell = Callable[[str], None]
+Log = Callable[[str], None]
 _OWN_NODES = ("cpu_dma_latency", "i2c-*", "gpiochip*")
 """What our udev rules are about, by the kernel's names."""
 
@@ -42,31 +42,31 @@ class Installation:
         plan = files_of(self._board, shipped, program, version)
         self._changes = changes(plan, target.tree)
 
-    def preview(self, tell: Tell, *, start: bool) -> None:
+    def preview(self, log: Log, *, start: bool) -> None:
         """Show every file and what would be run."""
         tree = self._target.tree
         for change in self._changes:
             file = change.file
-            tell(f"### {tree.where(file.path)}, mode {file.mode:04o}: {_would_be(change)}")
-            tell(file.content)
-            self._show_difference(change, tell)
+            log(f"### {tree.where(file.path)}, mode {file.mode:04o}: {_would_be(change)}")
+            log(file.content)
+            self._show_difference(change, log)
         for path, to in self._links():
-            tell(f"### {tree.where(path)} -> {to}")
+            log(f"### {tree.where(path)} -> {to}")
         for words in self._commands(start=start):
-            tell(f"$ {shlex.join(words)}")
+            log(f"$ {shlex.join(words)}")
 
-    def carry_out(self, tell: Tell, *, start: bool) -> None:
+    def carry_out(self, log: Log, *, start: bool) -> None:
         """Write what is missing or differs; reload systemd if it runs there. Raises StepFailed."""
         tree = self._target.tree
         for change in self._changes:
             carry_out(change, tree)
-            tell(f"{change.fate}: {tree.where(change.file.path)}")
-            self._show_difference(change, tell)
+            log(f"{change.fate}: {tree.where(change.file.path)}")
+            self._show_difference(change, log)
         for path, to in self._links():
-            tell(f"{'unchanged' if tree.exists(path) else 'linked'}: {tree.where(path)}")
+            log(f"{'unchanged' if tree.exists(path) else 'linked'}: {tree.where(path)}")
             tree.link(path, to)
         for words in self._commands(start=start):
-            run(words, tell)
+            run(words, log)
 
     def missing_nodes(self) -> list[str]:
         """Device nodes that the board needs and this machine does not have."""
@@ -79,9 +79,9 @@ class Installation:
         """Whether anything that was there already is overwritten."""
         return any(each.fate is Fate.WRITTEN and each.there is not None for each in self._changes)
 
-    def _show_difference(self, change: Change, tell: Tell) -> None:
+    def _show_difference(self, change: Change, log: Log) -> None:
         if change.fate is Fate.KEPT:
-            tell("\n".join(f"    {line}" for line in change.difference()))
+            log("\n".join(f"    {line}" for line in change.difference()))
 
     def _links(self) -> Iterator[tuple[str, str]]:
         """What `systemctl enable` would make, where there is none to ask."""

@@ -16,9 +16,9 @@ from firmware_runtime.host.installation.places import PROGRAM
 Words = Sequence[str]
 
 
-def run(words: Words, tell: Callable[[str], None]) -> None:
+def run(words: Words, log: Callable[[str], None]) -> None:
     """Show a command and run it to its end. Raises StepFailed."""
-    tell(f"$ {shlex.join(words)}")
+    log(f"$ {shlex.join(words)}")
     answer(words)
 
 

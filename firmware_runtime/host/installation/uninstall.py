@@ -27,7 +27,7 @@ from firmware_runtime.host.installation.programs import Words, run
 from firmware_runtime.host.installation.states import state_of
 from firmware_runtime.host.installation.target import Target
 
-Tell = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 def installed_boards(target: Target) -> list[str]:
@@ -45,31 +45,31 @@ class Removal:
         self._purge = purge
         self._is_last = not [each for each in installed_boards(target) if each != board]
 
-    def preview(self, tell: Tell) -> None:
+    def preview(self, log: Log) -> None:
         """Show what would be run and removed, in order."""
         for words in self._commands_before():
-            tell(f"$ {shlex.join(words)}")
+            log(f"$ {shlex.join(words)}")
         for path in self._paths():
-            tell(f"to be removed: {self._target.tree.where(path)}")
+            log(f"to be removed: {self._target.tree.where(path)}")
         for words in (*self._commands_after(), *self._farewell("passwd", "userdel")):
-            tell(f"$ {shlex.join(words)}")
+            log(f"$ {shlex.join(words)}")
 
-    def carry_out(self, tell: Tell) -> None:
+    def carry_out(self, log: Log) -> None:
         """Stop it, which makes its outputs safe, and remove it.
 
         Raises StepFailed, also when it ran and did not end safely: its guard and its files stay.
         """
         tree = self._target.tree
-        self._stop(tell)
+        self._stop(log)
         for path in self._paths():
             tree.remove(path)
-            tell(f"removed: {tree.where(path)}")
+            log(f"removed: {tree.where(path)}")
         for words in self._commands_after():
-            run(words, tell)
+            run(words, log)
         # userdel removes the group with the user, unless the system is set up otherwise
         for accounts, program in (("passwd", "userdel"), ("group", "groupdel")):
             for words in self._farewell(accounts, program):
-                run(words, tell)
+                run(words, log)
 
     def what_stays(self) -> list[str]:
         """What is left on purpose."""
@@ -79,12 +79,12 @@ class Removal:
         stays = [path for path in kept if self._target.tree.exists(path)]
         return [*stays, *([f"user and group {USER}"] if self._target.is_live else [])]
 
-    def _stop(self, tell: Tell) -> None:
+    def _stop(self, log: Log) -> None:
         unit = instance(RUNTIME, self._board)
         commands = list(self._commands_before())
         ran = bool(commands) and state_of(unit).is_active
         for words in commands:
-            run(words, tell)
+            run(words, log)
             if ran and words[-1] == unit and (result := state_of(unit).result) != "success":
                 raise StepFailed(
                     f"{unit}: ended with {result}, so outputs may be on; cut the power of its "

@@ -16,17 +16,17 @@ def main() -> int:
     parser.add_argument("--python-version", metavar="X.Y", help="default: that of /usr/bin/python3")
     parser.add_argument("--into", type=Path, default=Path("dist"), metavar="DIR")
     arguments = parser.parse_args()
-    commands = Commands(_tell)
+    commands = Commands(_log)
     try:
         platform = platform_for(commands, arguments.architecture, arguments.python_version)
-        _tell(f"{build(commands, platform, arguments.into)}, for {platform}")
+        _log(f"{build(commands, platform, arguments.into)}, for {platform}")
     except DeploymentError as error:
         sys.stderr.write(f"make deb: {error}\n")
         return 1
     return 0
 
 
-def _tell(line: str) -> None:
+def _log(line: str) -> None:
     sys.stdout.write(f"{line}\n")
 
 

@@ -43,7 +43,7 @@ def build(commands: Commands, platform: Platform, into: Path, own: Path | None =
     with TemporaryDirectory() as temporary:
         folder = Path(temporary, "tree")
         wheelhouse = folder / tree.WHEELS
-        commands.tell(wheels.collect(commands, platform, own, wheelhouse))
+        commands.log(wheels.collect(commands, platform, own, wheelhouse))
         wheel = next(wheelhouse.glob(f"{project_wheel.NAME}-*.whl"))
         version = wheel.name.split("-")[1]
         tree.fill(folder, platform, version, source)

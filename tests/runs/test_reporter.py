@@ -84,12 +84,12 @@ def test_a_loop_that_is_always_late_writes_a_summary_a_minute_and_its_episode_at
     policies = {"imu": ActivationPolicy("catch-up")}
     executive = Executive(robot, clock, list, Configuration(policies, max_lag=NEVER))
     journal = Journal(tmp_path / "journal")
-    chronicle = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
+    reporter = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
     executive.run(150 * SECOND)
     told = journald.heard()
     assert len(told) == 2
     assert all(entry.startswith("MESSAGE=a summary\n") for entry in told)
-    chronicle.close()
+    reporter.close()
     (episode,) = journald.heard()
     assert "\nMODEL=imu\n" in episode
     journal.close()
@@ -98,13 +98,13 @@ def test_a_loop_that_is_always_late_writes_a_summary_a_minute_and_its_episode_at
 def test_a_run_without_steps_is_not_ready(systemd: Listener) -> None:
     executive = Executive(Robot(), StallingClock(), list)
     notices = Notices()
-    chronicle = Reporter(executive, notices, Journal(None), lambda _statistics: "")
-    chronicle.attend(0, 0)
+    reporter = Reporter(executive, notices, Journal(None), lambda _statistics: "")
+    reporter.attend(0, 0)
     notices.close()
     assert "READY=1" not in systemd.heard()
 
 
-def test_a_manager_that_does_not_read_holds_up_nobody_and_hears_ready_later(
+def test_a_manager_that_does_not_read_holds_up_no_run_and_gets_ready_later(
     systemd: Listener, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "1")
@@ -131,7 +131,7 @@ def test_a_manager_that_is_not_there_is_told_nothing(
     assert not Notices().is_there
 
 
-def test_nobody_is_told_where_nobody_listens(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_systemd_no_notice_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
     notices, journal = Notices(), Journal(None)
     assert not notices.is_there
@@ -203,12 +203,12 @@ def test_a_fault_is_a_line_when_it_comes_and_at_the_end_with_its_number(
 
     journal = Journal(tmp_path / "journal")
     executive = Executive(Failing(), StallingClock(), list)
-    chronicle = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
+    reporter = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
     executive.run(10 * PERIOD)
     (first,) = journald.heard()
     for part in ("\nMODEL=imu\n", "\nFAULT=NotReady\n", "\nCOUNT=1\n", "the robot moved"):
         assert part in first
-    chronicle.close()
+    reporter.close()
     (last,) = journald.heard()
     assert "\nCOUNT=11\n" in last
     journal.close()
@@ -220,9 +220,9 @@ def test_a_loop_that_is_late_again_and_again_writes_a_line_a_second_with_their_n
     every_other = dict.fromkeys(range(5, 245, 2), 3 * PERIOD)
     executive = Executive(Robot(), StallingClock(every_other), list)
     journal = Journal(tmp_path / "journal")
-    chronicle = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
+    reporter = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
     executive.run(5 * SECOND)
-    chronicle.close()
+    reporter.close()
     journal.close()
     lines = [line for line in journald.heard() if "\nMODEL=imu\n" in line]
     (account,) = (each for each in executive.accounts if each.path == "imu")

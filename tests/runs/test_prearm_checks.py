@@ -11,7 +11,7 @@ from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.runs.prearm_checks import objections_to
+from firmware_runtime.runs.prearm_checks import prearm_checks
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
 
@@ -36,21 +36,21 @@ class Run:
         self._asked_at = asked_at
         self._executive = Executive(model or Robot(), clock, list, configuration)
         self._executive.hooks.append(self)
-        self._objections = objections_to(self._executive, max_late_percent)
+        self._checks = prearm_checks(self._executive, max_late_percent)
         self._executive.run(asked_at + TENTH)
 
     def attend(self, now: int, _left: int) -> None:
         """Ask once, as `firmware-runtime arm` does."""
         if now >= self._asked_at:
             self._asked_at = 2 * ASKED_AT
-            self.against = [why for ask in self._objections if (why := ask(now)) is not None]
+            self.against = [why for ask in self._checks if (why := ask(now)) is not None]
 
     @property
     def overruns(self) -> int:
         return sum(account.overruns for account in self._executive.accounts)
 
 
-def test_a_loop_that_has_not_run_for_a_second_is_an_objection() -> None:
+def test_a_loop_that_has_not_run_for_a_second_fails_the_check() -> None:
     run = Run(VirtualClock(), asked_at=SECOND - TENTH)
     assert run.against == ["the rate has not been measured for a second yet"]
 
@@ -60,7 +60,7 @@ def test_a_loop_that_keeps_its_time_is_none() -> None:
     assert Run(VirtualClock()).against == []
 
 
-def test_a_model_slower_than_a_second_is_no_objection_while_it_waits() -> None:
+def test_a_model_slower_than_a_second_passes_while_it_waits() -> None:
     assert Run(VirtualClock(), Robot(imu=3 * SECOND)).against == []
 
 
