@@ -8,7 +8,7 @@ from boards.detective.parameters import Parameters
 from boards.detective.settings import DetectiveSettings
 from boards.detective.wiring import DetectiveRobot
 from drivers.abilities import Identifiable, ReadBack
-from drivers.chips.pca9685 import prescale_for
+from drivers.chips.pca9685_rate import prescale_for
 from drivers.tables.compass import CompassTable
 from drivers.tables.sonar import SonarTable
 from drivers.tables.treads import TreadTable

@@ -5,7 +5,7 @@ from typing import Final
 
 from drivers.catalogue.identity import MD25_IDENTITY, PCA9685_IDENTITY
 from drivers.catalogue.trial import Actuator, OnBus, OnPort, Option, Options, Quantity, Reading
-from drivers.chips import md25, pca9685, sabertooth
+from drivers.chips import md25, pca9685, pca9685_rate, sabertooth
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
@@ -60,8 +60,8 @@ def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
     if (duty is None) == (pulse_us is None):
         raise SettingError("expected either --duty or --pulse-us")
     frequency_hz = options["frequency_hz"] or (DUTY_HZ if pulse_us is None else PULSE_HZ)
-    prescale = pca9685.prescale_for(frequency_hz, options["osc_hz"])
-    true_hz = pca9685.actual_frequency_hz(prescale, options["osc_hz"])
+    prescale = pca9685_rate.prescale_for(frequency_hz, options["osc_hz"])
+    true_hz = pca9685_rate.actual_frequency_hz(prescale, options["osc_hz"])
     share = duty if pulse_us is None else pulse_us * 1e-6 * true_hz
     if share > 1:
         raise SettingError(f"--pulse-us {pulse_us:g}: longer than a cycle of {1e6 / true_hz:.0f}")
@@ -188,7 +188,7 @@ PCA9685: Final = OnBus(
             float,
             f"cycles a second; default {DUTY_HZ:g}, with --pulse-us {PULSE_HZ:g}",
         ),
-        Option("osc-hz", float, "frequency of its oscillator", pca9685.NOMINAL_OSC_HZ),
+        Option("osc-hz", float, "frequency of its oscillator", pca9685_rate.NOMINAL_OSC_HZ),
     ),
     identity=PCA9685_IDENTITY,
 )

@@ -12,18 +12,22 @@ external clock was latched on (EXTCLK) is refused: nothing but a reset clears it
 
 import math
 import struct
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import Final
 
+from drivers.chips.pca9685_rate import (
+    COUNTS,
+    NOMINAL_OSC_HZ,
+    actual_frequency_hz,
+    prescale_for,
+)
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import GENERAL_CALL, I2cBus, Message
 
 CHANNELS: Final = 16
-COUNTS: Final = 4096
-NOMINAL_OSC_HZ: Final = 25e6
 
 MODE1: Final = 0x00
 MODE2: Final = 0x01
@@ -42,45 +46,12 @@ SWRST: Final = 0x06
 
 OSCILLATOR_START_NS: Final = 500_000
 LONGEST_CYCLE_NS: Final = 46_200_000
+"""One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
 BRING_UP_POLL_NS: Final = 1_000_000
 """Between two polls of a model whose chip another one brings up."""
-"""One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
 
 _FULL_WORD: Final = FULL << 8
 _BURSTS: Final = tuple(struct.Struct(f"<B{2 * channels}H") for channels in range(CHANNELS + 1))
-
-
-def prescale_for(frequency_hz: float, osc_hz: float = NOMINAL_OSC_HZ) -> int:
-    """Give the PRE_SCALE value whose PWM frequency is nearest; refuse what the chip cannot do.
-
-    Data sheet 7.3.5: round(osc / (4096 f)) - 1, from 3 to 255, so 24 Hz to 1526 Hz.
-    """
-    if not 20e6 <= osc_hz <= 30e6:
-        raise SettingError(f"PCA9685 oscillator: osc_hz is {osc_hz}, expected 20e6 to 30e6")
-    if not 24 <= frequency_hz <= 1526:
-        raise SettingError(f"PCA9685 frequency: {frequency_hz} Hz, expected 24 to 1526 Hz")
-    prescale = round(osc_hz / (COUNTS * frequency_hz)) - 1
-    if not 3 <= prescale <= 255:
-        slowest, fastest = actual_frequency_hz(255, osc_hz), actual_frequency_hz(3, osc_hz)
-        raise SettingError(
-            f"PCA9685 frequency: {frequency_hz} Hz, expected {slowest:.1f} to {fastest:.1f} Hz "
-            f"from an oscillator of {osc_hz:.0f} Hz"
-        )
-    return prescale
-
-
-def actual_frequency_hz(prescale: int, osc_hz: float = NOMINAL_OSC_HZ) -> float:
-    """PWM frequency that a PRE_SCALE value gives."""
-    return osc_hz / (COUNTS * (prescale + 1))
-
-
-def common_prescale(wanted_hz: Mapping[str, float], osc_hz: float = NOMINAL_OSC_HZ) -> int:
-    """Give the one PRE_SCALE value that serves everything wired to a chip; refuse two rates."""
-    prescales = {who: prescale_for(frequency, osc_hz) for who, frequency in wanted_hz.items()}
-    if len(set(prescales.values())) != 1:
-        rates = ", ".join(f"{who} wants {frequency} Hz" for who, frequency in wanted_hz.items())
-        raise SettingError(f"PCA9685 frequency: one chip has one rate, but {rates or 'none asks'}")
-    return next(iter(prescales.values()))
 
 
 def duty_burst(channels: int) -> tuple[Message, ...]:

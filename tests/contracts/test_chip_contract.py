@@ -42,6 +42,7 @@ PARTS_OF_DRIVERS = {
     "setting",
     "mounting",
     "mpu9250_burst",
+    "pca9685_rate",
     "mpu9250_settings",
 }
 ON_SERIAL_LINES = {"sabertooth", "maxbotix"}

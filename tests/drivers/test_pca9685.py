@@ -5,14 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.pca9685 import (
-    Pca9685,
-    actual_frequency_hz,
-    common_prescale,
-    duty_burst,
-    prescale_for,
-    software_reset,
-)
+from drivers.chips.pca9685 import Pca9685, duty_burst, software_reset
+from drivers.chips.pca9685_rate import actual_frequency_hz, prescale_for
 from drivers.chips.step import duration_ns
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits, wire_bytes
@@ -88,15 +82,6 @@ def test_no_other_prescale_divides_the_oscillator_closer(
     prescale = prescale_for(frequency_hz, osc_hz)
     wanted = osc_hz / (4096 * frequency_hz)
     assert abs(prescale + 1 - wanted) <= 0.5 + 1e-9
-
-
-def test_two_rates_on_one_chip_are_refused_by_name() -> None:
-    with pytest.raises(SettingError, match="one rate, but pairs wants 1000 Hz, esc wants 50 Hz"):
-        common_prescale({"pairs": 1000, "esc": 50})
-
-
-def test_rates_that_come_to_one_prescale_share_a_chip() -> None:
-    assert common_prescale({"left": 1000, "right": 1010}) == 5
 
 
 # Bring-up -----------------------------------------------------------------------------------------

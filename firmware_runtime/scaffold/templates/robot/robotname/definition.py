@@ -2,7 +2,7 @@
 
 from drivers import dc_motor
 from drivers.chips import srf08
-from drivers.chips.pca9685 import prescale_for
+from drivers.chips.pca9685_rate import prescale_for
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines, absent_lines
