@@ -1,4 +1,4 @@
-"""Walks through a chip's bring-up, one step an activation, so that nobody sleeps."""
+"""Walks through a chip's bring-up, one step an activation, so that no call sleeps."""
 
 from collections.abc import Callable, Generator, Iterable, Iterator
 
@@ -40,5 +40,5 @@ class BringUp:
 
 
 def failed_in_a_row(times: int) -> str:
-    """What is said of a device whose last transactions failed."""
+    """Say in words how a device failed whose last transactions did."""
     return "has failed" if times == 1 else f"has failed {times} times in a row"

@@ -14,7 +14,7 @@ from firmware_runtime.hal.line_time import Line
 STOP, ONCE, PERIODIC = 0, 1, 2
 """Requests: no more headings, one heading now, a heading now and every period."""
 FAULTS_BEFORE_BRING_UP = 3
-"""Failed readings in a row after which the chip is brought up anew: it may have lost its supply."""
+"""Failed readings in a row after which the chip is brought up again: it may have lost supply."""
 
 
 class BearingSensor(Protocol):

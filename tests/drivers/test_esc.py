@@ -17,7 +17,7 @@ LOW, HALF, FULL = 0.05, 0.075, 0.1
 
 
 class Bench:
-    """An ESC on a PCA9685 double; orders come in by hand."""
+    """An ESC on a PCA9685 double; commands come in by hand."""
 
     def __init__(self) -> None:
         self.simulator: Simulator | None = None
@@ -50,7 +50,9 @@ class Bench:
         assert self.simulator is not None
         self.simulator.run(until_ms * MILLISECOND)
 
-    def order(self, at_ms: int, *, arm: bool | None = None, throttle: float | None = None) -> None:
+    def command(
+        self, at_ms: int, *, arm: bool | None = None, throttle: float | None = None
+    ) -> None:
         assert self.simulator is not None
         self.run(at_ms)
         if arm is not None:
@@ -68,9 +70,9 @@ def close(duty: float) -> object:
     return pytest.approx(duty, abs=1e-4)
 
 
-def test_it_is_off_until_it_is_told_to_arm() -> None:
+def test_it_is_off_until_it_is_commanded_to_arm() -> None:
     bench = Bench()
-    bench.order(1000, throttle=1.0)
+    bench.command(1000, throttle=1.0)
     bench.run(5000)
     assert bench.chip.all_off
     assert bench.armed == []
@@ -78,9 +80,9 @@ def test_it_is_off_until_it_is_told_to_arm() -> None:
 
 def test_arming_holds_the_low_pulse_for_its_time_and_then_says_so() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
+    bench.command(1000, arm=True)
     assert bench.duty == close(LOW)
-    bench.order(2000, throttle=1.0)
+    bench.command(2000, throttle=1.0)
     assert bench.duty == close(LOW)
     bench.run(3999)
     assert bench.armed == []
@@ -88,35 +90,35 @@ def test_arming_holds_the_low_pulse_for_its_time_and_then_says_so() -> None:
     assert bench.armed == [(4000, True)]
 
 
-def test_an_order_to_arm_during_bring_up_is_kept() -> None:
+def test_a_command_to_arm_during_bring_up_is_kept() -> None:
     bench = Bench()
-    bench.order(0, arm=True)
+    bench.command(0, arm=True)
     bench.run(200)
     assert bench.duty == close(LOW)
 
 
 def test_throttle_is_obeyed_once_armed_and_clipped_to_its_range() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
+    bench.command(1000, arm=True)
     for at_ms, throttle, duty in ((5000, 0.5, HALF), (6000, 7.0, FULL), (7000, -1.0, LOW)):
-        bench.order(at_ms, throttle=throttle)
+        bench.command(at_ms, throttle=throttle)
         assert bench.duty == close(duty)
 
 
 def test_disarming_ends_in_no_signal_at_all() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(5000, throttle=0.5)
-    bench.order(6000, arm=False)
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=0.5)
+    bench.command(6000, arm=False)
     assert bench.chip.all_off
     assert bench.armed == [(4000, True), (6000, False)]
 
 
 def test_the_low_pulse_comes_before_no_signal() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(5000, throttle=0.5)
-    bench.order(6000, arm=False)
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=0.5)
+    bench.command(6000, arm=False)
     low, off = (each.messages[0] for each in list(bench.bus.log)[-2:])
     assert isinstance(low, bytes)
     register, on, switched_off = struct.unpack("<B2H", low)
@@ -127,8 +129,8 @@ def test_the_low_pulse_comes_before_no_signal() -> None:
 
 def test_a_throttle_that_is_no_number_disarms() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(5000, throttle=float("nan"))
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=float("nan"))
     assert bench.chip.all_off
     assert bench.armed[-1] == (5000, False)
     assert "throttle nan" in bench.faults[0].reason
@@ -136,10 +138,10 @@ def test_a_throttle_that_is_no_number_disarms() -> None:
 
 def test_a_silent_chip_is_stopped_again_and_again_until_it_answers() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(5000, throttle=0.5)
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=0.5)
     bench.bus.faults = FaultScript([NackAddress(times=4)])
-    bench.order(6000, throttle=0.6)
+    bench.command(6000, throttle=0.6)
     assert bench.armed[-1] == (6000, False)
     assert not bench.chip.all_off
     bench.run(6100)
@@ -149,32 +151,32 @@ def test_a_silent_chip_is_stopped_again_and_again_until_it_answers() -> None:
 
 def test_a_chip_that_lost_its_supply_disarms_within_a_second_and_is_brought_up() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(5000, throttle=0.5)
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=0.5)
     bench.chip.power_cycle()
     bench.run(6000)
     assert bench.armed == [(4000, True), (6000, False)]
     assert "MODE1 reads 11, expected 20" in bench.faults[0].reason
-    bench.order(7000, arm=True)
+    bench.command(7000, arm=True)
     bench.run(10_000)
     assert bench.duty == close(LOW)
     assert bench.armed[-1] == (10_000, True)
 
 
-def test_throttle_that_keeps_coming_puts_no_look_off() -> None:
+def test_throttle_that_keeps_coming_delays_no_poll() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
+    bench.command(1000, arm=True)
     bench.run(4500)
     bench.chip.power_cycle()
     for at_ms in range(4500, 5500, 10):
-        bench.order(at_ms, throttle=0.5)
+        bench.command(at_ms, throttle=0.5)
     assert [at_ms for at_ms, is_armed in bench.armed if not is_armed] == [5000]
 
 
-def test_an_order_in_between_puts_no_look_off() -> None:
+def test_a_command_in_between_delays_no_poll() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(4400, throttle=0.5)
+    bench.command(1000, arm=True)
+    bench.command(4400, throttle=0.5)
     bench.chip.power_cycle()
     bench.run(4999)
     assert bench.armed == [(4000, True)]
@@ -182,12 +184,12 @@ def test_an_order_in_between_puts_no_look_off() -> None:
     assert bench.armed == [(4000, True), (5000, False)]
 
 
-def test_the_first_look_is_a_second_after_arming_however_long_it_was_armed_before() -> None:
+def test_the_first_poll_is_a_second_after_arming_however_long_it_was_armed_before() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(4700, throttle=0.5)
-    bench.order(4700, arm=False)
-    bench.order(5000, arm=True)
+    bench.command(1000, arm=True)
+    bench.command(4700, throttle=0.5)
+    bench.command(4700, arm=False)
+    bench.command(5000, arm=True)
     bench.run(8100)
     bench.chip.power_cycle()
     bench.run(8999)
@@ -200,7 +202,7 @@ def test_a_chip_that_lost_its_supply_is_not_armed() -> None:
     bench = Bench()
     bench.run(1000)
     bench.chip.power_cycle()
-    bench.order(2000, arm=True)
+    bench.command(2000, arm=True)
     bench.run(6000)
     assert bench.armed == [(2000, False)]
     assert bench.chip.running
@@ -208,8 +210,8 @@ def test_a_chip_that_lost_its_supply_is_not_armed() -> None:
 
 def test_it_can_be_armed_again_after_a_fault() -> None:
     bench = Bench()
-    bench.order(1000, arm=True)
-    bench.order(5000, throttle=float("inf"))
-    bench.order(6000, arm=True)
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=float("inf"))
+    bench.command(6000, arm=True)
     bench.run(9000)
     assert bench.armed == [(4000, True), (5000, False), (9000, True)]

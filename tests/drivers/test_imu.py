@@ -128,7 +128,7 @@ def test_a_read_that_fails_is_a_fault_and_no_sample(ready: Rig) -> None:
     assert ready.imu.consecutive_faults == 0
 
 
-def test_a_chip_that_failed_often_enough_in_a_row_is_brought_up_anew(ready: Rig) -> None:
+def test_a_chip_that_failed_often_enough_in_a_row_is_brought_up_again(ready: Rig) -> None:
     ready.fail(FAULTS_BEFORE_BRING_UP)
     ready.run(READY_MS + FAULTS_BEFORE_BRING_UP * PERIOD_MS)
     assert ready.chip.times("step") == [0.0]
@@ -161,7 +161,7 @@ def test_a_bring_up_that_fails_is_begun_again_after_a_while(rig: Rig) -> None:
     assert rig.samples
 
 
-def test_a_magnetometer_that_died_is_told_once_and_samples_go_on(ready: Rig) -> None:
+def test_a_magnetometer_that_died_is_reported_once_and_samples_go_on(ready: Rig) -> None:
     ready.chip.field_repeats = REPEATS_BEFORE_CHECK - 1
     ready.run(READY_MS + PERIOD_MS)
     assert ready.chip.times("check") == []

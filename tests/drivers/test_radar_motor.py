@@ -53,7 +53,7 @@ def test_signals_turn_both_ways_and_brake(radar: Radar) -> None:
         assert radar.levels == levels
 
 
-def test_each_signal_is_a_look_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
+def test_each_signal_is_a_poll_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
     bench = radar.turn(100, 0)
     before = radar.bus.transactions
     radar.turn(200, 1)
@@ -89,7 +89,7 @@ def test_a_silent_chip_is_switched_off_again_and_again_and_then_brought_up(radar
     assert [fault.kind for fault in bench.faults] == ["NoAcknowledge"] * 3
 
 
-def test_a_chip_that_lost_its_supply_is_told_at_the_next_signal_and_brought_up(
+def test_a_chip_that_lost_its_supply_is_reported_at_the_next_signal_and_brought_up(
     radar: Radar,
 ) -> None:
     radar.turn(100, 1)
@@ -101,7 +101,7 @@ def test_a_chip_that_lost_its_supply_is_told_at_the_next_signal_and_brought_up(
     assert radar.levels == REVERSE
 
 
-def test_a_head_that_nobody_turns_back_is_switched_off() -> None:
+def test_a_head_that_turns_for_too_long_is_switched_off() -> None:
     radar = Radar(longest_turn=5 * SECOND)
     bench = radar.turn(1000, 1)
     bench.run(5999)

@@ -136,7 +136,7 @@ def drive(bench: Bench, from_ms: int, to_ms: int) -> None:
 
 
 @pytest.mark.slow
-def test_a_chip_that_lost_its_supply_is_told_within_a_second_and_brought_up() -> None:
+def test_a_chip_that_lost_its_supply_is_reported_within_a_second_and_brought_up() -> None:
     bench = Bench()
     drive(bench, 100, 1500)
     bench.chip.power_cycle()
@@ -148,7 +148,7 @@ def test_a_chip_that_lost_its_supply_is_told_within_a_second_and_brought_up() ->
     assert not bench.chip.all_off
 
 
-def test_the_first_burst_after_a_failed_one_is_followed_by_a_look() -> None:
+def test_the_first_burst_after_a_failed_one_is_followed_by_a_poll() -> None:
     bench = Bench()
     drive(bench, 100, 200)
     bench.bus.faults = FaultScript([NackAddress(times=1)])
@@ -170,7 +170,7 @@ def test_stopping_is_repeated_until_it_is_acknowledged() -> None:
     assert [fault.consecutive for fault in bench.faults][-1] == 4
 
 
-def test_a_failed_bring_up_is_told_and_begun_again() -> None:
+def test_a_failed_bring_up_is_reported_and_begun_again() -> None:
     bench = Bench()
     bench.bus.faults = FaultScript([NackAddress(times=2)])
     bench.run(199)

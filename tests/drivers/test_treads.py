@@ -22,10 +22,10 @@ def bench(driver: ScriptedDriver) -> AtomicBench:
     return bench_of(driver, settings())
 
 
-# Orders -------------------------------------------------------------------------------------------
+# Commands -----------------------------------------------------------------------------------------
 
 
-def test_nothing_turns_until_it_is_ordered(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_nothing_turns_until_it_is_commanded(bench: AtomicBench, driver: ScriptedDriver) -> None:
     bench.run(5000)
     assert driver.driven == []
     assert bench.model.phase == "still"
@@ -71,7 +71,7 @@ def test_moving_treads_are_refreshed_and_standing_ones_left_alone(
     ]
 
 
-def test_an_order_puts_the_next_refresh_off(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_a_command_puts_the_next_refresh_off(bench: AtomicBench, driver: ScriptedDriver) -> None:
     bench.put(50, right=1)
     bench.put(240, left=1)
     bench.run(445)
@@ -109,14 +109,14 @@ def test_a_reversed_motor_is_driven_the_other_way(driver: ScriptedDriver) -> Non
     assert [call for call, _ in driver.driven] == [(-0.5, 0.5), (0.0, 0.5)]
 
 
-def test_an_order_during_bring_up_is_kept(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_a_command_during_bring_up_is_kept(bench: AtomicBench, driver: ScriptedDriver) -> None:
     bench.put(3, right=1)
     bench.put(5, left=1)
     bench.run(60)
     assert driver.driven == [((0.5, 0.5), 10)]
 
 
-def test_an_order_at_the_instant_of_a_refresh_is_written_last(
+def test_a_command_at_the_instant_of_a_refresh_is_written_last(
     bench: AtomicBench, driver: ScriptedDriver
 ) -> None:
     bench.put(50, right=1, left=1)

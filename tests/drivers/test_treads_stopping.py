@@ -22,7 +22,7 @@ def bench(driver: ScriptedDriver) -> AtomicBench:
 
 
 @pytest.mark.parametrize(
-    ("order", "reason"),
+    ("command", "reason"),
     [
         ({"left": 3}, r"treads\.left: signal 3, expected 0, 1 or 2"),
         ({"right": -1}, r"treads\.right: signal -1"),
@@ -30,11 +30,11 @@ def bench(driver: ScriptedDriver) -> AtomicBench:
         ({"speeds": TreadSpeeds(0.0, math.inf)}, r"expected finite numbers"),
     ],
 )
-def test_an_order_that_is_none_stops_both_and_says_why(
-    bench: AtomicBench, driver: ScriptedDriver, order: dict[str, object], reason: str
+def test_a_command_that_is_none_stops_both_and_says_why(
+    bench: AtomicBench, driver: ScriptedDriver, command: dict[str, object], reason: str
 ) -> None:
     bench.put(50, right=1, left=1)
-    bench.put(60, **order)
+    bench.put(60, **command)
     bench.run(1000)
     assert driver.driven[1:] == [(STOP, 60)]
     (fault,) = bench.faults
@@ -43,7 +43,7 @@ def test_an_order_that_is_none_stops_both_and_says_why(
     assert bench.model.phase == "still"
 
 
-def test_a_good_order_is_obeyed_after_one_that_was_none(
+def test_a_good_command_is_obeyed_after_one_that_was_none(
     bench: AtomicBench, driver: ScriptedDriver
 ) -> None:
     bench.put(50, left=3)
@@ -53,7 +53,7 @@ def test_a_good_order_is_obeyed_after_one_that_was_none(
     assert len(bench.faults) == 1
 
 
-def test_a_chip_that_did_not_take_the_stop_of_a_bad_order_is_brought_up_again(
+def test_a_chip_that_did_not_take_the_stop_of_a_bad_command_is_brought_up_again(
     bench: AtomicBench, driver: ScriptedDriver
 ) -> None:
     driver.stops = [SILENT, None]
@@ -83,7 +83,7 @@ def test_a_write_that_fails_stops_at_once_and_is_repeated_once_the_chip_is_up(
 def test_a_chip_that_resets_whenever_it_drives_is_given_up(
     bench: AtomicBench, driver: ScriptedDriver
 ) -> None:
-    """As a supply does that cannot feed the motors: each order is taken once, and then lost."""
+    """As a supply does that cannot feed the motors: each command is taken once, and then lost."""
     driver.drives = [None, SILENT] * 100
     bench.put(50, right=1, left=1)
     bench.run(20_000)
@@ -93,7 +93,7 @@ def test_a_chip_that_resets_whenever_it_drives_is_given_up(
     assert driver.driven[-1][0] == STOP
 
 
-def test_after_that_a_new_order_is_obeyed(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_after_that_a_new_command_is_obeyed(bench: AtomicBench, driver: ScriptedDriver) -> None:
     driver.drives = [*([None, SILENT] * FAULTS_BEFORE_FORGETTING), None]
     bench.put(50, right=1, left=1)
     bench.put(19_000, right=2)
@@ -102,7 +102,7 @@ def test_after_that_a_new_order_is_obeyed(bench: AtomicBench, driver: ScriptedDr
     assert driver.driven[-1][0] == (0.0, -0.5)
 
 
-def test_two_orders_taken_end_a_row_of_faults(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_two_commands_taken_end_a_row_of_faults(bench: AtomicBench, driver: ScriptedDriver) -> None:
     driver.drives = [None, SILENT, None, None, SILENT, None]
     bench.put(50, right=1, left=1)
     bench.run(2000)
@@ -135,7 +135,7 @@ def test_a_stop_is_repeated_until_it_is_acknowledged_and_then_the_chip_brought_u
     assert driver.times("step") == [0, 350]
 
 
-def test_an_order_while_the_stop_is_pending_is_obeyed_after_it(
+def test_a_command_while_the_stop_is_pending_is_obeyed_after_it(
     bench: AtomicBench, driver: ScriptedDriver
 ) -> None:
     driver.drives = [None, SILENT, None]
@@ -146,7 +146,9 @@ def test_an_order_while_the_stop_is_pending_is_obeyed_after_it(
     assert driver.driven[-2:] == [(STOP, 300), ((0.5, -0.5), 310)]
 
 
-def test_orders_are_obeyed_again_after_a_fault(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_commands_are_obeyed_again_after_a_fault(
+    bench: AtomicBench, driver: ScriptedDriver
+) -> None:
     driver.drives = [SILENT, None]
     bench.put(50, right=1, left=1)
     bench.put(100, right=1, left=1)
@@ -155,7 +157,7 @@ def test_orders_are_obeyed_again_after_a_fault(bench: AtomicBench, driver: Scrip
     assert len(bench.faults) == 1
 
 
-def test_treads_nobody_orders_about_are_stopped_when_that_is_asked_for(
+def test_treads_without_a_new_command_are_stopped_after_the_timeout(
     driver: ScriptedDriver,
 ) -> None:
     bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
@@ -168,7 +170,7 @@ def test_treads_nobody_orders_about_are_stopped_when_that_is_asked_for(
     assert driver.times("step") == [0]
 
 
-def test_standing_treads_need_no_orders(driver: ScriptedDriver) -> None:
+def test_standing_treads_need_no_commands(driver: ScriptedDriver) -> None:
     bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
     bench.put(50, right=0, left=0)
     bench.run(5000)
