@@ -66,7 +66,7 @@ def test_the_table_is_kept_as_its_author_wrote_it(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [None, EIGHT_BITS, WORDS], ids=["example", "8 bits", "16 bits"])
 def test_its_own_tests_are_green_its_types_hold_and_it_is_tidy(
-    text: str | None, tmp_path: Path
+    text: str | None, tmp_path: Path, types_seen: Path
 ) -> None:
     registers = None
     if text is not None:
@@ -77,7 +77,7 @@ def test_its_own_tests_are_green_its_types_hold_and_it_is_tidy(
     tests = package.python("-m", "pytest", "-q", "-p", "no:cacheprovider")
     assert tests.returncode == 0, tests.stdout
     types = package.python(
-        "-m", "mypy", "--strict", "--explicit-package-bases", "--cache-dir", tmp_path / "cache",
+        "-m", "mypy", "--strict", "--explicit-package-bases", "--cache-dir", types_seen,
         "light", "tests",
     )  # fmt: skip
     assert types.returncode == 0, types.stdout
