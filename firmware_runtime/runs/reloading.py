@@ -62,8 +62,9 @@ class Reloading:
         except Exception as error:  # noqa: BLE001 -- whatever the file holds, the run goes on
             said = error if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
             return f"not reloaded, everything stays as it was: {said}"
-        if board.name != self._board.name:
-            return f"not reloaded, everything stays as it was: {board.source} is a {board.name} now"
+        if (board.name, board.kind) != (self._board.name, self._board.kind):
+            now = f"{board.source} is now {board.name}, a {board.kind}"
+            return f"not reloaded, everything stays as it was: {now}"
         before = self._board.settings
         changed = list(changed_keys(before, board.settings))
         left = need_restart(changed, board.retunable)

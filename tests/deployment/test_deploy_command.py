@@ -117,8 +117,13 @@ def test_a_robot_of_anyones_own_brings_its_package_and_keeps_it(
     subprocess.run([program, "new", "robot", "heron", "--into", tmp_path / "heron"], check=True)
     assert files_below(tmp_path / "heron") == len(write_robot("heron", tmp_path / "again"))
     assert deploy(target) == Status.NOT_DEPLOYED  # here its package is not known
-    assert package.command("deploy", HOST, "tachobot", *words).returncode == 0
+    left = tmp_path / "left.toml"
+    left.write_text(f'name = "left"\n{(package.folder / "rover/board.toml").read_text()}')
+    ended = package.command("deploy", HOST, "left", "--settings", left, *words)
+    assert ended.returncode == 0, ended.stderr
     assert "rover" in boards_by(program)
+    assert (root / "etc/systemd/system/firmware-runtime@left.service.d/board.conf").is_file()
+    assert (root / "etc/firmware-runtime/left.toml").read_text() == left.read_text()
 
 
 @pytest.mark.slow
