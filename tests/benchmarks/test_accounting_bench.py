@@ -43,10 +43,12 @@ def test_a_step_put_together_is_accounted_like_one_of_the_executive(
     run = Executive(tickers(count), HastyClock(), list, configuration(tmp_path, recorded=recorded))
     run.run(20 * PERIOD)
     executive = read_statistics(tmp_path / "tickers.stats").as_json()
-    assert put_together["run"] == executive["run"] == 20 * count
+    assert put_together["run"] == 20 * count
+    assert put_together["conditions"]["run"]["steps"] == 20
+    # a machine that stalls for a period skips one
+    assert executive["run"] + executive["skipped"] == 20 * count
     for each in (put_together, executive):
         assert each["scheduled"] == each["run"] + each["skipped"] + each["coalesced"]
-        assert each["conditions"]["run"]["steps"] == 20
     assert Companion.SPANS.beside(tmp_path / "tickers.stats").exists() == recorded
 
 
