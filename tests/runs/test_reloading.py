@@ -118,8 +118,12 @@ def test_what_only_a_new_run_takes_up_is_not_taken_up_with_the_rest(rig: Rig) ->
     ]
 
 
-def test_a_file_that_has_become_another_robots_changes_nothing(rig: Rig) -> None:
-    rig.path.write_text((SHIPPED.parents[1] / "detective" / "board.toml").read_text())
+@pytest.mark.parametrize("name", ["detective", "tachobot"])
+def test_a_file_that_has_become_another_robots_changes_nothing(rig: Rig, name: str) -> None:
+    detective = (SHIPPED.parents[1] / "detective" / "board.toml").read_text()
+    rig.path.write_text(f'name = "{name}"\n{detective}')
     rig.reloading.request()
     rig.reloading.attend(0, NEEDED)
-    assert rig.told == [f"not reloaded, everything stays as it was: {rig.path} is a detective now"]
+    (told,) = rig.told
+    assert told.startswith("not reloaded, everything stays as it was: ")
+    assert told.endswith(f"{rig.path} is now {name}, a detective")
