@@ -44,7 +44,7 @@ def test_saturation_keeps_the_direction_of_x_and_y(x: float, y: float, yaw: floa
     assert got[0] * x + got[1] * y >= -1e-12
 
 
-class Bench:
+class Rig:
     def __init__(self) -> None:
         top = Coupled("top")
         model = top.add(Allocation("allocation", LIMIT_N, timeout=100 * MILLISECOND))
@@ -64,16 +64,16 @@ class Bench:
 
 
 def test_a_position_command_turns_with_the_body() -> None:
-    bench = Bench()
-    bench.simulator.inject(bench.yaw, Motion(np.pi / 2, 0.0))
-    bench.simulator.inject(bench.x, 0.2)
-    forces = bench.command_yaw(0, 0.0)
+    rig = Rig()
+    rig.simulator.inject(rig.yaw, Motion(np.pi / 2, 0.0))
+    rig.simulator.inject(rig.x, 0.2)
+    forces = rig.command_yaw(0, 0.0)
     assert forces == pytest.approx((0.0, 0.1, 0.0, -0.1), abs=1e-15)
 
 
 def test_a_position_command_that_is_not_renewed_counts_as_zero() -> None:
-    bench = Bench()
-    bench.simulator.inject(bench.x, 0.2)
-    assert bench.command_yaw(0, 0.0).f1 == pytest.approx(0.1)
-    assert bench.command_yaw(100, 0.0).f1 == pytest.approx(0.1)
-    assert bench.command_yaw(101, 0.0).f1 == 0.0
+    rig = Rig()
+    rig.simulator.inject(rig.x, 0.2)
+    assert rig.command_yaw(0, 0.0).f1 == pytest.approx(0.1)
+    assert rig.command_yaw(100, 0.0).f1 == pytest.approx(0.1)
+    assert rig.command_yaw(101, 0.0).f1 == 0.0

@@ -12,7 +12,7 @@ from firmware_runtime.models.motion import Motion
 FIELD_T = 20e-6
 
 
-class Bench:
+class Rig:
     """An attitude estimator alone; samples come in by hand."""
 
     def __init__(self, *, compass_s: float = 0.0, enabled: bool = True) -> None:
@@ -42,53 +42,53 @@ class Bench:
 
 
 def test_yaw_is_zero_where_the_first_sample_finds_the_robot() -> None:
-    bench = Bench()
-    bench.feel(100, 0.3)
-    assert bench.motions == [Motion(0.0, 0.3)]
+    rig = Rig()
+    rig.feel(100, 0.3)
+    assert rig.motions == [Motion(0.0, 0.3)]
 
 
 def test_rates_are_integrated_by_the_trapezoid_rule_over_the_true_time() -> None:
-    bench = Bench()
-    bench.feel(0, 0.0)
-    bench.feel(100, 1.0)
-    bench.feel(300, 1.0)
-    assert bench.yaw == pytest.approx(0.05 + 0.2)
+    rig = Rig()
+    rig.feel(0, 0.0)
+    rig.feel(100, 1.0)
+    rig.feel(300, 1.0)
+    assert rig.yaw == pytest.approx(0.05 + 0.2)
 
 
 def test_the_compass_pulls_the_estimate_to_the_angle_turned_since_its_first_field() -> None:
-    bench = Bench(compass_s=1.0)
+    rig = Rig(compass_s=1.0)
     for n in range(1101):
-        bench.feel(10 * n, 0.0, heading=2.0 if n <= FIELDS_AVERAGED else 2.5)
-    assert bench.yaw == pytest.approx(0.5, abs=1e-3)
+        rig.feel(10 * n, 0.0, heading=2.0 if n <= FIELDS_AVERAGED else 2.5)
+    assert rig.yaw == pytest.approx(0.5, abs=1e-3)
 
 
 def test_the_compass_angle_at_the_start_is_the_mean_of_its_first_fields() -> None:
-    bench = Bench(compass_s=1.0)
+    rig = Rig(compass_s=1.0)
     for n in range(1101):
-        bench.feel(10 * n, 0.0, heading=1.0 + (-1) ** n * 0.1 if n <= FIELDS_AVERAGED else 1.0)
-    assert bench.yaw == pytest.approx(0.0, abs=1e-3)
+        rig.feel(10 * n, 0.0, heading=1.0 + (-1) ** n * 0.1 if n <= FIELDS_AVERAGED else 1.0)
+    assert rig.yaw == pytest.approx(0.0, abs=1e-3)
 
 
 def test_the_compass_takes_the_short_way_round() -> None:
-    bench = Bench(compass_s=1.0)
+    rig = Rig(compass_s=1.0)
     for n in range(FIELDS_AVERAGED + 1):
-        bench.feel(10 * n, 0.0, heading=math.pi - 0.1)
-    bench.feel(10 * FIELDS_AVERAGED + 10, 0.0, heading=-math.pi + 0.1)
-    assert bench.yaw == pytest.approx(0.2 * 0.01)
+        rig.feel(10 * n, 0.0, heading=math.pi - 0.1)
+    rig.feel(10 * FIELDS_AVERAGED + 10, 0.0, heading=-math.pi + 0.1)
+    assert rig.yaw == pytest.approx(0.2 * 0.01)
 
 
 def test_without_a_field_or_a_time_constant_the_gyro_stands_alone() -> None:
-    bench = Bench(compass_s=0.0)
-    bench.feel(0, 0.0, heading=0.0)
-    bench.feel(10, 0.0, heading=1.0)
-    assert bench.yaw == 0.0
+    rig = Rig(compass_s=0.0)
+    rig.feel(0, 0.0, heading=0.0)
+    rig.feel(10, 0.0, heading=1.0)
+    assert rig.yaw == 0.0
 
 
 def test_a_disabled_estimator_says_nothing_until_it_is_enabled() -> None:
-    bench = Bench(enabled=False)
-    bench.feel(0, 1.0)
-    assert bench.motions == []
-    bench.simulator.inject(bench.enable, True)
-    bench.simulator.advance(5 * MILLISECOND)
-    bench.feel(10, 1.0)
-    assert bench.motions == [Motion(0.0, 1.0)]
+    rig = Rig(enabled=False)
+    rig.feel(0, 1.0)
+    assert rig.motions == []
+    rig.simulator.inject(rig.enable, True)
+    rig.simulator.advance(5 * MILLISECOND)
+    rig.feel(10, 1.0)
+    assert rig.motions == [Motion(0.0, 1.0)]

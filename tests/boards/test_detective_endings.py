@@ -27,7 +27,7 @@ class Supplied(Protocol):
 
 def chips_of(robot: VirtualDetective) -> dict[str, Supplied]:
     """Every chip on the bus, with a number where there are two of a kind."""
-    wired = robot.bench.wires.targets["i2c1"]
+    wired = robot.rig.wires.targets["i2c1"]
     return {
         f"{type(chip).__name__}{number}": cast("Supplied", chip)
         for number, chip in enumerate(wired)
@@ -68,7 +68,7 @@ def test_a_chip_that_answers_no_more(address: int, phase: str) -> None:
     robot = virtual_detective("mission.longest_s=40")
     robot.run(PHASES_S[phase])
     silent = NackAddress(address=address, times=None)
-    robot.bench.buses["i2c1"].faults = FaultScript([silent])
+    robot.rig.buses["i2c1"].faults = FaultScript([silent])
     ends(robot)
 
 
@@ -76,7 +76,7 @@ def test_a_chip_that_answers_no_more(address: int, phase: str) -> None:
 def test_all_chips_lose_their_supply_for_a_moment(phase: str) -> None:
     robot = virtual_detective()
     robot.run(PHASES_S[phase])
-    robot.bench.buses["i2c1"].power_cycle()
+    robot.rig.buses["i2c1"].power_cycle()
     ends(robot)
 
 
@@ -124,7 +124,7 @@ def test_a_sabertooth_that_loses_its_supply_leaves_no_mission_without_an_end(
     board = second_choice_board(tmp_path_factory.mktemp("board"))
     robot = virtual_detective("mission.longest_s=60", board=board)
     robot.run(3)
-    line = robot.bench.ports["treads"]
+    line = robot.rig.ports["treads"]
     line._target.power_cycle()  # type: ignore[attr-defined]
     ends(robot)
 

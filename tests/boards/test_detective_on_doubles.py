@@ -24,7 +24,7 @@ def test_it_finds_its_target_and_stops_in_front_of_it(bearing_deg: int, distance
     result = robot.run_mission()
     assert result["found"] is True
     assert 0.05 < result["stopped_m"] < 0.5
-    assert not robot.bench.arena.collided
+    assert not robot.rig.arena.collided
 
 
 def test_with_the_second_choice_of_every_chip_it_finds_its_target_too(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_an_unplugged_sensor_stops_the_treads_in_time(
     robot = virtual_detective()
     robot.run(3)
     assert not robot.are_treads_still()
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=address, times=None)])
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=address, times=None)])
     robot.run(3 + silent_after_s)
     assert robot.are_treads_still()
     ((at, ending),) = robot.endings
@@ -87,7 +87,7 @@ def test_a_compass_that_hangs_is_found_out_while_the_robot_turns() -> None:
 def test_a_silent_md25_ends_the_mission_and_its_own_timeout_stops_the_treads() -> None:
     robot = virtual_detective()
     robot.run(3)
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=MD25, times=None)])
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=MD25, times=None)])
     robot.run(5.1)
     assert robot.are_treads_still()
     ((_at, ending),) = robot.endings
@@ -98,17 +98,17 @@ def test_a_silent_md25_ends_the_mission_and_its_own_timeout_stops_the_treads() -
 def test_after_a_failure_no_order_reaches_a_motor() -> None:
     robot = virtual_detective()
     robot.run(1)
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=None)])
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=None)])
     robot.run(20)
     assert robot.are_treads_still()
-    assert robot.bench.outputs == {"radar_motor": 3, "treads": 0}
+    assert robot.rig.outputs == {"radar_motor": 3, "treads": 0}
     assert robot.robot.make_safe() == []
-    assert robot.bench.outputs == {"radar_motor": 0, "treads": 0}
+    assert robot.rig.outputs == {"radar_motor": 0, "treads": 0}
 
 
 def test_one_fault_alone_does_not_end_the_mission() -> None:
     robot = virtual_detective()
     robot.run(3)
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=1)])
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=1)])
     assert robot.run_mission()["found"] is True
     assert len(robot.faults) == 1

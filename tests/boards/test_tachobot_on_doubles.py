@@ -21,7 +21,7 @@ IMU, MAGNETOMETER, THRUST = 0x68, 0x0C, 0x40
 def test_it_turns_to_one_radian_and_rests_there() -> None:
     robot = virtual_tachobot()
     robot.run(10)
-    result = robot.bench.result(10 * SECOND, {})
+    result = robot.rig.result(10 * SECOND, {})
     assert result["settled"] is True
     assert result["yaw_rad"] == pytest.approx(1.0, abs=0.02)
     assert max(robot.values("world.yaw_rad")) < 1.15
@@ -31,7 +31,7 @@ def test_it_turns_to_one_radian_and_rests_there() -> None:
 def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_look_of_four() -> None:
     robot = virtual_tachobot()
     robot.run(2)
-    bus = robot.bench.buses["i2c1"]
+    bus = robot.rig.buses["i2c1"]
     before = bus.transactions, bus.bytes
     robot.run(3)
     ticks = 100
@@ -52,7 +52,7 @@ def test_every_tick_carries_what_an_outside_simulator_needs() -> None:
 def test_the_reported_duties_are_the_chips() -> None:
     robot = virtual_tachobot()
     robot.run(1.5)
-    assert robot.values("thrust_pairs.duties")[-1] == robot.bench.thrust.duties[:8]
+    assert robot.values("thrust_pairs.duties")[-1] == robot.rig.thrust.duties[:8]
 
 
 def test_equation_one_holds_between_two_ticks() -> None:
@@ -78,7 +78,7 @@ def test_the_same_seed_gives_the_same_values_and_another_seed_does_not() -> None
 def test_it_starts_off_and_stays_off_while_it_is_calibrated() -> None:
     robot = virtual_tachobot()
     robot.run(0.5)
-    assert robot.bench.thrust.all_off
+    assert robot.rig.thrust.all_off
     assert robot.values("imu.sample") == []
 
 
@@ -92,7 +92,7 @@ def test_a_gyro_that_turns_at_the_start_is_not_calibrated() -> None:
     robot = virtual_tachobot("world.gyro_bias_rad_s=0.5")
     robot.run(2)
     assert robot.values("imu.sample") == []
-    assert robot.bench.thrust.all_off
+    assert robot.rig.thrust.all_off
     assert {fault.kind for fault in robot.faults()} == {"NotReady"}
     assert "the robot turns" in robot.faults()[0].reason
     why = robot.model.imu.unready()
@@ -103,12 +103,12 @@ def test_a_gyro_that_turns_at_the_start_is_not_calibrated() -> None:
 def test_a_silent_imu_switches_the_propellers_off_in_time() -> None:
     robot = virtual_tachobot()
     robot.run(2)
-    assert not robot.bench.thrust.all_off
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=IMU, times=None)])
+    assert not robot.rig.thrust.all_off
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=IMU, times=None)])
     robot.run(2.045)
-    assert not robot.bench.thrust.all_off
+    assert not robot.rig.thrust.all_off
     robot.run(2.06)
-    assert robot.bench.thrust.all_off
+    assert robot.rig.thrust.all_off
     kinds = [fault.kind for fault in robot.values("imu.fault")]
     assert set(kinds) == {"NoAcknowledge"}
     assert "no forces for" in robot.values("thrust_pairs.fault")[-1].reason
@@ -117,56 +117,56 @@ def test_a_silent_imu_switches_the_propellers_off_in_time() -> None:
 def test_it_recovers_from_a_brown_out_of_the_imu() -> None:
     robot = virtual_tachobot()
     robot.run(4)
-    robot.bench.imu.power_cycle()
-    robot.bench.magnetometer.power_cycle()
+    robot.rig.imu.power_cycle()
+    robot.rig.magnetometer.power_cycle()
     robot.run(8)
     assert robot.values("imu.fault") != []
     assert robot.heard["imu.sample"][-1][0] == 8 * SECOND
-    assert robot.bench.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.1)
+    assert robot.rig.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_it_recovers_from_a_brown_out_of_the_propellers_chip_and_says_so() -> None:
     robot = virtual_tachobot()
     robot.run(4)
-    robot.bench.thrust.power_cycle()
+    robot.rig.thrust.power_cycle()
     robot.run(8)
     (fault,) = robot.faults()
     assert "PCA9685 at 0x40 on i2c1: MODE1 reads 11, expected 20" in fault.reason
-    assert robot.values("thrust_pairs.duties")[-1] == robot.bench.thrust.duties[:8]
-    assert robot.bench.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.05)
+    assert robot.values("thrust_pairs.duties")[-1] == robot.rig.thrust.duties[:8]
+    assert robot.rig.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_stuck_bus_is_a_fault_and_stopping_goes_on_until_acknowledged() -> None:
     robot = virtual_tachobot()
     robot.run(2)
-    robot.bench.buses["i2c1"].faults = FaultScript([StuckSda(address=THRUST)])
+    robot.rig.buses["i2c1"].faults = FaultScript([StuckSda(address=THRUST)])
     robot.run(2.3)
     assert {fault.kind for fault in robot.faults()} == {"BusTimeout"}
-    assert not robot.bench.thrust.all_off
-    robot.bench.buses["i2c1"].recover()
+    assert not robot.rig.thrust.all_off
+    robot.rig.buses["i2c1"].recover()
     robot.run(2.4)
-    assert robot.bench.thrust.all_off
+    assert robot.rig.thrust.all_off
 
 
 def test_a_robot_without_magnetometer_says_so_and_flies_on_six_axes() -> None:
     robot = virtual_tachobot()
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=0x0C, times=None)])
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=0x0C, times=None)])
     robot.run(6)
     (warning,) = robot.values("imu.fault")
     assert "six axes only" in warning.reason
     assert all(sample.field is None for sample in robot.values("imu.sample"))
-    assert robot.bench.result(6 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
+    assert robot.rig.result(6 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_magnetometer_that_dies_in_flight_is_found_out_and_flown_without() -> None:
     robot = virtual_tachobot()
     robot.run(3)
-    disable_magnetometer(robot.bench.buses["i2c1"])
+    disable_magnetometer(robot.rig.buses["i2c1"])
     robot.run(6)
     (warning,) = robot.values("imu.fault")
     assert "six axes only" in warning.reason
     assert robot.values("imu.sample")[-1].field is None
-    assert robot.bench.result(6 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
+    assert robot.rig.result(6 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_delay_in_the_yaw_loop_postpones_every_force() -> None:
@@ -189,18 +189,18 @@ def test_friction_holds_it_short_of_the_reference() -> None:
 def test_a_turned_imu_gives_the_same_flight(mounting: str) -> None:
     robot = virtual_tachobot(f"imu.mounting={mounting}")
     robot.run(5)
-    assert robot.bench.result(5 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
+    assert robot.rig.result(5 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.03)
 
 
 def test_free_mode_lifts_first_and_then_holds_x_y_and_yaw() -> None:
     robot = virtual_tachobot("controller.mode=free", "controller.x.reference_m=0.5")
-    esc = robot.bench.pwm_chips["esc"]
+    esc = robot.rig.pwm_chips["esc"]
     robot.run(2.9)
     assert esc.duty(0) == pytest.approx(1000e-6 * 50, abs=1 / 4096)
-    assert robot.bench.thrust.all_off
+    assert robot.rig.thrust.all_off
     robot.run(20)
     assert esc.duty(0) == pytest.approx(1600e-6 * 50, abs=1 / 4096)
-    state = robot.bench.world.state(20 * SECOND + MILLISECOND)  # a sample's time on the wire later
+    state = robot.rig.world.state(20 * SECOND + MILLISECOND)  # a sample's time on the wire later
     assert state.x_m == pytest.approx(0.5, abs=0.05)
     assert state.y_m == pytest.approx(0.0, abs=0.05)
     assert state.yaw_rad == pytest.approx(1.0, abs=0.05)
@@ -213,23 +213,23 @@ def test_forces_that_are_not_numbers_switch_off() -> None:
     assert isinstance(allocation, Allocation)
     allocation.pair_thrust_n = math.nan
     robot.run(2.02)
-    assert robot.bench.thrust.all_off
+    assert robot.rig.thrust.all_off
     assert "expected finite numbers" in robot.values("thrust_pairs.fault")[-1].reason
 
 
 def test_make_safe_leaves_all_sixteen_channels_of_both_chips_off() -> None:
     robot = virtual_tachobot("controller.mode=free")
     robot.run(4)
-    assert robot.bench.outputs == {"thrust_pairs": 8, "esc": 1}
+    assert robot.rig.outputs == {"thrust_pairs": 8, "esc": 1}
     assert robot.robot.make_safe() == []
-    assert robot.bench.outputs == {"thrust_pairs": 0, "esc": 0}
-    assert robot.bench.thrust.all_off
+    assert robot.rig.outputs == {"thrust_pairs": 0, "esc": 0}
+    assert robot.rig.thrust.all_off
 
 
 def test_what_cannot_be_made_safe_is_told() -> None:
     robot = virtual_tachobot()
     robot.run(2)
-    robot.bench.buses["i2c1"].faults = FaultScript([NackAddress(address=THRUST, times=None)])
+    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=THRUST, times=None)])
     (failure,) = robot.robot.make_safe()
     assert "0x40" in failure
 
@@ -237,7 +237,7 @@ def test_what_cannot_be_made_safe_is_told() -> None:
 def test_on_the_platform_one_pca9685_and_one_mpu9250_are_all_it_takes() -> None:
     robot = virtual_tachobot()
     spoken_to: set[int] = set()
-    bus = robot.bench.buses["i2c1"]
+    bus = robot.rig.buses["i2c1"]
     transfer = bus.transfer
 
     def noted(address: int, messages: Sequence[Message]) -> bytes:

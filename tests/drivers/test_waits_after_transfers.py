@@ -126,5 +126,5 @@ def test_the_whole_robot_gives_its_chips_the_time_they_need_on_a_slow_bus() -> N
     robot.run(2)
     assert robot.values("imu.sample")
     assert robot.faults() == []
-    bench = robot.bench
+    bench = robot.rig
     assert [*bench.imu.warnings, *bench.magnetometer.warnings, *bench.thrust.warnings] == []

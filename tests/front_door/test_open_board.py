@@ -273,7 +273,7 @@ def test_doubles_that_are_served_are_left_to_others_afterwards(
             return ServedDoubles(served.ask, lines, (), leave=lambda: left.append("left"))
 
         monkeypatch.setattr(session, "served_doubles", doubles)
-        served.bench.buses["i2c1"].faults = None if chip_is_there else REFUSED
+        served.doubles.buses["i2c1"].faults = None if chip_is_there else REFUSED
         choices: dict[str, Any] = {"doubles": tmp_path, "statistics": tmp_path / "x.stats"}
         if chip_is_there:
             open_board("tachobot", **choices).close()

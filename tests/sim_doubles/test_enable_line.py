@@ -17,19 +17,19 @@ FULL_ON = (b"\xfd\x00", b"\xfb\x10")
 
 def drive(rig: ServedRig) -> None:
     """Wake the chip and switch all its outputs full-on."""
-    bus = rig.bench.buses["i2c1"]
+    bus = rig.doubles.buses["i2c1"]
     for message in (b"\x00\x21", *FULL_ON):
         bus.transaction(0x40, (message,))
 
 
 def duty(rig: ServedRig) -> float:
-    assert isinstance(rig.bench, TachobotRig)
-    return rig.bench.thrust.duty(0)
+    assert isinstance(rig.doubles, TachobotRig)
+    return rig.doubles.thrust.duty(0)
 
 
 def test_outputs_are_off_until_the_line_lets_them_through_and_when_it_is_given_up() -> None:
     with served_rig("tachobot", *WIRED) as rig:
-        line = rig.bench.enable
+        line = rig.doubles.enable
         assert line is not None
         drive(rig)
         assert duty(rig) == 0
@@ -47,7 +47,7 @@ def test_outputs_are_off_until_the_line_lets_them_through_and_when_it_is_given_u
 def test_without_one_outputs_need_none() -> None:
     with served_rig("tachobot") as rig:
         drive(rig)
-        assert (rig.bench.enable, duty(rig)) == (None, 1)
+        assert (rig.doubles.enable, duty(rig)) == (None, 1)
         with pytest.raises(BusAbsent):
             ServedEnableLine("output_enable", rig.ask).set(True)
 

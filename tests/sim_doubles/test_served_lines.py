@@ -1,4 +1,4 @@
-"""Lines of served doubles: the same bytes and the same errors as on a bench in this process."""
+"""Lines of served doubles: the same bytes and the same errors as on a rig in this process."""
 
 import errno
 from collections.abc import Callable, Iterator
@@ -36,7 +36,7 @@ OF_ADAPTERS = (
 )
 
 
-def local_bench(board: str, *assignments: str) -> tuple[ManualClock, DoublesRig]:
+def local_rig(board: str, *assignments: str) -> tuple[ManualClock, DoublesRig]:
     clock = ManualClock()
     return clock, rig_for(registry.load(board, assignments), clock)
 
@@ -54,8 +54,8 @@ def outcome(transaction: Callable[[], bytes]) -> bytes | tuple[type[HalError], s
 @settings(max_examples=30, deadline=None)
 @given(data=st.data())
 def test_random_transactions_end_as_on_the_bus_itself(board: str, data: st.DataObject) -> None:
-    clock, bench = local_bench(board)
-    local = bench.buses["i2c1"]
+    clock, doubles = local_rig(board)
+    local = doubles.buses["i2c1"]
     asked = st.lists(st.tuples(SPANS, st.sampled_from(ADDRESSES[board]), MESSAGES), max_size=12)
     with served_rig(board) as rig:
         served = ServedBus("i2c1", rig.ask)
@@ -64,7 +64,7 @@ def test_random_transactions_end_as_on_the_bus_itself(board: str, data: st.DataO
             rig.clock.advance(span)
             there = outcome(partial(served.transaction, address, messages))
             assert there == outcome(partial(local.transaction, address, messages))
-        assert look(rig.ask).levels == bench.levels(clock())
+        assert look(rig.ask).levels == doubles.levels(clock())
 
 
 @pytest.mark.slow
@@ -83,17 +83,17 @@ def test_random_serial_traffic_ends_as_on_the_port_itself(
     traffic: list[tuple[int, str, bytes | None]],
 ) -> None:
     board = ("detective", *SERIAL_TREADS, *SERIAL_SONAR)
-    clock, bench = local_bench(*board)
+    clock, doubles = local_rig(*board)
     with served_rig(*board) as rig:
-        served = {name: ServedPort(name, rig.ask) for name in bench.ports}
+        served = {name: ServedPort(name, rig.ask) for name in doubles.ports}
         for span, name, written in traffic:
             clock.advance(span)
             rig.clock.advance(span)
             if written is not None:
-                bench.ports[name].write(written)
+                doubles.ports[name].write(written)
                 served[name].write(written)
-            assert served[name].read_available() == bench.ports[name].read_available()
-        assert look(rig.ask).levels == bench.levels(clock())
+            assert served[name].read_available() == doubles.ports[name].read_available()
+        assert look(rig.ask).levels == doubles.levels(clock())
 
 
 @pytest.fixture
@@ -104,10 +104,10 @@ def rig() -> Iterator[ServedRig]:
 
 @pytest.mark.parametrize("number", OF_ADAPTERS)
 def test_every_errno_of_an_adapter_becomes_the_same_error(rig: ServedRig, number: int) -> None:
-    _clock, bench = local_bench("detective")
-    local, served = bench.buses["i2c1"], ServedBus("i2c1", rig.ask)
+    _clock, doubles = local_rig("detective")
+    local, served = doubles.buses["i2c1"], ServedBus("i2c1", rig.ask)
     local.faults = FaultScript([AdapterError(errno=number)])
-    rig.bench.buses["i2c1"].faults = FaultScript([AdapterError(errno=number)])
+    rig.doubles.buses["i2c1"].faults = FaultScript([AdapterError(errno=number)])
     messages: list[Message] = [b"\x00", 1]
     failed = outcome(lambda: served.transaction(0x40, messages))
     assert isinstance(failed, tuple)
@@ -140,7 +140,7 @@ def test_a_line_that_is_not_there_is_absent(rig: ServedRig) -> None:
 
 
 def test_an_adapter_pulled_out_is_a_bus_fault(rig: ServedRig) -> None:
-    served, line = ServedPort("sonar", rig.ask), rig.bench.ports["sonar"]
+    served, line = ServedPort("sonar", rig.ask), rig.doubles.ports["sonar"]
     assert isinstance(line, SerialLineDouble)
     line.unplugged = True
     with pytest.raises(BusFault, match="sonar"):
@@ -155,11 +155,11 @@ def test_what_arrived_before_a_port_was_opened_is_thrown_away(rig: ServedRig) ->
     assert b"R" in served.read_available()
 
 
-def test_outputs_and_result_are_those_of_the_bench(rig: ServedRig) -> None:
-    doubles = ServedDoubles(rig.ask, rig.bench.buses, rig.bench.ports)
+def test_outputs_and_result_are_those_of_the_rig(rig: ServedRig) -> None:
+    doubles = ServedDoubles(rig.ask, rig.doubles.buses, rig.doubles.ports)
     doubles.ports["treads"].write(bytes((0xAA, 128, 0, 127, 127)))
     rig.clock.advance(3 * SECOND)
-    assert doubles.outputs == rig.bench.outputs == {"radar_motor": 0, "treads": 1}
+    assert doubles.outputs == rig.doubles.outputs == {"radar_motor": 0, "treads": 1}
     told = doubles.result(5 * SECOND, {"found": True})
-    assert told == rig.bench.result(5 * SECOND, {"found": True})
+    assert told == rig.doubles.result(5 * SECOND, {"found": True})
     assert (told["found"], told["time_s"]) == (False, 5.0)

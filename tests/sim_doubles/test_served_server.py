@@ -41,9 +41,9 @@ class Rig:
     def __init__(self, folder: Path) -> None:
         self.path, self.log_path = folder / "doubles.sock", folder / "doubles.log"
         clock = RealClock()
-        bench = rig_for(registry.load("tachobot"), clock)
-        self.log = OutputLog(self.log_path, bench)
-        service = DoublesService("tachobot", bench, clock, self.log)
+        doubles = rig_for(registry.load("tachobot"), clock)
+        self.log = OutputLog(self.log_path, doubles)
+        service = DoublesService("tachobot", doubles, clock, self.log)
         self.server = DoublesServer(self.path, service, self.log, clock)
 
     def client(self) -> socket:
@@ -145,9 +145,9 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_log_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    bench = rig_for(registry.load("tachobot"), RealClock())
+    doubles = rig_for(registry.load("tachobot"), RealClock())
     with pytest.raises(ServingError, match="the log cannot be written"):
-        OutputLog(tmp_path / "no" / "log", bench)
+        OutputLog(tmp_path / "no" / "log", doubles)
 
 
 # The client's side -------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ def differential(*pairs: float) -> list[float]:
     return [duty for u in pairs for duty in (0.5 + u / 2, 0.5 - u / 2)]
 
 
-class Bench:
+class Rig:
     """A world and the duties it is driven with."""
 
     def __init__(self, parameters: TachobotParameters) -> None:
@@ -45,9 +45,9 @@ class Bench:
 
 
 def after_one_second(parameters: TachobotParameters, *pairs: float) -> TachobotState:
-    bench = Bench(parameters)
-    bench.drive(0, *pairs)
-    return bench.world.state(SECOND)
+    rig = Rig(parameters)
+    rig.drive(0, *pairs)
+    return rig.world.state(SECOND)
 
 
 @pytest.mark.parametrize(
@@ -63,9 +63,9 @@ def after_one_second(parameters: TachobotParameters, *pairs: float) -> TachobotS
 def test_each_force_pushes_and_turns_as_equation_1_says(
     pairs: tuple[float, ...], forward: int, left: int, turning: int
 ) -> None:
-    bench = Bench(FREE)
-    bench.drive(0, *pairs)
-    moved = bench.world.state(SECOND // 1000)
+    rig = Rig(FREE)
+    rig.drive(0, *pairs)
+    moved = rig.world.state(SECOND // 1000)
     push = 0.40 / 3.0 * 1e-3
     assert moved.vx_m_s == pytest.approx(forward * push, abs=1e-6)
     assert moved.vy_m_s == pytest.approx(left * push, abs=1e-6)
@@ -73,13 +73,13 @@ def test_each_force_pushes_and_turns_as_equation_1_says(
 
 
 def test_forces_turn_with_the_body() -> None:
-    bench = Bench(FREE)
-    bench.drive(0, 1, 0, 1, 0)
+    rig = Rig(FREE)
+    rig.drive(0, 1, 0, 1, 0)
     quarter_s = math.sqrt(math.pi / (2 * 0.20 / 0.075 * 0.40))
     half_way = round(quarter_s * SECOND)
-    bench.drive(half_way, -1, 0, -1, 0)
-    bench.drive(2 * half_way, 1, 0, -1, 0)  # it stands at half a turn, forward is now back
-    resting, moved = bench.world.state(2 * half_way), bench.world.state(2 * half_way + SECOND)
+    rig.drive(half_way, -1, 0, -1, 0)
+    rig.drive(2 * half_way, 1, 0, -1, 0)  # it stands at half a turn, forward is now back
+    resting, moved = rig.world.state(2 * half_way), rig.world.state(2 * half_way + SECOND)
     assert resting.yaw_rad == pytest.approx(math.pi)
     assert resting.yaw_rate_rad_s == pytest.approx(0.0, abs=1e-9)
     assert moved.vx_m_s - resting.vx_m_s == pytest.approx(-2 * 0.40 / 3.0)
@@ -99,9 +99,9 @@ def test_the_third_command_accelerates_yaw_by_twice_its_lever_over_the_inertia()
 def test_differential_pairs_are_linear_in_their_commands(
     u1: float, u2: float, u3: float, u4: float
 ) -> None:
-    bench = Bench(FREE)
-    bench.drive(0, u1, u2, u3, u4)
-    forward, left, _ = bench.world.inertial(0).acceleration
+    rig = Rig(FREE)
+    rig.drive(0, u1, u2, u3, u4)
+    forward, left, _ = rig.world.inertial(0).acceleration
     assert forward * 3.0 == pytest.approx(0.40 * (u1 - u3), abs=1e-15)
     assert left * 3.0 == pytest.approx(0.40 * (u4 - u2), abs=1e-15)
 
@@ -110,9 +110,9 @@ def test_differential_pairs_are_linear_in_their_commands(
 def test_from_neutral_the_force_follows_its_command_with_the_motor_lag(
     u: float, lag_s: float
 ) -> None:
-    bench = Bench(replace(FREE, motor_lag_s=lag_s))
-    bench.drive(10 * SECOND, u, 0, 0, 0)
-    after_20_ms = bench.world.inertial(10 * SECOND + 20_000_000).acceleration
+    rig = Rig(replace(FREE, motor_lag_s=lag_s))
+    rig.drive(10 * SECOND, u, 0, 0, 0)
+    after_20_ms = rig.world.inertial(10 * SECOND + 20_000_000).acceleration
     lagged = u * (1 - math.exp(-0.020 / lag_s))
     assert after_20_ms[0] * 3.0 == pytest.approx(0.40 * lagged, abs=1e-12)
 
@@ -120,17 +120,17 @@ def test_from_neutral_the_force_follows_its_command_with_the_motor_lag(
 @pytest.mark.parametrize("mounting", ["platform", "free"])
 @pytest.mark.parametrize("duty", [0.0, 0.5, 1.0], ids=["full-off", "neutral", "all full"])
 def test_equal_duties_move_nothing(mounting: Mounting, duty: float) -> None:
-    bench = Bench(TachobotParameters(mounting=mounting))
-    bench.duties = [duty] * 8
-    assert bench.world.state(SECOND) == TachobotState(0, 0, 0, 0, 0, 0)
+    rig = Rig(TachobotParameters(mounting=mounting))
+    rig.duties = [duty] * 8
+    assert rig.world.state(SECOND) == TachobotState(0, 0, 0, 0, 0, 0)
 
 
 def test_full_off_leaves_a_turning_body_turning() -> None:
-    bench = Bench(TachobotParameters())
-    bench.drive(0, 1, -1, 1, -1)
-    bench.world.advance(SECOND)
-    bench.duties = [0.0] * 8
-    settled, later = (bench.world.state(n * SECOND).yaw_rate_rad_s for n in (3, 9))
+    rig = Rig(TachobotParameters())
+    rig.drive(0, 1, -1, 1, -1)
+    rig.world.advance(SECOND)
+    rig.duties = [0.0] * 8
+    settled, later = (rig.world.state(n * SECOND).yaw_rate_rad_s for n in (3, 9))
     assert settled > 4.0
     assert later == pytest.approx(settled, rel=1e-12)
 
@@ -144,9 +144,7 @@ def test_the_platform_pins_x_and_y() -> None:
 
 
 def test_at_rest_the_imu_feels_gravity_up_and_north_ahead() -> None:
-    truth = Bench(TachobotParameters(gyro_noise_rad_s=0.0, field_noise_t=0.0)).world.inertial(
-        SECOND
-    )
+    truth = Rig(TachobotParameters(gyro_noise_rad_s=0.0, field_noise_t=0.0)).world.inertial(SECOND)
     assert truth.acceleration == (0.0, 0.0, 9.80665)
     assert truth.rate == (0.0, 0.0, 0.01)
     assert truth.field == (20e-6, 0.0, -40e-6)
@@ -154,17 +152,17 @@ def test_at_rest_the_imu_feels_gravity_up_and_north_ahead() -> None:
 
 
 def test_turned_left_the_imu_has_north_on_its_right() -> None:
-    bench = Bench(replace(FREE, mounting="platform"))
-    bench.drive(0, 1, -1, 1, -1)
+    rig = Rig(replace(FREE, mounting="platform"))
+    rig.drive(0, 1, -1, 1, -1)
     at = round(math.sqrt(math.pi / (4 * 0.20 / 0.075 * 0.40)) * SECOND)
-    truth = bench.world.inertial(at)
-    assert bench.world.state(at).yaw_rad == pytest.approx(math.pi / 2)
+    truth = rig.world.inertial(at)
+    assert rig.world.state(at).yaw_rad == pytest.approx(math.pi / 2)
     assert truth.field == pytest.approx((0.0, -20e-6, -40e-6), abs=1e-12)
-    assert truth.rate[2] == pytest.approx(bench.world.state(at).yaw_rate_rad_s + 0.01)
+    assert truth.rate[2] == pytest.approx(rig.world.state(at).yaw_rate_rad_s + 0.01)
 
 
 def test_gyro_noise_has_its_mean_its_deviation_and_no_memory() -> None:
-    world = Bench(TachobotParameters(gyro_bias_rad_s=0.0, gyro_noise_rad_s=0.5)).world
+    world = Rig(TachobotParameters(gyro_bias_rad_s=0.0, gyro_noise_rad_s=0.5)).world
     samples = [world.inertial(at).rate for at in range(0, 4000 * 1_000_000, 1_000_000)]
     for axis in zip(*samples, strict=True):
         count = len(axis)
@@ -178,23 +176,23 @@ def test_gyro_noise_has_its_mean_its_deviation_and_no_memory() -> None:
 
 
 def test_noise_belongs_to_seed_and_instant_not_to_the_readings_before() -> None:
-    seldom, often = Bench(TachobotParameters()).world, Bench(TachobotParameters()).world
+    seldom, often = Rig(TachobotParameters()).world, Rig(TachobotParameters()).world
     for at in range(0, SECOND, 7_000_001):
         often.inertial(at)
     assert seldom.inertial(SECOND) == often.inertial(SECOND) == often.inertial(SECOND)
-    other = Bench(TachobotParameters(seed=2)).world
+    other = Rig(TachobotParameters(seed=2)).world
     assert other.inertial(SECOND).rate != often.inertial(SECOND).rate
     assert seldom.inertial(SECOND + 1).rate != often.inertial(SECOND).rate
 
 
 def test_the_past_is_refused_and_the_present_is_free() -> None:
-    bench = Bench(TachobotParameters())
-    bench.world.advance(SECOND)
-    asked = bench.asked
-    bench.world.advance(SECOND)
-    assert bench.asked == asked
+    rig = Rig(TachobotParameters())
+    rig.world.advance(SECOND)
+    asked = rig.asked
+    rig.world.advance(SECOND)
+    assert rig.asked == asked
     with pytest.raises(ValueError, match=r"0\.999999999 s .* 1\.000000000 s"):
-        bench.world.advance(SECOND - 1)
+        rig.world.advance(SECOND - 1)
 
 
 @pytest.mark.parametrize(
@@ -203,10 +201,10 @@ def test_the_past_is_refused_and_the_present_is_free() -> None:
     ids=["seven", "nine", "over one", "negative", "not a number"],
 )
 def test_duties_that_are_not_eight_from_0_to_1_are_refused(duties: list[float]) -> None:
-    bench = Bench(TachobotParameters())
-    bench.duties = duties
+    rig = Rig(TachobotParameters())
+    rig.duties = duties
     with pytest.raises(ValueError, match="expected eight from 0 to 1"):
-        bench.world.advance(1)
+        rig.world.advance(1)
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])

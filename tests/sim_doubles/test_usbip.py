@@ -141,7 +141,7 @@ def test_a_repeated_start_keeps_the_pointer(host: Host) -> None:
 
 def test_messages_of_one_transaction_happen_at_once(rig: ServedRig, host: Host) -> None:
     host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 1), b"\x00")
-    bus = rig.bench.buses["i2c1"]
+    bus = rig.doubles.buses["i2c1"]
     assert bus.transactions == 0
     host.read(TRANSFER + LAST, 1, PWM, 1)
     assert bus.transactions == 1
@@ -164,7 +164,7 @@ def test_behind_a_pis_adapter_a_read_that_is_not_last_stalls_and_nothing_happens
     rig: ServedRig, host: Host, messages: Sequence[Message]
 ) -> None:
     assert host.transaction(SENSOR, messages) == errno.EIO
-    assert rig.bench.buses["i2c1"].bytes == 0
+    assert rig.doubles.buses["i2c1"].bytes == 0
 
 
 @pytest.mark.parametrize(
@@ -178,13 +178,13 @@ def test_behind_a_pis_adapter_a_read_that_is_not_last_stalls_and_nothing_happens
 def test_behind_its_own_a_read_may_be_anywhere(
     rig: ServedRig, host: Host, messages: Sequence[Message], found: bytes
 ) -> None:
-    rig.bench.buses["i2c1"].be_behind("i2c-tiny-usb")
+    rig.doubles.buses["i2c1"].be_behind("i2c-tiny-usb")
     assert host.transaction(SENSOR, messages) == found
 
 
 def test_pieces_of_a_transaction_are_joined_by_a_repeated_start(rig: ServedRig, host: Host) -> None:
     """Samples are frozen until STOP, so both reads are of one sample."""
-    bus = rig.bench.buses["i2c1"]
+    bus = rig.doubles.buses["i2c1"]
     bus.be_behind("i2c-tiny-usb")
     host.transaction(SENSOR, (b"\x19\x00\x01",))
     rig.clock.advance(200_000_000)
@@ -204,12 +204,12 @@ def test_messages_of_one_transaction_may_go_to_several_addresses(
     host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 2), b"\x05\xe2")
     host.ask((VENDOR_OUT, TRANSFER, 0, SENSOR, 1), b"\x75")
     assert host.read(TRANSFER + LAST, 1, SENSOR, 1).read == b"\x71"
-    assert rig.bench.buses["i2c1"].transactions == 1
+    assert rig.doubles.buses["i2c1"].transactions == 1
     assert host.transaction(PWM, (b"\x05", 1)) == b"\xe2"
 
 
 def test_a_transaction_that_is_held_ends_when_another_comes(rig: ServedRig, host: Host) -> None:
-    rig.bench.buses["i2c1"].be_behind("i2c-tiny-usb")
+    rig.doubles.buses["i2c1"].be_behind("i2c-tiny-usb")
     host.read(TRANSFER + FIRST, 1, SENSOR, 2)
     assert host.transaction(PWM, (b"\x00", 1)) == b"\x11"
     assert host.transaction(SENSOR, (b"\x75", 1)) == b"\x71"

@@ -62,7 +62,7 @@ def test_a_request_cut_short_is_not_carried_out(rig: ServedRig) -> None:
     conversation = Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
     whole = submit((VENDOR_OUT, TRANSFER + FIRST + LAST, 0, PWM, 2), b"\x00\x21")
     assert conversation.receive(whole[:-1]) == b""
-    assert rig.bench.buses["i2c1"].transactions == 0
+    assert rig.doubles.buses["i2c1"].transactions == 0
 
 
 def test_a_request_withdrawn_was_answered_before(rig: ServedRig) -> None:

@@ -35,10 +35,10 @@ SERIAL_SONAR = (
 
 @dataclass
 class ServedRig:
-    """A board's bench and its service."""
+    """A board's rig of doubles and its service."""
 
     clock: ManualClock
-    bench: DoublesRig
+    doubles: DoublesRig
     service: DoublesService
 
     def ask(self, asked: Asked, _where: str) -> Answered:
@@ -52,9 +52,9 @@ def served_rig(board: str, *assignments: str, log: Path = Path(os.devnull)) -> I
     """Build one with `KEY=VALUE` overrides."""
     loaded = registry.load(board, assignments)
     clock = ManualClock()
-    bench = rig_for(loaded, clock)
-    with OutputLog(log, bench) as output_log:
-        yield ServedRig(clock, bench, DoublesService(board, bench, clock, output_log))
+    doubles = rig_for(loaded, clock)
+    with OutputLog(log, doubles) as output_log:
+        yield ServedRig(clock, doubles, DoublesService(board, doubles, clock, output_log))
 
 
 def lines_of(log: Path) -> list[dict[str, Any]]:

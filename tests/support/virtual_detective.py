@@ -26,7 +26,7 @@ LONGEST_S = 200
 class VirtualDetective:
     """A robot under way; `endings` and `faults` are what it said."""
 
-    bench: DetectiveRig
+    rig: DetectiveRig
     robot: Robot
     simulator: Simulator
     endings: list[tuple[int, Ending]] = field(default_factory=list)
@@ -46,10 +46,10 @@ class VirtualDetective:
             self.run(second)
             if self.endings:
                 break
-        return self.bench.result(self.simulator.now, self.robot.result())
+        return self.rig.result(self.simulator.now, self.robot.result())
 
     def are_treads_still(self) -> bool:
-        return not any(self.bench.motors.speeds_rad_s(self.simulator.now))
+        return not any(self.rig.motors.speeds_rad_s(self.simulator.now))
 
 
 def virtual_detective(*assignments: str, board: str | Path = "detective") -> VirtualDetective:
@@ -57,17 +57,16 @@ def virtual_detective(*assignments: str, board: str | Path = "detective") -> Vir
     loaded = registry.load(str(board), assignments)
     clock: list[Simulator] = []
     wire = FollowingClock(lambda: clock[0].now if clock else 0)
-    bench = DetectiveRig(loaded.settings, wire)
+    rig = DetectiveRig(loaded.settings, wire)
     buses = {
-        name: AccountedBus(bus, 400_000, ONE_ATTEMPT, time=wire)
-        for name, bus in bench.buses.items()
+        name: AccountedBus(bus, 400_000, ONE_ATTEMPT, time=wire) for name, bus in rig.buses.items()
     }
-    ports = {name: TimedPort(port, 9600, wire) for name, port in bench.ports.items()}
+    ports = {name: TimedPort(port, 9600, wire) for name, port in rig.ports.items()}
     robot = loaded.build(Lines(buses, ports))
     robot.find_chips()
-    bench.attach(robot.model)
+    rig.attach(robot.model)
     clock.append(Simulator(robot.model))
-    built = VirtualDetective(bench, robot, clock[0])
+    built = VirtualDetective(rig, robot, clock[0])
     built.simulator.listen(
         built.model.mission.ended, lambda at, ending: built.endings.append((at, ending))
     )

@@ -19,7 +19,7 @@ from sim_doubles.rigs.tachobot import TachobotRig
 class VirtualTachobot:
     """TachoBot on its doubles in virtual time, with what it said on its ports."""
 
-    bench: TachobotRig
+    rig: TachobotRig
     robot: Robot
     simulator: Simulator
     heard: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
@@ -56,12 +56,12 @@ def virtual_tachobot(*assignments: str) -> VirtualTachobot:
     board = registry.load("tachobot", assignments)
     clock: list[Simulator] = []
     wire = FollowingClock(lambda: clock[0].now if clock else 0)
-    bench = TachobotRig(board.settings, wire)
-    buses = {name: AccountedBus(bus, 400_000, time=wire) for name, bus in bench.buses.items()}
+    rig = TachobotRig(board.settings, wire)
+    buses = {name: AccountedBus(bus, 400_000, time=wire) for name, bus in rig.buses.items()}
     robot = board.build(Lines(buses))
     robot.find_chips()
-    bench.attach(robot.model)
+    rig.attach(robot.model)
     clock.append(Simulator(robot.model, checked=True))
-    built = VirtualTachobot(bench, robot, clock[0])
+    built = VirtualTachobot(rig, robot, clock[0])
     _listen(built)
     return built

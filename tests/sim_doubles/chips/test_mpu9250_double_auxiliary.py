@@ -16,7 +16,7 @@ TRUTH = InertialTruth((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), FIELD_T, 21.0)
 BYPASS, MASTER = 0x02, 0x20
 
 
-class Bench:
+class Rig:
     """A chip at 1 kHz whose master can be given a magnetometer to read."""
 
     def __init__(self, clock: ManualClock, *, with_magnetometer: bool = True) -> None:
@@ -48,212 +48,212 @@ class Bench:
 
 
 @pytest.fixture
-def bench(clock: ManualClock) -> Bench:
-    return Bench(clock)
+def rig(clock: ManualClock) -> Rig:
+    return Rig(clock)
 
 
 # Reading slaves
 
 
-def test_nine_axes_come_in_one_burst_of_23_bytes(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x02, 0x88)
-    bench.measure_at_100_hz()
-    bench.wait(8)
-    burst = bench.read(0x3A, 23)
+def test_nine_axes_come_in_one_burst_of_23_bytes(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x02, 0x88)
+    rig.measure_at_100_hz()
+    rig.wait(8)
+    burst = rig.read(0x3A, 23)
     assert burst[15:] == b"\x01" + DATA + ST2
-    assert (bench.bus.log[-1].address, bench.bus.log[-1].to_read) == (0x68, 23)
+    assert (rig.bus.log[-1].address, rig.bus.log[-1].to_read) == (0x68, 23)
 
 
-def test_master_reads_once_a_sample_and_so_clears_data_ready(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x02, 0x88)
-    bench.measure_at_100_hz()
+def test_master_reads_once_a_sample_and_so_clears_data_ready(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x02, 0x88)
+    rig.measure_at_100_hz()
     ready = []
     for _ in range(20):
-        bench.wait(1)
-        ready.append(bench.read(0x49)[0])
+        rig.wait(1)
+        ready.append(rig.read(0x49)[0])
     # samples at 1 ms, landings at 7.2 and 17.2 ms
     assert ready == [0] * 7 + [1] + [0] * 9 + [1] + [0] * 2
 
 
-def test_slave_that_never_reads_st2_never_sees_data(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x02, 0x87)
-    bench.measure_at_100_hz()
-    bench.wait(18)
-    assert bench.read(0x49, 7) == b"\x02" + bytes(6)  # samples lost: the first read locked zeros
-    bench.wait(100)
-    assert bench.read(0x4A, 6) == bytes(6)
+def test_slave_that_never_reads_st2_never_sees_data(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x02, 0x87)
+    rig.measure_at_100_hz()
+    rig.wait(18)
+    assert rig.read(0x49, 7) == b"\x02" + bytes(6)  # samples lost: the first read locked zeros
+    rig.wait(100)
+    assert rig.read(0x4A, 6) == bytes(6)
 
 
-def test_swapped_pairs_on_odd_registers_give_big_endian_data(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x03, 0xD7)  # EN, BYTE_SW, GRP, 7 bytes
-    bench.measure_at_100_hz()
-    bench.wait(8)
-    assert bench.read(0x49, 7) == b"\x00\xc8\x00\x64\x01\x2c" + ST2
+def test_swapped_pairs_on_odd_registers_give_big_endian_data(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x03, 0xD7)  # EN, BYTE_SW, GRP, 7 bytes
+    rig.measure_at_100_hz()
+    rig.wait(8)
+    assert rig.read(0x49, 7) == b"\x00\xc8\x00\x64\x01\x2c" + ST2
 
 
-def test_swapped_pairs_on_even_registers(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x03, 0xC7)  # pairs (4, 5), (6, 7), (8, 9); 3 stands alone
-    bench.measure_at_100_hz()
-    bench.wait(8)
-    assert bench.read(0x49, 7) == b"\xc8\x64\x00\x2c\x00\x10\x01"
+def test_swapped_pairs_on_even_registers(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x03, 0xC7)  # pairs (4, 5), (6, 7), (8, 9); 3 stands alone
+    rig.measure_at_100_hz()
+    rig.wait(8)
+    assert rig.read(0x49, 7) == b"\xc8\x64\x00\x2c\x00\x10\x01"
 
 
-def test_slaves_fill_external_data_in_their_order(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x00, 0x81)
-    bench.slave(2, 0x8C, 0x01, 0x81)
-    bench.slave(3, 0x8C, 0x00, 0x82)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x49, 5) == b"\x48\x9a\x48\x9a\x00"
+def test_slaves_fill_external_data_in_their_order(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x00, 0x81)
+    rig.slave(2, 0x8C, 0x01, 0x81)
+    rig.slave(3, 0x8C, 0x00, 0x82)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x49, 5) == b"\x48\x9a\x48\x9a\x00"
 
 
-def test_external_data_ends_after_24_bytes(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x00, 0x8F)
-    bench.slave(1, 0x8C, 0x00, 0x8F)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
+def test_external_data_ends_after_24_bytes(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x00, 0x8F)
+    rig.slave(1, 0x8C, 0x00, 0x8F)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
     # 0x00..0x0C, 0x00, 0x01; then nine more of the second slave
-    assert bench.read(0x49, 24) == (b"\x48\x9a" + bytes(11) + b"\x48\x9a") + b"\x48\x9a" + bytes(7)
-    assert bench.read(0x61, 2) == bytes(2)
+    assert rig.read(0x49, 24) == (b"\x48\x9a" + bytes(11) + b"\x48\x9a") + b"\x48\x9a" + bytes(7)
+    assert rig.read(0x61, 2) == bytes(2)
 
 
-def test_slave_without_register_reads_on_at_the_pointer(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x00, 0x81)
-    bench.slave(1, 0x8C, 0x55, 0xA1)  # REG_DIS
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x49, 2) == b"\x48\x9a"
+def test_slave_without_register_reads_on_at_the_pointer(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x00, 0x81)
+    rig.slave(1, 0x8C, 0x55, 0xA1)  # REG_DIS
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x49, 2) == b"\x48\x9a"
 
 
-def test_delayed_slave_runs_every_1_plus_mst_dly_samples(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x02, 0x88)
-    bench.write(0x34, 0x04)
-    bench.write(0x67, 0x01)
-    bench.measure_at_100_hz()
+def test_delayed_slave_runs_every_1_plus_mst_dly_samples(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x02, 0x88)
+    rig.write(0x34, 0x04)
+    rig.write(0x67, 0x01)
+    rig.measure_at_100_hz()
     ready = []
     for _ in range(30):
-        bench.wait(1)
-        ready.append(bench.read(0x49)[0])
+        rig.wait(1)
+        ready.append(rig.read(0x49)[0])
     # served at 5, 10, 15... ms; landings at 7.2, 17.2 and 27.2 ms
     assert ready == [0] * 9 + [1] * 5 + [0] * 5 + [1] * 5 + [0] * 5 + [1]
 
 
-def test_slaves_wait_for_the_master_to_be_enabled(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x00, 0x81)
-    bench.wait(5)
-    assert bench.read(0x49) == b"\x00"
+def test_slaves_wait_for_the_master_to_be_enabled(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x00, 0x81)
+    rig.wait(5)
+    assert rig.read(0x49) == b"\x00"
 
 
 # Acknowledges
 
 
-def test_wrong_address_sets_the_slaves_nack_and_keeps_its_data(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x00, 0x81)
-    bench.slave(1, 0x8D, 0x00, 0x81)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x36) == b"\x02"
-    assert bench.read(0x36) == b"\x00"
-    assert bench.read(0x49, 2) == b"\x48\x00"
-    bench.wait(1)
-    assert bench.read(0x36) == b"\x02"
+def test_wrong_address_sets_the_slaves_nack_and_keeps_its_data(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x00, 0x81)
+    rig.slave(1, 0x8D, 0x00, 0x81)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x36) == b"\x02"
+    assert rig.read(0x36) == b"\x00"
+    assert rig.read(0x49, 2) == b"\x48\x00"
+    rig.wait(1)
+    assert rig.read(0x36) == b"\x02"
 
 
 def test_chip_without_magnetometer_reports_nack(clock: ManualClock) -> None:
-    bench = Bench(clock, with_magnetometer=False)
-    bench.slave(0, 0x8C, 0x00, 0x81)
-    bench.slave(3, 0x0C, 0x0A, 0x81)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x36) == b"\x09"
-    assert bench.read(0x49) == b"\x00"
+    rig = Rig(clock, with_magnetometer=False)
+    rig.slave(0, 0x8C, 0x00, 0x81)
+    rig.slave(3, 0x0C, 0x0A, 0x81)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x36) == b"\x09"
+    assert rig.read(0x49) == b"\x00"
 
 
-def test_master_reset_clears_its_status(bench: Bench) -> None:
-    bench.slave(0, 0x8D, 0x00, 0x81)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    bench.write(0x6A, 0x02)
-    assert bench.read(0x36) == b"\x00"
+def test_master_reset_clears_its_status(rig: Rig) -> None:
+    rig.slave(0, 0x8D, 0x00, 0x81)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    rig.write(0x6A, 0x02)
+    assert rig.read(0x36) == b"\x00"
 
 
 # Writing slaves
 
 
-def test_write_slave_starts_a_single_measurement_each_sample(bench: Bench) -> None:
-    bench.write(0x19, 19)  # 50 Hz, as Linux runs it
-    bench.slave(0, 0x8C, 0x03, 0xD7)
-    bench.write(0x64, 0x11)
-    bench.slave(1, 0x0C, 0x0A, 0x81)
-    bench.write(0x6A, MASTER)
-    bench.wait(20)
-    assert bench.read(0x49, 7) == bytes(7)
-    bench.wait(20)
-    assert bench.read(0x49, 7) == b"\x00\xc8\x00\x64\x01\x2c" + ST2
-    assert bench.magnetometer.warnings == []
+def test_write_slave_starts_a_single_measurement_each_sample(rig: Rig) -> None:
+    rig.write(0x19, 19)  # 50 Hz, as Linux runs it
+    rig.slave(0, 0x8C, 0x03, 0xD7)
+    rig.write(0x64, 0x11)
+    rig.slave(1, 0x0C, 0x0A, 0x81)
+    rig.write(0x6A, MASTER)
+    rig.wait(20)
+    assert rig.read(0x49, 7) == bytes(7)
+    rig.wait(20)
+    assert rig.read(0x49, 7) == b"\x00\xc8\x00\x64\x01\x2c" + ST2
+    assert rig.magnetometer.warnings == []
 
 
-def test_write_slave_takes_no_place_in_external_data(bench: Bench) -> None:
-    bench.write(0x63, 0x16)
-    bench.slave(0, 0x0C, 0x0A, 0x81)
-    bench.slave(1, 0x8C, 0x0A, 0x81)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x49) == b"\x16"
+def test_write_slave_takes_no_place_in_external_data(rig: Rig) -> None:
+    rig.write(0x63, 0x16)
+    rig.slave(0, 0x0C, 0x0A, 0x81)
+    rig.slave(1, 0x8C, 0x0A, 0x81)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x49) == b"\x16"
 
 
 @pytest.mark.parametrize("address", [0x0C, 0x8C])
-def test_master_ends_its_transactions_with_stop(bench: Bench, address: int) -> None:
-    bench.slave(0, address, 0x0A, 0x81)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    bench.chip.catch_up()
-    assert not bench.magnetometer.start(0x0C, read=True)
+def test_master_ends_its_transactions_with_stop(rig: Rig, address: int) -> None:
+    rig.slave(0, address, 0x0A, 0x81)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    rig.chip.catch_up()
+    assert not rig.magnetometer.start(0x0C, read=True)
 
 
-def test_slave_4_waits_for_its_turn_when_delayed(bench: Bench) -> None:
-    bench.write(0x31, 0x8C, 0x00, 0x00, 0x84)
-    bench.write(0x67, 0x10)
-    bench.write(0x6A, MASTER)
-    bench.wait(4)
-    assert bench.read(0x34) == b"\x84"
-    bench.wait(1)
-    assert bench.read(0x34, 2) == b"\x04\x48"
+def test_slave_4_waits_for_its_turn_when_delayed(rig: Rig) -> None:
+    rig.write(0x31, 0x8C, 0x00, 0x00, 0x84)
+    rig.write(0x67, 0x10)
+    rig.write(0x6A, MASTER)
+    rig.wait(4)
+    assert rig.read(0x34) == b"\x84"
+    rig.wait(1)
+    assert rig.read(0x34, 2) == b"\x04\x48"
 
 
-def test_slave_4_writes_once_and_reports_done(bench: Bench) -> None:
-    bench.write(0x31, 0x0C, 0x0A, 0x1F, 0x80)
-    bench.write(0x6A, MASTER)
-    assert bench.read(0x34) == b"\x80"
-    bench.wait(1)
-    assert bench.read(0x34) == b"\x00"
-    assert bench.read(0x36) == b"\x40"
-    bench.write(0x6A, 0x00)
-    bench.write(0x37, BYPASS)
-    assert bench.bus.write_read(0x0C, b"\x0a", 1) == b"\x1f"
+def test_slave_4_writes_once_and_reports_done(rig: Rig) -> None:
+    rig.write(0x31, 0x0C, 0x0A, 0x1F, 0x80)
+    rig.write(0x6A, MASTER)
+    assert rig.read(0x34) == b"\x80"
+    rig.wait(1)
+    assert rig.read(0x34) == b"\x00"
+    assert rig.read(0x36) == b"\x40"
+    rig.write(0x6A, 0x00)
+    rig.write(0x37, BYPASS)
+    assert rig.bus.write_read(0x0C, b"\x0a", 1) == b"\x1f"
 
 
-def test_slave_4_reads_into_its_own_register(bench: Bench) -> None:
-    bench.write(0x31, 0x8C, 0x00, 0x00, 0x80)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x35) == b"\x48"
-    assert bench.read(0x49) == b"\x00"
+def test_slave_4_reads_into_its_own_register(rig: Rig) -> None:
+    rig.write(0x31, 0x8C, 0x00, 0x00, 0x80)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x35) == b"\x48"
+    assert rig.read(0x49) == b"\x00"
 
 
-def test_slave_4_reports_a_refusal(bench: Bench) -> None:
-    bench.write(0x31, 0x8D, 0x00, 0x00, 0x80)
-    bench.write(0x6A, MASTER)
-    bench.wait(1)
-    assert bench.read(0x36) == b"\x50"
-    assert bench.read(0x34) == b"\x00"
+def test_slave_4_reports_a_refusal(rig: Rig) -> None:
+    rig.write(0x31, 0x8D, 0x00, 0x00, 0x80)
+    rig.write(0x6A, MASTER)
+    rig.wait(1)
+    assert rig.read(0x36) == b"\x50"
+    assert rig.read(0x34) == b"\x00"
 
 
-def test_external_bytes_of_enabled_slaves_enter_the_fifo(bench: Bench) -> None:
-    bench.slave(0, 0x8C, 0x00, 0x82)
-    bench.slave(3, 0x8C, 0x01, 0x81)
-    bench.write(0x23, 0x81)
-    bench.write(0x24, 0x20)  # SLV3_FIFO
-    bench.write(0x6A, MASTER | 0x40)
-    bench.wait(2)
-    assert bench.read(0x74, 10) == (b"\x00\x00" + b"\x48\x9a" + b"\x9a") * 2
+def test_external_bytes_of_enabled_slaves_enter_the_fifo(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x00, 0x82)
+    rig.slave(3, 0x8C, 0x01, 0x81)
+    rig.write(0x23, 0x81)
+    rig.write(0x24, 0x20)  # SLV3_FIFO
+    rig.write(0x6A, MASTER | 0x40)
+    rig.wait(2)
+    assert rig.read(0x74, 10) == (b"\x00\x00" + b"\x48\x9a" + b"\x9a") * 2

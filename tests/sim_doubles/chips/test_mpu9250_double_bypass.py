@@ -13,7 +13,7 @@ FIELD_T = (15e-6, 30e-6, -45e-6)
 BYPASS, MASTER = 0x02, 0x20
 
 
-class Bench:
+class Rig:
     """A chip at 1 kHz with a magnetometer, and the instants truth and field were asked for."""
 
     def __init__(self, clock: ManualClock) -> None:
@@ -50,28 +50,28 @@ class Bench:
 
 
 @pytest.fixture
-def bench(clock: ManualClock) -> Bench:
-    return Bench(clock)
+def rig(clock: ManualClock) -> Rig:
+    return Rig(clock)
 
 
-def test_host_reaches_the_magnetometer_through_the_bypass_only(bench: Bench) -> None:
+def test_host_reaches_the_magnetometer_through_the_bypass_only(rig: Rig) -> None:
     with pytest.raises(NoAcknowledge):
-        bench.bus.read(0x0C, 1)
-    bench.write(0x37, BYPASS)
-    assert bench.bus.write_read(0x0C, b"\x00", 1) == b"\x48"
+        rig.bus.read(0x0C, 1)
+    rig.write(0x37, BYPASS)
+    assert rig.bus.write_read(0x0C, b"\x00", 1) == b"\x48"
 
 
-def test_auxiliary_master_closes_the_bypass(bench: Bench) -> None:
-    bench.write(0x37, BYPASS)
-    bench.write(0x6A, MASTER)
+def test_auxiliary_master_closes_the_bypass(rig: Rig) -> None:
+    rig.write(0x37, BYPASS)
+    rig.write(0x6A, MASTER)
     with pytest.raises(NoAcknowledge):
-        bench.bus.read(0x0C, 1)
+        rig.bus.read(0x0C, 1)
 
 
-def test_bypass_works_while_the_chip_sleeps(bench: Bench) -> None:
-    bench.write(0x37, BYPASS)
-    bench.write(0x6B, 0x40)
-    assert bench.bus.write_read(0x0C, b"\x00", 1) == b"\x48"
+def test_bypass_works_while_the_chip_sleeps(rig: Rig) -> None:
+    rig.write(0x37, BYPASS)
+    rig.write(0x6B, 0x40)
+    assert rig.bus.write_read(0x0C, b"\x00", 1) == b"\x48"
 
 
 def test_two_chips_in_bypass_collide_at_0x0c(clock: ManualClock) -> None:
@@ -95,43 +95,43 @@ def test_two_chips_in_bypass_collide_at_0x0c(clock: ManualClock) -> None:
     assert bus.write_read(0x0C, b"\x10", 1) == b"\x30"
 
 
-def test_reset_of_the_chip_leaves_the_magnetometer_measuring(bench: Bench) -> None:
-    bench.measure_at_100_hz()
-    bench.write(0x6B, 0x80)
-    bench.wait(100)
-    bench.write(0x37, BYPASS)
-    assert bench.bus.write_read(0x0C, b"\x0a", 1) == b"\x16"
+def test_reset_of_the_chip_leaves_the_magnetometer_measuring(rig: Rig) -> None:
+    rig.measure_at_100_hz()
+    rig.write(0x6B, 0x80)
+    rig.wait(100)
+    rig.write(0x37, BYPASS)
+    assert rig.bus.write_read(0x0C, b"\x0a", 1) == b"\x16"
 
 
-def test_power_cycle_of_the_chip_takes_the_magnetometer_along(bench: Bench) -> None:
-    bench.measure_at_100_hz()
-    bench.chip.power_cycle()
-    bench.wait(11)
-    bench.write(0x37, BYPASS)
-    assert bench.bus.write_read(0x0C, b"\x0a", 1) == b"\x00"
+def test_power_cycle_of_the_chip_takes_the_magnetometer_along(rig: Rig) -> None:
+    rig.measure_at_100_hz()
+    rig.chip.power_cycle()
+    rig.wait(11)
+    rig.write(0x37, BYPASS)
+    assert rig.bus.write_read(0x0C, b"\x0a", 1) == b"\x00"
 
 
-def test_truth_and_field_are_asked_in_one_order_of_time(bench: Bench) -> None:
-    bench.write(0x37, BYPASS)
-    bench.bus.write(0x0C, b"\x0a\x16")
+def test_truth_and_field_are_asked_in_one_order_of_time(rig: Rig) -> None:
+    rig.write(0x37, BYPASS)
+    rig.bus.write(0x0C, b"\x0a\x16")
     for step in range(30):
-        bench.clock.advance(1_700_000)
+        rig.clock.advance(1_700_000)
         if step % 3 == 0:
-            bench.bus.write_read(0x0C, b"\x02", 8)
+            rig.bus.write_read(0x0C, b"\x02", 8)
         elif step % 3 == 1:
-            bench.read(0x3B, 6)
+            rig.read(0x3B, 6)
         else:
-            bench.chip.catch_up()
-    assert bench.asked == sorted(bench.asked)
-    assert bench.asked.count(17_200_000) == 1
+            rig.chip.catch_up()
+    assert rig.asked == sorted(rig.asked)
+    assert rig.asked.count(17_200_000) == 1
 
 
-def test_field_is_asked_in_time_while_the_chip_sleeps(bench: Bench) -> None:
-    bench.measure_at_100_hz()
-    bench.write(0x6B, 0x40)
-    bench.wait(7)
-    bench.chip.catch_up()
-    assert bench.asked == []
-    bench.wait(1)
-    bench.chip.catch_up()
-    assert bench.asked == [7_200_000]
+def test_field_is_asked_in_time_while_the_chip_sleeps(rig: Rig) -> None:
+    rig.measure_at_100_hz()
+    rig.write(0x6B, 0x40)
+    rig.wait(7)
+    rig.chip.catch_up()
+    assert rig.asked == []
+    rig.wait(1)
+    rig.chip.catch_up()
+    assert rig.asked == [7_200_000]

@@ -15,7 +15,7 @@ RATE_X, RATE_Y, RATE_Z = b"\x02\xef", b"\x05\xde", b"\x08\xcd"
 FIFO_ON, FIFO_RST = 0x40, 0x04
 
 
-class Bench:
+class Rig:
     """A chip at 1 kHz whose FIFO takes what `enabled` says."""
 
     def __init__(self, clock: ManualClock) -> None:
@@ -43,8 +43,8 @@ class Bench:
 
 
 @pytest.fixture
-def bench(clock: ManualClock) -> Bench:
-    return Bench(clock)
+def rig(clock: ManualClock) -> Rig:
+    return Rig(clock)
 
 
 @pytest.mark.parametrize(
@@ -60,88 +60,88 @@ def bench(clock: ManualClock) -> Bench:
     ],
 )
 def test_packet_holds_the_enabled_blocks_in_register_order(
-    bench: Bench, enabled: int, packet: bytes
+    rig: Rig, enabled: int, packet: bytes
 ) -> None:
-    bench.fill(enabled, 2)
-    assert bench.count() == 2 * len(packet)
-    assert bench.read(0x74, 2 * len(packet)) == packet * 2
-    assert bench.count() == 0
+    rig.fill(enabled, 2)
+    assert rig.count() == 2 * len(packet)
+    assert rig.read(0x74, 2 * len(packet)) == packet * 2
+    assert rig.count() == 0
 
 
-def test_nothing_enters_while_the_fifo_is_off_and_content_stays(bench: Bench) -> None:
-    bench.fill(0x08, 3)
-    bench.write(0x6A, 0x00)
-    bench.clock.advance(10 * MILLISECOND)
-    assert bench.count() == 18
+def test_nothing_enters_while_the_fifo_is_off_and_content_stays(rig: Rig) -> None:
+    rig.fill(0x08, 3)
+    rig.write(0x6A, 0x00)
+    rig.clock.advance(10 * MILLISECOND)
+    assert rig.count() == 18
 
 
-def test_forty_milliseconds_at_1_khz_give_480_bytes(bench: Bench) -> None:
-    bench.fill(0x78, 40)
-    assert bench.count() == 480
-    assert not bench.overflown()
+def test_forty_milliseconds_at_1_khz_give_480_bytes(rig: Rig) -> None:
+    rig.fill(0x78, 40)
+    assert rig.count() == 480
+    assert not rig.overflown()
 
 
-def test_the_43rd_packet_overflows(bench: Bench) -> None:
-    bench.fill(0x78, 42)
-    assert bench.count() == 504
-    assert not bench.overflown()
-    bench.clock.advance(MILLISECOND)
-    assert bench.count() == 512
-    assert bench.overflown()
-    assert not bench.overflown()
+def test_the_43rd_packet_overflows(rig: Rig) -> None:
+    rig.fill(0x78, 42)
+    assert rig.count() == 504
+    assert not rig.overflown()
+    rig.clock.advance(MILLISECOND)
+    assert rig.count() == 512
+    assert rig.overflown()
+    assert not rig.overflown()
 
 
-def test_full_fifo_overwrites_the_oldest(bench: Bench) -> None:
-    bench.fill(0x78, 43)
+def test_full_fifo_overwrites_the_oldest(rig: Rig) -> None:
+    rig.fill(0x78, 43)
     packet = ACCELERATION + RATE_X + RATE_Y + RATE_Z
     # 516 bytes went in: the first four are gone
-    assert bench.read(0x74, 512) == (packet * 43)[4:]
+    assert rig.read(0x74, 512) == (packet * 43)[4:]
 
 
-def test_full_fifo_refuses_the_newest_in_mode_1(bench: Bench) -> None:
-    bench.write(0x1A, 0x41)
-    bench.fill(0x78, 43)
+def test_full_fifo_refuses_the_newest_in_mode_1(rig: Rig) -> None:
+    rig.write(0x1A, 0x41)
+    rig.fill(0x78, 43)
     packet = ACCELERATION + RATE_X + RATE_Y + RATE_Z
-    assert bench.overflown()
-    assert bench.read(0x74, 512) == (packet * 43)[:512]
+    assert rig.overflown()
+    assert rig.read(0x74, 512) == (packet * 43)[:512]
 
 
-def test_reading_the_high_count_latches_both_bytes(bench: Bench) -> None:
-    bench.fill(0x78, 25)
-    assert bench.read(0x72) == b"\x01"
-    bench.clock.advance(10 * MILLISECOND)
-    assert bench.read(0x73) == b"\x2c"  # still 300
-    assert bench.count() == 420
+def test_reading_the_high_count_latches_both_bytes(rig: Rig) -> None:
+    rig.fill(0x78, 25)
+    assert rig.read(0x72) == b"\x01"
+    rig.clock.advance(10 * MILLISECOND)
+    assert rig.read(0x73) == b"\x2c"  # still 300
+    assert rig.count() == 420
 
 
-def test_empty_fifo_repeats_its_last_byte(bench: Bench) -> None:
-    bench.fill(0x80, 1)
-    bench.write(0x6A, 0x00)
-    assert bench.read(0x74, 5) == b"\x05\x37\x37\x37\x37"
+def test_empty_fifo_repeats_its_last_byte(rig: Rig) -> None:
+    rig.fill(0x80, 1)
+    rig.write(0x6A, 0x00)
+    assert rig.read(0x74, 5) == b"\x05\x37\x37\x37\x37"
 
 
-def test_burst_on_the_fifo_stays_there(bench: Bench) -> None:
-    bench.fill(0x08, 2)
-    assert bench.read(0x74, 6) == ACCELERATION
-    assert bench.bus.read(0x68, 6) == ACCELERATION
+def test_burst_on_the_fifo_stays_there(rig: Rig) -> None:
+    rig.fill(0x08, 2)
+    assert rig.read(0x74, 6) == ACCELERATION
+    assert rig.bus.read(0x68, 6) == ACCELERATION
 
 
-def test_host_may_write_into_the_fifo(bench: Bench) -> None:
-    bench.bus.write(0x68, b"\x74\xaa\xbb")
-    assert bench.count() == 2
-    assert bench.read(0x74, 2) == b"\xaa\xbb"
+def test_host_may_write_into_the_fifo(rig: Rig) -> None:
+    rig.bus.write(0x68, b"\x74\xaa\xbb")
+    assert rig.count() == 2
+    assert rig.read(0x74, 2) == b"\xaa\xbb"
 
 
-def test_fifo_reset_empties_it_while_off(bench: Bench) -> None:
-    bench.fill(0x08, 3)
-    bench.write(0x6A, FIFO_RST)
-    assert bench.count() == 0
-    assert bench.read(0x6A) == b"\x00"
-    assert bench.chip.warnings == []
+def test_fifo_reset_empties_it_while_off(rig: Rig) -> None:
+    rig.fill(0x08, 3)
+    rig.write(0x6A, FIFO_RST)
+    assert rig.count() == 0
+    assert rig.read(0x6A) == b"\x00"
+    assert rig.chip.warnings == []
 
 
-def test_fifo_reset_while_on_is_ignored_and_warned_of(bench: Bench) -> None:
-    bench.fill(0x08, 3)
-    bench.write(0x6A, FIFO_ON | FIFO_RST)
-    assert bench.count() == 18
-    assert "FIFO_RST written with FIFO_EN set" in bench.chip.warnings[0]
+def test_fifo_reset_while_on_is_ignored_and_warned_of(rig: Rig) -> None:
+    rig.fill(0x08, 3)
+    rig.write(0x6A, FIFO_ON | FIFO_RST)
+    assert rig.count() == 18
+    assert "FIFO_RST written with FIFO_EN set" in rig.chip.warnings[0]
