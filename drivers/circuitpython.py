@@ -102,7 +102,7 @@ class CircuitPythonSensor(HardwareModel, Generic[Driver, Value]):
     sampling (period) --> reporting (0) --value! or fault!--> sampling, or bring_up after some
 
     `make` is given `busio.I2C` and returns the driver, `read` is given the driver. A `read` that
-    returns None has no value yet: NotReady, as a fault.
+    returns None has no value yet: NotReady, as a fault. `port` is another name for `value`.
     """
 
     def __init__(  # noqa: PLR0913 -- what there is to say of a driver, each by its name
@@ -114,11 +114,12 @@ class CircuitPythonSensor(HardwareModel, Generic[Driver, Value]):
         read: Callable[[Driver], Value | None],
         kind: type[Value],
         period: int,
+        port: str = "value",
     ) -> None:
         super().__init__(name, self._steps, bus)
         if period <= 0:
             raise SettingError(f"{name}: period of {period} ns; expected more than 0 ns")
-        self.value = self.out_port("value", kind)
+        self.value = self.out_port(port, kind)
         self.driver: Driver | None = None
         self._bus = bus
         self._make = make

@@ -1,5 +1,7 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
+from importlib.util import find_spec
+
 from drivers.chips import ads1115
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
@@ -8,7 +10,8 @@ from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.budget import BusLoad
-from pan_tilt.settings import PanTiltSettings
+from pan_tilt.adafruit_eyes import GAINS
+from pan_tilt.settings import EyesTable, PanTiltSettings
 from pan_tilt.wiring import INPUTS, PanTilt, chip_settings, servos_settings
 
 
@@ -23,6 +26,7 @@ def devices(settings: PanTiltSettings) -> tuple[Device, ...]:
 def faults(settings: PanTiltSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
     found = [
+        *_adafruit_faults(settings.eyes),
         *device_faults(devices(settings), settings.buses),
         *(f"eyes.{fault}" for fault in chip_settings(settings.eyes).faults()),
         *(f"servos.{fault}" for fault in servos_settings(settings.servos).faults()),
@@ -30,6 +34,18 @@ def faults(settings: PanTiltSettings) -> list[str]:
     # Chips and models judge the rest; they can only be built on buses that are there.
     absent = absent_lines(settings.buses)
     return found or setting_fault("eyes.period_s", lambda: PanTilt(settings, absent))
+
+
+def _adafruit_faults(eyes: EyesTable) -> list[str]:
+    """What keeps Adafruit's driver from being used, where it is chosen."""
+    if eyes.driver == "own":
+        return []
+    if find_spec("adafruit_ads1x15") is None:
+        return ["eyes.driver: 'adafruit' needs the package adafruit-circuitpython-ads1x15"]
+    if eyes.full_scale_v not in GAINS:
+        choices = ", ".join(map(str, GAINS))
+        return [f"eyes.full_scale_v: {eyes.full_scale_v}, with this driver one of {choices}"]
+    return []
 
 
 def loads(settings: PanTiltSettings) -> dict[str, BusLoad]:

@@ -52,7 +52,7 @@ class PanTiltRig:
         """Add the world's probe, which looks with every reading."""
         assert isinstance(robot, PanTilt)  # noqa: S101 -- a rig belongs to its board
         robot.add(self._probe)
-        robot.couple(robot.eyes.voltages, self._probe.tick)
+        robot.couple(robot.voltages, self._probe.tick)
 
     def catch_up(self) -> None:
         """Let the converter take what it still has to take, then the servos turn, up to now."""

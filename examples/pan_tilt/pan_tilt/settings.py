@@ -18,11 +18,13 @@ from firmware_runtime.board.settings import (
 Angle = Annotated[float, Meta(ge=-3.2, le=3.2)]
 
 
-class EyesTable(Settings, frozen=True):
+class EyesTable(Settings, frozen=True, kw_only=True):
     """The ADS1115 with a photocell at each input: left, right, up, down."""
 
     bus: str
     address: Address
+    driver: Literal["own", "adafruit"] = "own"
+    """`adafruit`: that of adafruit-circuitpython-ads1x15, the extra of that name."""
     full_scale_v: Positive
     rate_sps: int
     period_s: Seconds

@@ -1,12 +1,14 @@
 """The schematic: which chip hangs on which bus, and which wire leads where."""
 
-from drivers.analog_inputs import AnalogInputs, AnalogInputsSettings
+from drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
 from drivers.chips.ads1115 import Ads1115, Ads1115Settings
 from drivers.chips.pca9685 import Pca9685
 from drivers.servo import Servo, Servos, ServosSettings
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import seconds
+from pan_tilt.adafruit_eyes import adafruit_eyes
 from pan_tilt.controller import Controller
 from pan_tilt.settings import EyesTable, PanTiltSettings, ServosTable, ServoTable
 
@@ -23,17 +25,23 @@ class PanTilt(Coupled):
     def __init__(self, settings: PanTiltSettings, lines: Lines) -> None:
         super().__init__("pan_tilt")
         eyes, servos = settings.eyes, settings.servos
-        self.adc_chip = Ads1115(lines.buses[eyes.bus], eyes.address, chip_settings(eyes))
+        bus = lines.buses[eyes.bus]
+        self.adc_chip = Ads1115(bus, eyes.address, chip_settings(eyes))
         self.pwm_chip = Pca9685(lines.buses[servos.bus], servos.address, osc_hz=servos.osc_hz)
 
-        reading = AnalogInputsSettings(INPUTS, seconds(eyes.period_s))
-        self.eyes = self.add(AnalogInputs("eyes", self.adc_chip, reading))
+        self.voltages: OutPort[Voltages]
+        """Of the eyes, by whichever driver."""
+        if eyes.driver == "own":
+            reading = AnalogInputsSettings(INPUTS, seconds(eyes.period_s))
+            self.voltages = self.add(AnalogInputs("eyes", self.adc_chip, reading)).voltages
+        else:
+            self.voltages = self.add(adafruit_eyes("eyes", bus, eyes)).value
         self.controller = self.add(Controller("controller", settings))
         self.servos = self.add(
             Servos("servos", self.pwm_chip, servos_settings(servos), lines.interlock)
         )
 
-        self.couple(self.eyes.voltages, self.controller.voltages)
+        self.couple(self.voltages, self.controller.voltages)
         self.couple(self.controller.pan_angle, self.servos.angle["pan"])
         self.couple(self.controller.tilt_angle, self.servos.angle["tilt"])
 

@@ -21,6 +21,15 @@ def test_it_looks_at_a_light_wherever_it_is(azimuth_rad: float, elevation_rad: f
         assert robot.rig.adc.warnings == []
 
 
+def test_it_sees_as_well_by_a_driver_that_was_written_for_circuitpython() -> None:
+    pytest.importorskip("adafruit_ads1x15", reason="adafruit-circuitpython-ads1x15 is missing")
+    eyes = {"eyes.driver": "adafruit"}
+    with open_board("pan_tilt", doubles=True, clock="virtual", set=STILL | eyes) as robot:
+        robot.run(5.0)
+        assert robot.result["on_target"] is True
+        assert robot.statistics.bus["i2c1"].errors == 0
+
+
 def test_a_light_that_swings_is_followed() -> None:
     with open_board("pan_tilt", doubles=True, clock="virtual") as robot:
         robot.run(8.0)
