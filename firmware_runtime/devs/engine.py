@@ -160,15 +160,15 @@ class Engine(ABC):
         atomic.sigma = at - self._last[number]
         self._agenda.book(number, at)
 
-    def listen(self, port: OutPort[T], hear: Listener[T]) -> Listening:
-        """Call `hear(now, value)` for all that leaves by an output port, of a model at any level.
+    def listen(self, port: OutPort[T], listener: Listener[T]) -> Listening:
+        """Call `listener(now, value)` for all that leaves by an output port of any model.
 
         Listeners are called after a value was sent on, in the order in which they were added. What
         is returned ends it.
         """
         listening = Listening()
         senders = [self._sender(source) for source in sources_of(port, self._entrances)]
-        listening.begin(senders, hear, self._present)
+        listening.begin(senders, listener, self._present)
         return listening
 
     def exit(self) -> list[Exception]:

@@ -20,7 +20,7 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.runs.watched_run import is_asked_for
+from firmware_runtime.runs.watched_run import is_requested
 from firmware_runtime.statistics.layout import EPOCH, GUARD
 
 GUARD_PATIENCE = SECOND // 2
@@ -149,7 +149,7 @@ class Arming:
         if self.armed:
             return
         if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
-            self._is_wanted = self._is_wanted and not is_asked_for(epoch)
+            self._is_wanted = self._is_wanted and not is_requested(epoch)
             self._switch_off()
             self._acknowledge()
         elif now >= self._off_again_at:
@@ -194,7 +194,7 @@ class Arming:
     def _why_withdrawn(self) -> str:
         epoch = self._executive.cells[EPOCH]
         if epoch != self._epoch:
-            if is_asked_for(epoch):
+            if is_requested(epoch):
                 return "safe-state took its right to drive"
             return "the guard took over, because this process seemed dead"
         return "the guard is gone"

@@ -117,7 +117,7 @@ class Guard:
                 self._reserve.hold()
         except HalError:
             raise
-        except Exception as error:  # noqa: BLE001 -- whatever it is, the next look comes
+        except Exception as error:  # noqa: BLE001 -- whatever it is, the next poll comes
             self._reserve.release()
             self._say_stumble(error)
 

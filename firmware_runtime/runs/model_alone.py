@@ -77,7 +77,7 @@ def run(  # noqa: PLR0913 -- each may be left out, and has a name
     ) as opened:
         for at_s, into, value in inputs:
             opened.plan(at_s, into, value)
-        for port, hear in listen.items():
-            opened.listen(port, hear)
+        for port, listener in listen.items():
+            opened.listen(port, listener)
         result = opened.run(for_s)
         return opened.close() or result

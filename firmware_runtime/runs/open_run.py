@@ -85,12 +85,12 @@ class OpenRun:
         at = 0 if at_s == 0 else seconds(positive("at_s", at_s))
         self._executive.plan(at, port, value)
 
-    def listen(self, port: OutPort[T], hear: Listener[T]) -> Listening:
-        """Call `hear(at, value)`, `at` in ns, for all that leaves a port of a model at any level.
+    def listen(self, port: OutPort[T], listener: Listener[T]) -> Listening:
+        """Call `listener(at, value)`, `at` in ns, for all that leaves a port of any model.
 
         What is returned ends it.
         """
-        return self._executive.simulator.listen(port, hear)
+        return self._executive.simulator.listen(port, listener)
 
     def close(self) -> RunResult | None:
         """End the run in order; None if it never began or is over. Closing twice is harmless.

@@ -74,7 +74,7 @@ def served_doubles(board: Board, path: Path, *, alone: bool = True) -> ServedDou
             board.settings.buses,
             board.ports,
             has_enable_line=board.settings.output_enable is not None,
-            leave=connection.close,
+            disconnect=connection.close,
         )
         undo.pop_all()
     return doubles

@@ -133,7 +133,7 @@ class SafeState:
         if pid in self._runs:  # what a process has open counts, not what lies where it was made
             self._runs[pid].close()
         self._runs[pid] = run
-        if not run.take_right(asked_for=True):
+        if not run.take_right(by_request=True):
             post(Companion.CONTROL.beside(name), "disarm")
         self._add_kept(name)
 
@@ -149,8 +149,8 @@ class SafeState:
 
     def _take_again(self) -> None:
         for run in self._runs.values():
-            if not run.was_asked_to_stop:  # a guard has taken it since
-                run.take_right(asked_for=True)
+            if not run.was_disarmed_by_request:  # a guard has taken it since
+                run.take_right(by_request=True)
 
     def _who_may(self, on: list[str]) -> Iterator[str]:
         """Who has the lines open, where something is on."""
@@ -166,7 +166,7 @@ class SafeState:
         return [
             pid
             for pid in self._living()
-            if not (self._runs[pid].was_asked_to_stop and self._runs[pid].has_acknowledged)
+            if not (self._runs[pid].was_disarmed_by_request and self._runs[pid].has_acknowledged)
         ]
 
     def _unseen_at_risk(self) -> list[str]:

@@ -156,14 +156,14 @@ class Session:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
         own = self.robot.result()
         if self.doubles is not None:
-            with suppress(HalError):  # whoever served them has gone
+            with suppress(HalError):  # the server has gone
                 return self.doubles.result(self.world_now.step_at, own)
         return own
 
     def outputs(self) -> dict[str, int] | None:
         """How many outputs of each chip are on; None where that is unknown."""
         if self.doubles is not None:
-            with suppress(HalError):  # whoever served them has gone
+            with suppress(HalError):  # the server has gone
                 return self.doubles.outputs
         return None
 

@@ -101,18 +101,18 @@ class WatchedRun:
             return f"no finished step for {silent / MILLISECOND:.0f} ms"
         return ""
 
-    def take_right(self, *, asked_for: bool = False) -> bool:
+    def take_right(self, *, by_request: bool = False) -> bool:
         """Take its right to drive; return whether that could be written down."""
         with suppress(StatisticsFileError):
-            self._cells[EPOCH] = -monotonic_ns() if asked_for else monotonic_ns()
+            self._cells[EPOCH] = -monotonic_ns() if by_request else monotonic_ns()
             return True
         return False
 
     @property
-    def was_asked_to_stop(self) -> bool:
+    def was_disarmed_by_request(self) -> bool:
         """Whether the latest disarming was requested by a person."""
         with suppress(StatisticsFileError):
-            return is_asked_for(self._cells[EPOCH])
+            return is_requested(self._cells[EPOCH])
         return False
 
     def close(self) -> None:
@@ -122,7 +122,7 @@ class WatchedRun:
             self._process = None
 
 
-def is_asked_for(epoch: int) -> bool:
+def is_requested(epoch: int) -> bool:
     """Whether a person requested this epoch, and not a guard."""
     return epoch < 0
 

@@ -100,7 +100,7 @@ def a_loss_of_power_is_noticed_until_the_chip_is_brought_up_again(row_type: type
         expect_swept(row)
         expect_equal("protocol warnings", row.warnings(), [])
         return
-    expected = rf"at 0x{row.address:02x} on i2c-1: .*{row.told_as}"
+    expected = rf"at 0x{row.address:02x} on i2c-1: .*{row.reported_as}"
     expect_raised(NotReady, expected, row.look_after_power_loss)
     row.bring_up()
     row.use()

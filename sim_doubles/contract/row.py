@@ -40,7 +40,7 @@ class Row(ABC):
     keeps_nothing: ClassVar[bool] = False
     """Whether a loss of power costs the chip nothing that the driver had set."""
 
-    told_as: ClassVar[str] = "expected"
+    reported_as: ClassVar[str] = "expected"
     """A word of the sentence that reports a loss of power."""
 
     def __init__(self, adapter: str = "bcm2835", *, absent: bool = False) -> None:

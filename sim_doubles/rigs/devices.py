@@ -74,7 +74,7 @@ def add_treads(table: TreadTable, wires: Wires) -> MotorPair:
 
 
 def add_sonar(table: SonarTable, wires: Wires, echoes: Callable[[int], Sequence[float]]) -> None:
-    """Add a sonar that hears the echoes of an instant, their distances in m, nearest first."""
+    """Add a sonar that receives the echoes of an instant, their distances in m, nearest first."""
     if isinstance(table, MaxbotixTable):
         sonar = MaxbotixDouble(
             wires.clock, lambda at: next(iter(echoes(at)), math.inf), family=table.family

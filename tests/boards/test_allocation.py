@@ -27,7 +27,7 @@ def test_commands_within_reach_are_met_exactly() -> None:
 
 
 @given(COMMANDS, COMMANDS, COMMANDS)
-def test_no_pair_is_asked_for_more_than_it_has(x: float, y: float, yaw: float) -> None:
+def test_no_pair_is_commanded_beyond_its_limit(x: float, y: float, yaw: float) -> None:
     assert max(map(abs, allocate(x, y, yaw, LIMIT_N))) <= LIMIT_N * (1 + 1e-12)
 
 

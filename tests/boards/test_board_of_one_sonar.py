@@ -109,7 +109,7 @@ def heard(*assignments: str) -> list[float]:
 
 @pytest.mark.usefixtures("bat")
 @pytest.mark.parametrize("assignments", [(), MAXBOTIX], ids=["srf08", "maxbotix"])
-def test_either_chip_hears_the_same_echo(assignments: tuple[str, ...]) -> None:
+def test_either_chip_receives_the_same_echo(assignments: tuple[str, ...]) -> None:
     distances = heard(*assignments)
     assert len(distances) >= 2
     assert distances == pytest.approx([0.75] * len(distances), abs=0.02)

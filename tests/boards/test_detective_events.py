@@ -90,7 +90,7 @@ def test_a_start_at_the_instant_zero_is_played() -> None:
 # The radar --------------------------------------------------------------------------------------
 
 
-def test_the_radar_reverses_every_half_sweep_from_the_instant_its_turn_order_leaves() -> None:
+def test_the_radar_reverses_every_half_sweep_from_the_instant_of_its_turn_command() -> None:
     lines = run("00:00:01:000 In1 1", until_ms=13_100)
     assert lines[2:] == [
         "00:00:01:030 out1 1",
@@ -138,7 +138,7 @@ def test_a_detection_before_the_start_has_no_effect() -> None:
     assert lines[3:] == []
 
 
-def test_a_detection_counts_from_the_instant_at_which_the_radar_is_told_to_turn() -> None:
+def test_a_detection_counts_from_the_instant_of_the_radar_s_turn_command() -> None:
     early = run("00:00:01:000 In1 1\n00:00:01:009 In2 1", until_ms=3000)
     assert early[3:] == []
     in_time = run("00:00:01:000 In1 1\n00:00:01:010 In2 1", until_ms=3000)
@@ -169,7 +169,7 @@ def test_a_detection_just_before_the_reversal_prevents_it() -> None:
     ]
 
 
-def test_the_target_angle_is_dropped_until_it_is_asked_for() -> None:
+def test_the_target_angle_is_dropped_until_it_is_requested() -> None:
     events = "00:00:01:000 In1 1\n00:00:02:000 In2 1\n00:00:02:{} In3 90\n00:00:04:000 In4 10"
     assert len(run(events.format("019"))) == 6
     assert len(run(events.format("020"))) == 8
@@ -205,11 +205,11 @@ def test_the_vehicle_turns_the_shorter_way(target: str, heading: str, way: list[
     assert turn(target, heading) == way
 
 
-def test_after_a_right_turn_only_the_left_tread_is_ordered() -> None:
+def test_after_a_right_turn_only_the_left_tread_is_commanded() -> None:
     assert mission("200", "50", "199", "200")[2:] == ["00:00:04:230 out3 1"]
 
 
-def test_after_a_left_turn_only_the_right_tread_is_ordered() -> None:
+def test_after_a_left_turn_only_the_right_tread_is_commanded() -> None:
     assert mission("50", "200", "51", "50")[2:] == ["00:00:04:230 out2 1"]
 
 
@@ -252,14 +252,14 @@ def test_beyond_the_tolerance_is_no_match(reading: str) -> None:
     assert len(mission("0", "100", reading, parameters=within)) == 2
 
 
-def test_headings_are_dropped_until_they_are_asked_for() -> None:
+def test_headings_are_dropped_until_they_are_requested() -> None:
     start = "00:00:01:000 In1 1\n00:00:02:000 In2 1\n00:00:03:000 In3 90\n"
     # The controller asks 30 ms after the target's angle came.
     assert len(run(start + "00:00:03:029 In4 10")) == 6
     assert run(start + "00:00:03:030 In4 10")[6:] == ["00:00:03:060 out2 1", "00:00:03:060 out3 2"]
 
 
-def test_a_match_counts_from_the_instant_at_which_the_turn_order_leaves() -> None:
+def test_a_match_counts_from_the_instant_of_the_turn_command() -> None:
     start = "00:00:01:000 In1 1\n00:00:02:000 In2 1\n00:00:03:000 In3 90\n00:00:04:000 In4 10\n"
     assert len(run(start + "00:00:04:019 In4 90")) == 8
     assert run(start + "00:00:04:020 In4 90")[8:] == ["00:00:04:050 out3 1"]

@@ -95,7 +95,7 @@ def test_a_silent_md25_ends_the_mission_and_its_own_timeout_stops_the_treads() -
     assert "0x58" in ending.reason
 
 
-def test_after_a_failure_no_order_reaches_a_motor() -> None:
+def test_after_a_failure_no_command_reaches_a_motor() -> None:
     robot = virtual_detective()
     robot.run(1)
     robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=None)])

@@ -35,7 +35,7 @@ def test_a_mission_that_takes_too_long_has_failed_once() -> None:
     assert "20 s" in ending.reason
 
 
-def test_time_without_leave_to_move_does_not_count() -> None:
+def test_time_while_disarmed_does_not_count() -> None:
     watched = Watched()
     watched.may_move = False
     watched.run(1000)

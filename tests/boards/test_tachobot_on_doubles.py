@@ -28,7 +28,7 @@ def test_it_turns_to_one_radian_and_rests_there() -> None:
     assert robot.faults() == []
 
 
-def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_look_of_four() -> None:
+def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_poll_of_four() -> None:
     robot = virtual_tachobot()
     robot.run(2)
     bus = robot.rig.buses["i2c1"]
@@ -226,7 +226,7 @@ def test_make_safe_leaves_all_sixteen_channels_of_both_chips_off() -> None:
     assert robot.rig.thrust.all_off
 
 
-def test_what_cannot_be_made_safe_is_told() -> None:
+def test_what_cannot_be_made_safe_is_reported() -> None:
     robot = virtual_tachobot()
     robot.run(2)
     robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=THRUST, times=None)])

@@ -143,7 +143,7 @@ def test_the_program_stays_with_a_robot_that_cannot_be_switched_off(
         ("amd64", "3.14", Platform("x86_64", (3, 14))),
     ],
 )
-def test_a_package_for_another_computer_can_be_asked_for(
+def test_a_package_for_another_computer_can_be_built(
     architecture: str, python: str, platform: Platform
 ) -> None:
     assert platform_for(Commands(print), architecture, python) == platform

@@ -157,7 +157,7 @@ def test_another_host_key_than_the_known_one_is_refused(
 
 
 @pytest.mark.slow
-def test_where_nobody_listens_it_says_so(
+def test_a_host_without_ssh_is_one_sentence(
     target: SshTarget, deploy: Deploy, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target.port = free_port()
@@ -166,7 +166,7 @@ def test_where_nobody_listens_it_says_so(
 
 
 @pytest.mark.slow
-def test_a_target_without_rsync_is_told_which_package(
+def test_a_target_without_rsync_names_the_package(
     target_without_rsync: SshTarget,
     deploy: Deploy,
     root: Path,
@@ -200,7 +200,7 @@ def test_what_is_no_host_is_refused_before_anything_is_run(
     assert f"{host!r}: no host" in capsys.readouterr().err
 
 
-def test_board_wheel_and_settings_are_looked_at_first(
+def test_board_wheel_and_settings_are_checked_first(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["deploy", "robot", "tachobit", "--wheel", str(tmp_path / "no.whl")]

@@ -110,7 +110,7 @@ def test_a_service_that_does_not_start_brings_program_and_settings_from_before_b
     assert "the one from before is back" in ended.stderr
 
 
-def test_the_first_program_stays_to_be_looked_at_when_its_service_does_not_start(
+def test_the_first_program_stays_when_its_service_does_not_start(
     home: Path,
 ) -> None:
     (home / "venv").unlink()
@@ -121,7 +121,7 @@ def test_the_first_program_stays_to_be_looked_at_when_its_service_does_not_start
     assert "see firmware-runtime service logs tachobot" in ended.stderr
 
 
-def test_what_was_begun_is_finished_when_nobody_listens_any_more(home: Path) -> None:
+def test_what_was_begun_is_finished_when_the_connection_is_lost(home: Path) -> None:
     venv = make_venv(home, "venv.newest")
     text = "".join((FOLDER / name).read_text() for name in ("venvs.sh", "robots.sh", "switch.sh"))
     words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes"]

@@ -46,7 +46,7 @@ def test_a_wheel_for_another_computer_is_not_taken(name: str) -> None:
 
 @pytest.mark.parametrize("python", [(3, 11), (3, 14)])
 @pytest.mark.parametrize("machine", ["aarch64", "x86_64"])
-def test_pip_is_asked_for_the_same_as_is_taken(machine: str, python: tuple[int, int]) -> None:
+def test_pip_downloads_what_is_taken(machine: str, python: tuple[int, int]) -> None:
     platform = Platform(machine, python)
     options = platform.pip_options
     assert "--only-binary=:all:" in options

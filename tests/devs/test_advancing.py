@@ -128,7 +128,7 @@ def test_input_during_the_postponed_time_leaves_the_rest_of_it() -> None:
 
 
 @pytest.mark.parametrize("at", [9, 0, NEVER])
-def test_an_event_is_not_postponed_to_an_earlier_instant_nor_for_ever(at: int) -> None:
+def test_an_event_is_not_postponed_to_an_earlier_instant_nor_to_never(at: int) -> None:
     shell = Shell()
     with pytest.raises(ModelError, match=r"^top\.clock: cannot postpone .*0\.000000010 s"):
         shell.simulator.postpone(shell.clock, at)
@@ -155,7 +155,7 @@ def test_listeners_hear_in_the_order_in_which_they_came() -> None:
     assert heard == [("a", 10, 0), ("b", 10, 0), ("a", 20, 1), ("b", 20, 1)]
 
 
-def test_a_listener_that_ends_hears_no_more_and_leaves_nothing_behind() -> None:
+def test_a_listener_that_ends_is_called_no_more_and_leaves_nothing_behind() -> None:
     shell = Shell()
     bag = shell.clock.ticks.bag
     heard: list[str] = []
@@ -171,7 +171,7 @@ def test_a_listener_that_ends_hears_no_more_and_leaves_nothing_behind() -> None:
     assert shell.log.bags == []
 
 
-def test_a_listener_may_end_itself_while_it_hears() -> None:
+def test_a_listener_may_end_itself_while_it_is_called() -> None:
     shell = Shell()
     heard: list[int] = []
 
@@ -211,7 +211,7 @@ def test_a_listener_of_an_earlier_simulator_may_end_later() -> None:
     assert len(heard) == 1
 
 
-def test_a_coupled_models_output_is_heard_where_its_wires_come_from() -> None:
+def test_a_coupled_models_output_is_listened_to_at_its_sources() -> None:
     inner = Coupled("inner")
     clocks = [inner.add(Clock("slow", 10)), inner.add(Clock("fast", 5))]
     inner_out = inner.out_port("out", int)
@@ -227,7 +227,7 @@ def test_a_coupled_models_output_is_heard_where_its_wires_come_from() -> None:
     assert heard == [(5, 0), (10, 0), (10, 1)]
 
 
-def test_an_output_fed_straight_from_an_input_is_heard_wherever_the_value_comes_from() -> None:
+def test_an_output_fed_straight_from_an_input_is_listened_to_at_every_source() -> None:
     inner, clock = Coupled("inner"), Clock("clock", 5)
     inlet, outlet = inner.in_port("in", int), inner.out_port("out", int)
     inner.couple(inlet, outlet)

@@ -112,7 +112,7 @@ def test_a_value_that_comes_by_two_routes_comes_twice() -> None:
     assert simulator.external_transitions == 1
 
 
-def test_a_model_hears_itself_through_the_models_around_it() -> None:
+def test_a_model_reaches_itself_through_the_models_around_it() -> None:
     shell = Coupled("shell")
     model = shell.add(Scripted("model", sigma=5))
     model.on_output = lambda: model.outlet.send(1)

@@ -72,7 +72,7 @@ def test_a_ports_type_is_a_class() -> None:
         Atomic("model").in_port("in", tuple[int, int])
 
 
-def test_ports_are_told_apart_by_identity_though_their_bags_are_equal() -> None:
+def test_ports_differ_by_identity_though_their_bags_are_equal() -> None:
     model = Model("model")
     assert model.base_in != model.derived_in
     assert list(model.base_in) == list(model.derived_in)

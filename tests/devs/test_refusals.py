@@ -161,7 +161,7 @@ def test_an_exception_in_an_own_confluent_function_names_the_model() -> None:
 
 
 @BOTH
-def test_an_error_that_already_tells_of_a_model_is_not_wrapped(kind: type[Engine]) -> None:
+def test_an_error_that_already_names_a_model_is_not_wrapped(kind: type[Engine]) -> None:
     own = ModelError("tachobot.imu: the sample rate is lower than the control rate")
 
     def complain() -> None:

@@ -33,7 +33,7 @@ def test_bags_that_other_ports_feed_too_share_with_those_that_the_same_ones_feed
     assert shared({(A, B): 2, (B, C): 2}) == []
 
 
-def test_a_bag_that_a_port_feeds_by_itself_shares_with_nobody() -> None:
+def test_a_bag_that_a_port_feeds_by_itself_shares_with_no_other() -> None:
     assert shared({(A, B, C): 2}, alone=(B,)) == [(A, C)]
 
 

@@ -43,7 +43,7 @@ def test_a_model_may_compute_its_time_advance() -> None:
     assert [(at, value) for at, _, value in messages] == [(3, 0), (4, 1), (8, 2), (9, 3), (14, 4)]
 
 
-def test_a_computed_time_advance_is_asked_for_after_every_kind_of_transition() -> None:
+def test_a_computed_time_advance_is_called_after_every_kind_of_transition() -> None:
     table = Table("table")
     simulator = Simulator(table)
     simulator.inject(table.inlet, 0)
@@ -61,7 +61,7 @@ class TableWithConfluent(Table):
         self.step = 4
 
 
-def test_a_computed_time_advance_is_asked_for_after_an_own_confluent_function() -> None:
+def test_a_computed_time_advance_is_called_after_an_own_confluent_function() -> None:
     table = TableWithConfluent("table")
     simulator = Simulator(table)
     simulator.inject(table.inlet, 0)

@@ -30,7 +30,7 @@ def test_only_the_ports_named_are_traced_in_the_order_of_their_messages() -> Non
     assert messages == [(5, "inner.out", 0), (5, "inner.other.ticks", 0)]
 
 
-def test_a_port_that_feeds_nobody_is_traced_too() -> None:
+def test_a_port_without_couplings_is_traced_too() -> None:
     assert traced(Simulator(Clock("clock", 5)), 5) == [(5, "ticks", 0)]
 
 

@@ -13,7 +13,7 @@ from tests.support.fake_machines import (
     ADAPTER,
     CLOCK,
     TACHOBOT,
-    Look,
+    Examine,
     container,
     lay_out,
     link,
@@ -26,125 +26,129 @@ OTHER = 2**22 + 1
 SABERTOOTH = Demands("detective", ports=["/dev/serial0"])
 
 
-def test_adapters_are_shown_by_name(tmp_path: Path, look: Look) -> None:
-    finding = look("i2c-adapter", raspberry_pi(tmp_path, TACHOBOT))
+def test_adapters_are_shown_by_name(tmp_path: Path, examine: Examine) -> None:
+    finding = examine("i2c-adapter", raspberry_pi(tmp_path, TACHOBOT))
     assert finding.seen == "/dev/i2c-1 (bcm2835 (i2c@7e804000))"
 
 
-def test_a_missing_bus_is_a_failure_that_lists_what_there_is(tmp_path: Path, look: Look) -> None:
+def test_a_missing_bus_is_a_failure_that_lists_what_there_is(
+    tmp_path: Path, examine: Examine
+) -> None:
     demands = replace(TACHOBOT, bus_hz={"/dev/i2c-7": 400_000})
-    finding = look("i2c-adapter", raspberry_pi(tmp_path, demands))
+    finding = examine("i2c-adapter", raspberry_pi(tmp_path, demands))
     assert finding.status is Severity.FAILURE
     assert finding.seen.startswith("/dev/i2c-7 missing; there are: /dev/i2c-1")
 
 
-def test_a_bus_slower_than_the_board_counts_on_is_a_warning(tmp_path: Path, look: Look) -> None:
+def test_a_bus_slower_than_the_board_counts_on_is_a_warning(
+    tmp_path: Path, examine: Examine
+) -> None:
     machine = raspberry_pi(tmp_path, TACHOBOT)
-    finding = look("i2c-speed", machine)
+    finding = examine("i2c-speed", machine)
     assert "100000 Hz; the board counts on 400000 Hz" in finding.seen
     assert "i2c_arm_baudrate=400000" in (finding.fix or "")
     lay_out(tmp_path, {f"{ADAPTER}/of_node/clock-frequency": (400_000).to_bytes(4, "big")})
-    assert look("i2c-speed", machine).status is Severity.OK
+    assert examine("i2c-speed", machine).status is Severity.OK
 
 
 def test_a_stretching_chip_on_an_adapter_that_cannot_is_a_warning(
-    tmp_path: Path, look: Look
+    tmp_path: Path, examine: Examine
 ) -> None:
     machine = raspberry_pi(tmp_path, TACHOBOT)
-    assert look("i2c-clock-stretching", machine).status is Severity.NOTE
+    assert examine("i2c-clock-stretching", machine).status is Severity.NOTE
     stretching = replace(TACHOBOT, stretching={"/dev/i2c-1": ["srf08"]})
-    assert "srf08" in look("i2c-clock-stretching", replace(machine, demands=stretching)).seen
+    assert "srf08" in examine("i2c-clock-stretching", replace(machine, demands=stretching)).seen
     lay_out(tmp_path, {f"{ADAPTER}/name": "3.i2c\n"})
-    assert look("i2c-clock-stretching", replace(machine, demands=stretching)).status == "ok"
+    assert examine("i2c-clock-stretching", replace(machine, demands=stretching)).status == "ok"
 
 
 def test_an_address_of_the_board_held_by_a_kernel_driver_is_a_failure(
-    tmp_path: Path, look: Look
+    tmp_path: Path, examine: Examine
 ) -> None:
     machine = raspberry_pi(tmp_path, TACHOBOT)
-    assert look("i2c-address-bound", machine).status is Severity.OK
+    assert examine("i2c-address-bound", machine).status is Severity.OK
     lay_out(tmp_path, {"/sys/bus/i2c/drivers/inv-mpu9250-i2c/marker": ""})
     link(tmp_path, "/sys/bus/i2c/devices/1-0068/driver", "../../drivers/inv-mpu9250-i2c")
-    finding = look("i2c-address-bound", machine)
+    finding = examine("i2c-address-bound", machine)
     assert (finding.status, finding.seen) == ("failure", "/dev/i2c-1 0x68: inv-mpu9250-i2c")
     assert (finding.fix or "").startswith("echo 0x68 | sudo tee /sys/bus/i2c/devices/i2c-1/")
-    assert look("i2c-address-bound", replace(machine, demands=None)).status is Severity.NOTE
+    assert examine("i2c-address-bound", replace(machine, demands=None)).status is Severity.NOTE
 
 
-def test_another_program_on_the_bus_is_named(tmp_path: Path, look: Look) -> None:
+def test_another_program_on_the_bus_is_named(tmp_path: Path, examine: Examine) -> None:
     machine = raspberry_pi(tmp_path, TACHOBOT)
-    assert look("i2c-holders", machine).status is Severity.OK
+    assert examine("i2c-holders", machine).status is Severity.OK
     lay_out(tmp_path, {f"/proc/{OTHER}/comm": "i2cdetect\n"})
     link(tmp_path, f"/proc/{OTHER}/fd/3", tmp_path / "dev/i2c-1")
-    finding = look("i2c-holders", machine)
+    finding = examine("i2c-holders", machine)
     assert (finding.status, finding.seen) == ("warning", f"/dev/i2c-1: i2cdetect ({OTHER})")
     assert finding.fix == f"kill {OTHER}"
 
 
 def test_a_node_closed_to_the_user_stops_a_board_only(
-    tmp_path: Path, look: Look, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     machine = raspberry_pi(tmp_path, TACHOBOT)
-    assert look("i2c-access", machine).status is Severity.OK
+    assert examine("i2c-access", machine).status is Severity.OK
     monkeypatch.setattr(os, "access", lambda *_arguments: False)
-    assert look("i2c-access", machine).status is Severity.FAILURE
-    assert look("gpio-access", machine).status is Severity.NOTE
-    assert look("i2c-access", replace(machine, demands=None)).status is Severity.WARNING
+    assert examine("i2c-access", machine).status is Severity.FAILURE
+    assert examine("gpio-access", machine).status is Severity.NOTE
+    assert examine("i2c-access", replace(machine, demands=None)).status is Severity.WARNING
 
 
 @pytest.mark.parametrize(("value", "status"), [("Y", "warning"), ("N", "ok"), ("0", "ok")])
 def test_lines_that_outlive_their_program_are_a_warning(
-    tmp_path: Path, look: Look, value: str, status: str
+    tmp_path: Path, examine: Examine, value: str, status: str
 ) -> None:
     path = "/sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs"
-    finding = look("gpio-persistence", raspberry_pi(tmp_path, None, {path: f"{value}\n"}))
+    finding = examine("gpio-persistence", raspberry_pi(tmp_path, None, {path: f"{value}\n"}))
     assert finding.status == status
 
 
-def test_a_console_on_the_boards_port_is_a_failure(tmp_path: Path, look: Look) -> None:
+def test_a_console_on_the_boards_port_is_a_failure(tmp_path: Path, examine: Examine) -> None:
     machine = raspberry_pi(tmp_path, SABERTOOTH)
-    assert look("serial-port", machine).status is Severity.OK
-    assert look("serial-console", machine).status is Severity.FAILURE
-    assert look("serial-console", replace(machine, demands=None)).status is Severity.NOTE
+    assert examine("serial-port", machine).status is Severity.OK
+    assert examine("serial-console", machine).status is Severity.FAILURE
+    assert examine("serial-console", replace(machine, demands=None)).status is Severity.NOTE
     silent = {"/proc/cmdline": "console=tty1", "/sys/class/tty/console/active": "tty1"}
     lay_out(tmp_path, silent)
-    assert look("serial-console", machine).status is Severity.OK
+    assert examine("serial-console", machine).status is Severity.OK
 
 
-def test_a_missing_port_is_a_failure(tmp_path: Path, look: Look) -> None:
-    finding = look("serial-port", pc(tmp_path, SABERTOOTH))
+def test_a_missing_port_is_a_failure(tmp_path: Path, examine: Examine) -> None:
+    finding = examine("serial-port", pc(tmp_path, SABERTOOTH))
     assert (finding.status, finding.seen) == ("failure", "/dev/serial0 missing")
 
 
 def test_a_slow_clock_source_is_a_warning_that_names_a_better_one(
-    tmp_path: Path, look: Look
+    tmp_path: Path, examine: Examine
 ) -> None:
-    finding = look("clock-source", pc(tmp_path))
+    finding = examine("clock-source", pc(tmp_path))
     assert finding.status is Severity.WARNING
     assert (finding.fix or "").startswith("echo tsc | sudo tee ")
     lay_out(tmp_path, {f"{CLOCK}/current_clocksource": "tsc"})
     assert (
-        look("clock-source", pc(tmp_path, None, {f"{CLOCK}/current_clocksource": "tsc"})).status
+        examine("clock-source", pc(tmp_path, None, {f"{CLOCK}/current_clocksource": "tsc"})).status
         == "ok"
     )
 
 
 @pytest.mark.parametrize(("answer", "status"), [(True, "ok"), (False, "note")])
 def test_the_time_of_day(
-    *, tmp_path: Path, look: Look, monkeypatch: pytest.MonkeyPatch, answer: bool, status: str
+    *, tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch, answer: bool, status: str
 ) -> None:
     monkeypatch.setattr(clock, "is_synchronised", lambda: answer)
-    assert look("wall-clock", container(tmp_path)).status == status
+    assert examine("wall-clock", container(tmp_path)).status == status
 
 
-def test_a_kernel_that_refuses_to_tell_whether_the_clock_is_right(
-    tmp_path: Path, look: Look, monkeypatch: pytest.MonkeyPatch
+def test_a_kernel_that_does_not_say_whether_the_clock_is_right(
+    tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse() -> bool:
         raise OSError(1, "the kernel refuses to say")
 
     monkeypatch.setattr(clock, "is_synchronised", refuse)
-    assert look("wall-clock", container(tmp_path)).status is Severity.NOT_APPLICABLE
+    assert examine("wall-clock", container(tmp_path)).status is Severity.NOT_APPLICABLE
 
 
 def test_this_kernel_says_whether_its_clock_is_right() -> None:

@@ -63,7 +63,7 @@ def test_a_pc_lacks_the_bus_of_tachobot(tmp_path: Path) -> None:
 def test_where_nothing_is_shown_every_check_still_answers(
     tmp_path: Path, check: Check, demands: Demands | None
 ) -> None:
-    finding = check.look(container(tmp_path / "empty", demands))
+    finding = check.examine(container(tmp_path / "empty", demands))
     assert finding.seen
     assert (finding.status is Severity.FAILURE) == (
         demands is TACHOBOT and check.id in {"i2c-adapter", "fifo-granted"}
@@ -83,7 +83,7 @@ def test_contents_of_no_known_form_end_no_check_with_an_error(
     assert worst([result.finding for result in results]) is Severity.FAILURE
 
 
-def test_looking_changes_no_file(tmp_path: Path) -> None:
+def test_the_checks_change_no_file(tmp_path: Path) -> None:
     root = tmp_path / "pi"
     machine = raspberry_pi(root, TACHOBOT)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
@@ -91,7 +91,7 @@ def test_looking_changes_no_file(tmp_path: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
 
-def test_a_machine_set_up_well_leaves_nothing_to_mend(
+def test_a_machine_set_up_well_leaves_nothing_to_fix(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scheduling, "try_fifo", lambda _priority: 0)

@@ -22,7 +22,7 @@ def test_the_page_has_every_check_in_order() -> None:
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: str(check.id))
-def test_the_page_says_why_and_what_mends(check: Check) -> None:
+def test_the_page_has_why_and_the_fix(check: Check) -> None:
     section = PAGE.partition(f"### {check.id}\n")[2].partition("\n#")[0]
     why, _, fix = section.strip().partition("\n\n")
     assert " ".join(why.split()) == check.why

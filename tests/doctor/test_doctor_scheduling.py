@@ -10,7 +10,7 @@ import pytest
 from firmware_runtime.host.doctor import scheduling
 from firmware_runtime.host.doctor.finding import Severity
 from firmware_runtime.host.doctor.machine import Demands
-from tests.support.fake_machines import CPU, TACHOBOT, Look, allowed, lay_out, pc, raspberry_pi
+from tests.support.fake_machines import CPU, TACHOBOT, Examine, allowed, lay_out, pc, raspberry_pi
 
 THROTTLED = "/sys/devices/platform/soc/soc:firmware/get_throttled"
 NICE, LOCK = 1 << 23, 1 << 14
@@ -49,31 +49,37 @@ NICE, LOCK = 1 << 23, 1 << 14
     ],
 )
 def test_what_a_raspberry_pi_shows(
-    *, tmp_path: Path, look: Look, check: str, contents: dict[str, str], status: str, seen: str
+    *,
+    tmp_path: Path,
+    examine: Examine,
+    check: str,
+    contents: dict[str, str],
+    status: str,
+    seen: str,
 ) -> None:
-    finding = look(check, raspberry_pi(tmp_path, TACHOBOT, contents))
+    finding = examine(check, raspberry_pi(tmp_path, TACHOBOT, contents))
     assert (finding.status, seen in finding.seen) == (status, True), finding
 
 
-def test_the_remedy_names_the_priority_of_the_board(tmp_path: Path, look: Look) -> None:
+def test_the_remedy_names_the_priority_of_the_board(tmp_path: Path, examine: Examine) -> None:
     machine = raspberry_pi(tmp_path, replace(TACHOBOT, fifo_priority=42))
-    assert "LimitRTPRIO=42" in (look("realtime-limit", machine).fix or "")
+    assert "LimitRTPRIO=42" in (examine("realtime-limit", machine).fix or "")
 
 
-def test_a_board_that_asks_for_nothing_is_refused_nothing(tmp_path: Path, look: Look) -> None:
+def test_a_board_that_asks_for_nothing_is_refused_nothing(tmp_path: Path, examine: Examine) -> None:
     machine = raspberry_pi(tmp_path, Demands("modest"))
     for check in ("realtime-limit", "fifo-granted", "memory-lock-limit"):
-        assert look(check, machine).status is Severity.NOT_APPLICABLE
+        assert examine(check, machine).status is Severity.NOT_APPLICABLE
 
 
 @pytest.mark.parametrize(
     ("code", "seen"), [(1, "Operation not permitted"), (255, "another class kept")]
 )
 def test_a_refused_class_is_a_failure(
-    tmp_path: Path, look: Look, monkeypatch: pytest.MonkeyPatch, code: int, seen: str
+    tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch, code: int, seen: str
 ) -> None:
     monkeypatch.setattr(scheduling, "try_fifo", lambda _priority: code)
-    finding = look("fifo-granted", raspberry_pi(tmp_path, TACHOBOT))
+    finding = examine("fifo-granted", raspberry_pi(tmp_path, TACHOBOT))
     assert (finding.status, seen in finding.seen) == (Severity.FAILURE, True)
 
 
@@ -91,23 +97,25 @@ def test_a_priority_that_there_is_not_is_not_granted() -> None:
 
 @pytest.mark.parametrize(("share", "status"), [("0", "failure"), ("950000", "ok")])
 def test_a_group_without_a_realtime_share_is_a_failure(
-    tmp_path: Path, look: Look, share: str, status: str
+    tmp_path: Path, examine: Examine, share: str, status: str
 ) -> None:
     path = "/sys/fs/cgroup/cpu,cpuacct/robot/cpu.rt_runtime_us"
     machine = pc(tmp_path, None, {"/proc/self/cgroup": "4:cpu,cpuacct:/robot", path: share})
-    finding = look("realtime-groups", machine)
+    finding = examine("realtime-groups", machine)
     assert finding.status == status
     assert finding.fix in {None, f"echo 950000 | sudo tee {path}"}
 
 
-def test_the_kernels_own_configuration_tells_of_realtime_groups(tmp_path: Path, look: Look) -> None:
+def test_the_kernels_own_configuration_shows_realtime_groups(
+    tmp_path: Path, examine: Examine
+) -> None:
     packed = gzip.compress(b"# configuration\nCONFIG_RT_GROUP_SCHED=y\n")
     machine = pc(tmp_path)
-    assert look("realtime-groups", machine).status is Severity.OK
+    assert examine("realtime-groups", machine).status is Severity.OK
     lay_out(tmp_path, {"/proc/config.gz": packed})
-    assert look("realtime-groups", machine).status is Severity.WARNING
+    assert examine("realtime-groups", machine).status is Severity.WARNING
     lay_out(tmp_path, {"/proc/config.gz": b"no archive"})
-    assert look("realtime-groups", machine).status is Severity.NOT_APPLICABLE
+    assert examine("realtime-groups", machine).status is Severity.NOT_APPLICABLE
 
 
 @pytest.mark.parametrize(
@@ -119,42 +127,46 @@ def test_the_kernels_own_configuration_tells_of_realtime_groups(tmp_path: Path, 
         ("?", "not-applicable"),
     ],
 )
-def test_the_preemption_model(tmp_path: Path, look: Look, build: str, status: str) -> None:
+def test_the_preemption_model(tmp_path: Path, examine: Examine, build: str, status: str) -> None:
     machine = replace(raspberry_pi(tmp_path), kernel_build=build)
-    assert look("preemption-model", machine).status == status
+    assert examine("preemption-model", machine).status == status
 
 
-def test_processors_that_a_board_may_not_use_are_a_failure(tmp_path: Path, look: Look) -> None:
+def test_processors_that_a_board_may_not_use_are_a_failure(
+    tmp_path: Path, examine: Examine
+) -> None:
     machine = pc(tmp_path, replace(TACHOBOT, cpus=[3, 4]))
-    assert look("allowed-processors", machine).status is Severity.FAILURE
+    assert examine("allowed-processors", machine).status is Severity.FAILURE
     machine = replace(machine, demands=replace(TACHOBOT, cpus=[3]))
-    assert look("allowed-processors", machine).status is Severity.OK
+    assert examine("allowed-processors", machine).status is Severity.OK
 
 
 def test_isolated_processors_are_compared_with_those_of_the_board(
-    tmp_path: Path, look: Look
+    tmp_path: Path, examine: Examine
 ) -> None:
     machine = pc(tmp_path, TACHOBOT)
-    assert look("isolated-processors", machine).fix == "cpus = [2, 3] under [executive]"
+    assert examine("isolated-processors", machine).fix == "cpus = [2, 3] under [executive]"
     machine = replace(machine, demands=replace(TACHOBOT, cpus=[3]))
-    assert look("isolated-processors", machine).status is Severity.OK
+    assert examine("isolated-processors", machine).status is Severity.OK
     machine = replace(machine, demands=replace(TACHOBOT, cpus=[1]))
-    assert "isolcpus=1 nohz_full=1" in (look("isolated-processors", machine).fix or "")
+    assert "isolcpus=1 nohz_full=1" in (examine("isolated-processors", machine).fix or "")
 
 
-def test_the_voltage_monitor_tells_where_the_firmware_does_not(tmp_path: Path, look: Look) -> None:
+def test_the_voltage_monitor_is_read_where_the_firmware_is_silent(
+    tmp_path: Path, examine: Examine
+) -> None:
     machine = raspberry_pi(tmp_path)
     (tmp_path / THROTTLED.lstrip("/")).unlink()
-    assert look("undervoltage-throttling", machine).status is Severity.NOT_APPLICABLE
+    assert examine("undervoltage-throttling", machine).status is Severity.NOT_APPLICABLE
     monitor = "/sys/class/hwmon/hwmon1"
     lay_out(tmp_path, {f"{monitor}/name": "rpi_volt\n", f"{monitor}/in0_lcrit_alarm": "1\n"})
-    assert look("undervoltage-throttling", machine).status is Severity.FAILURE
+    assert examine("undervoltage-throttling", machine).status is Severity.FAILURE
 
 
 def test_a_latency_file_closed_to_the_user_is_a_warning_if_the_board_asks(
-    tmp_path: Path, look: Look, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "access", lambda *_arguments: False)
     machine = raspberry_pi(tmp_path, TACHOBOT)
-    assert look("cpu-latency-request", machine).status is Severity.WARNING
-    assert look("cpu-latency-request", replace(machine, demands=None)).status is Severity.NOTE
+    assert examine("cpu-latency-request", machine).status is Severity.WARNING
+    assert examine("cpu-latency-request", replace(machine, demands=None)).status is Severity.NOTE

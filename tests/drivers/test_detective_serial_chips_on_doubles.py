@@ -191,7 +191,7 @@ def test_an_inverted_sonar_is_told_at_bring_up(clock: ManualClock) -> None:
         identify.action()
 
 
-def test_a_cut_line_is_told_as_silence_and_mended_it_goes_on(clock: ManualClock) -> None:
+def test_a_cut_line_is_reported_as_silence_and_mended_it_goes_on(clock: ManualClock) -> None:
     sonars = Sonars(clock, "xl")
     sonars.line.cut()
     with pytest.raises(NotReady, match="nothing received"):

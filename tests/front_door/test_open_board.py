@@ -40,7 +40,7 @@ def virtual(board: str = "tachobot", **choices: Any) -> OpenBoard:  # noqa: ANN4
 
 
 @pytest.mark.slow
-def test_a_robot_runs_and_can_be_looked_at() -> None:
+def test_a_robot_runs_and_can_be_inspected() -> None:
     with virtual() as robot:
         result = robot.run(10.0)
         assert (result.state, result.at_s) == (RunState.ENDED, 10.0)
@@ -270,7 +270,7 @@ def test_doubles_that_are_served_are_left_to_others_afterwards(
         lines = registry.load("tachobot").settings.buses
 
         def doubles(_board: Board, _path: Path) -> ServedDoubles:
-            return ServedDoubles(served.ask, lines, (), leave=lambda: left.append("left"))
+            return ServedDoubles(served.ask, lines, (), disconnect=lambda: left.append("left"))
 
         monkeypatch.setattr(session, "served_doubles", doubles)
         served.doubles.buses["i2c1"].faults = None if chip_is_there else REFUSED

@@ -55,7 +55,7 @@ def test_all_names_can_be_imported_at_once() -> None:
     assert set(firmware_runtime.__all__) <= set(found)
 
 
-def test_a_public_name_is_listed_before_it_was_asked_for() -> None:
+def test_a_public_name_is_listed_before_its_first_use() -> None:
     assert set(firmware_runtime.__all__) <= set(dir(firmware_runtime))
 
 

@@ -85,7 +85,7 @@ def test_a_line_that_fails_is_a_bus_fault_and_given_up_all_the_same(binding: Sta
         (OSError(errno.EIO, "broken"), BusAbsent, "cannot be taken"),
     ],
 )
-def test_a_refusal_says_what_mends_it(
+def test_a_refusal_names_its_fix(
     binding: StandIn, refusal: Exception, kind: type[Exception], what: str
 ) -> None:
     binding.refusal = refusal

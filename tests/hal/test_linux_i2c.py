@@ -217,7 +217,7 @@ def test_a_bus_pulled_out_under_us_is_absent_not_a_fault(kernel: Kernel, node: s
     bus.close()
 
 
-def test_an_absent_bus_names_its_node_and_what_mends_it() -> None:
+def test_an_absent_bus_names_its_node_and_its_fix() -> None:
     expected = r"^front: /dev/i2c-9999 does not exist \(this machine has .+\); .+i2c-dev"
     with pytest.raises(BusAbsent, match=expected):
         linux.open_i2c("front", 9999)

@@ -56,5 +56,5 @@ class HeldBus(I2cBus):
         raise AddressInUse("held") if address == 0x68 else NoAcknowledge("nothing")
 
 
-def test_an_address_that_the_kernel_holds_is_told_and_not_counted_as_absent() -> None:
+def test_an_address_that_the_kernel_holds_is_reported_and_not_counted_as_absent() -> None:
     assert [(each.address, each.state) for each in scan(HeldBus())] == [(0x68, State.HELD)]

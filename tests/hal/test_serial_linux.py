@@ -135,7 +135,7 @@ def test_a_rate_that_cannot_be_is_refused(line: Line, baud: int) -> None:
         open_serial("sonar", line.path, baud)
 
 
-def test_a_port_that_may_not_be_opened_says_what_mends_it(
+def test_a_port_that_may_not_be_opened_names_its_fix(
     line: Line, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(path: str, _flags: int) -> int:

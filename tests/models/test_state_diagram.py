@@ -101,7 +101,7 @@ def test_an_input_at_the_very_end_of_a_duration_meets_the_next_state() -> None:
     assert run(ECHO, (20, "first", 1), (120, "first", 1)) == [(120, 7), (220, 7)]
 
 
-def test_an_arrow_back_to_its_own_state_begins_the_duration_anew() -> None:
+def test_an_arrow_back_to_its_own_state_restarts_the_duration() -> None:
     states = (
         State("Idle", NEVER, Arrow("first?1", "Busy")),
         State("Busy", "long", Arrow("out!7", "Idle"), Arrow("second?1", "Busy")),
@@ -157,7 +157,7 @@ def test_a_kept_value_is_sent_and_computed_with() -> None:
     assert run(states, (20, "first", 41)) == [(25, 41), (25, 42)]
 
 
-def test_kinds_of_message_on_one_port_are_told_apart() -> None:
+def test_kinds_of_message_on_one_port_are_distinguished() -> None:
     states = (
         State("Idle", NEVER, Arrow("message?angle", "Angle"), Arrow("message?1", "Signal")),
         State("Angle", "short", Arrow("also!angle", "Idle")),

@@ -57,7 +57,7 @@ class Rig:
         return self.executive.cells[ARMED], self.executive.cells[ACKNOWLEDGED]
 
 
-def test_nothing_is_interlockted_until_somebody_asks() -> None:
+def test_it_is_disarmed_until_it_is_requested() -> None:
     rig = Rig()
     rig.arming.attend(0, 0)
     assert not rig.arming.interlock()
@@ -97,7 +97,7 @@ def test_a_board_that_asks_for_it_is_armed_as_soon_as_all_checks_pass() -> None:
     assert rig.arming.armed
 
 
-def test_a_takeover_withdraws_leave_at_once_and_is_acknowledged_once_outputs_are_safe() -> None:
+def test_a_takeover_disarms_at_once_and_is_acknowledged_once_outputs_are_safe() -> None:
     rig = Rig()
     rig.arming.request(0)
     rig.executive.cells[EPOCH] += 1

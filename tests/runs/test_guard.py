@@ -94,7 +94,7 @@ def test_a_living_run_is_watched_and_sees_that_it_is(watch: Watch, file: Statist
     assert before <= file.cells[GUARD] <= monotonic_ns()
 
 
-def test_a_run_that_it_could_not_switch_off_is_watched_and_not_told_so(
+def test_a_run_that_it_could_not_switch_off_is_watched_and_not_marked_guarded(
     watch: Watch, file: StatisticsFile
 ) -> None:
     watch.against = "its outputs are others"
@@ -196,7 +196,7 @@ def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
     assert "all outputs off" in watch.told[0]
 
 
-def test_chips_that_do_not_acknowledge_are_written_again_and_told_and_kept_once(
+def test_chips_that_do_not_acknowledge_are_written_again_and_logged_and_kept_once(
     path: Path, watch: Watch, file: StatisticsFile
 ) -> None:
     watch.guard.look()

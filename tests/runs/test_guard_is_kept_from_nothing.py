@@ -108,7 +108,7 @@ def test_outputs_come_before_every_word(watch: Watch, file: StatisticsFile) -> N
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda each: type(each).__name__)
 @pytest.mark.parametrize("part", ["log", "record", "off", "why_unguarded"])
-def test_whatever_is_raised_outputs_are_written_look_after_look(
+def test_whatever_is_raised_outputs_are_written_poll_after_poll(
     watch: Watch, file: StatisticsFile, part: str, error: Exception
 ) -> None:
     watch.raising[part] = error
@@ -139,7 +139,7 @@ DAMAGED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("header", DAMAGED.values(), ids=DAMAGED)
-def test_a_header_that_is_of_no_use_is_told_once_and_replaced_by_a_new_run(
+def test_a_header_that_is_of_no_use_is_logged_once_and_replaced_by_a_new_run(
     path: Path, watch: Watch, header: dict[str, Any]
 ) -> None:
     with_header(path, **header)
@@ -163,7 +163,7 @@ def test_a_header_that_is_of_no_use_is_told_once_and_replaced_by_a_new_run(
     ],
     ids=["empty", "cut", "zeros", "header longer than the file", "nested too deep"],
 )
-def test_a_file_that_is_none_is_told_once(path: Path, watch: Watch, content: bytes) -> None:
+def test_a_file_of_another_format_is_logged_once(path: Path, watch: Watch, content: bytes) -> None:
     path.write_bytes(content)
     for _ in range(3):
         watch.guard.look()
@@ -186,7 +186,7 @@ def test_a_fifo_in_place_of_the_file_is_not_waited_for(path: Path, watch: Watch)
     assert "no regular file" in str(keep_clear_of_other_runs(path))
 
 
-def test_a_directory_in_place_of_the_file_is_told(path: Path, watch: Watch) -> None:
+def test_a_directory_in_place_of_the_file_is_logged(path: Path, watch: Watch) -> None:
     path.mkdir()
     watch.guard.look()
     assert watch.done == ["log"]

@@ -86,7 +86,7 @@ def test_a_second_time_nothing_changes(tmp_path: Path) -> None:
     assert files_below(tmp_path) == before
 
 
-def test_what_is_not_as_it_was_is_mended(tmp_path: Path) -> None:
+def test_what_was_changed_is_restored(tmp_path: Path) -> None:
     install("tachobot", tmp_path)
     unit = tmp_path / UNITS / "firmware-runtime@.service"
     rules = tmp_path / "etc/udev/rules.d/60-firmware-runtime.rules"
@@ -220,7 +220,7 @@ def test_purge_takes_what_runs_left_of_this_board_only(tmp_path: Path) -> None:
     assert not records.exists()
 
 
-def test_files_of_somebody_else_stay(tmp_path: Path) -> None:
+def test_files_of_others_stay(tmp_path: Path) -> None:
     install("tachobot", tmp_path)
     own = tmp_path / UNITS / "firmware-runtime@tachobot.service.d/override.conf"
     own.write_text("[Service]\n")

@@ -70,7 +70,7 @@ def fifo(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     return given_up  # type: ignore[return-value]
 
 
-def test_a_load_below_the_limit_is_nothing_to_tell(time: Time) -> None:
+def test_a_load_below_the_limit_is_not_logged(time: Time) -> None:
     rig = Rig(time)
     for _ in range(5):
         rig.pass_window(steps=0.89, processor=0.89)
@@ -88,7 +88,7 @@ def test_steps_without_a_pause_and_processor_time_are_a_load_each(
     assert "max_load_percent = 90" in rig.told[0]
 
 
-def test_it_is_judged_over_whole_windows_and_told_once(time: Time) -> None:
+def test_it_is_judged_over_whole_windows_and_logged_once(time: Time) -> None:
     rig = Rig(time)
     rig.executive.cells[STEP_TIME] += 2 * SECOND
     time.real += WINDOW - MILLISECOND
@@ -128,9 +128,7 @@ def test_without_priority_to_give_up_the_run_stays_armed_and_says_so(time: Time)
     assert "has no SCHED_FIFO to give up" in rig.told[0]
 
 
-def test_a_run_may_end_instead_which_is_no_stop_that_was_asked_for(
-    time: Time, fifo: list[str]
-) -> None:
+def test_a_run_may_end_instead_which_is_no_requested_stop(time: Time, fifo: list[str]) -> None:
     rig = Rig(time, "stop")
     rig.pass_window(steps=1.0)
     outcome: Outcome = rig.executive.run(SECOND)

@@ -41,7 +41,7 @@ def rig(tmp_path: Path) -> Rig:
     return Rig(tmp_path)
 
 
-def test_nothing_is_read_until_it_is_asked_for(rig: Rig) -> None:
+def test_nothing_is_read_until_it_is_requested(rig: Rig) -> None:
     rig.change("kp = 0.75", "kp = 0.5")
     rig.reloading.attend(0, NEEDED)
     assert rig.told == []

@@ -124,7 +124,7 @@ def test_a_manager_that_does_not_read_holds_up_no_run_and_gets_ready_later(
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("place", ["", "/nowhere/notify"])
-def test_a_manager_that_is_not_there_is_told_nothing(
+def test_a_manager_that_is_not_there_is_sent_nothing(
     monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
     monkeypatch.setenv("NOTIFY_SOCKET", place)

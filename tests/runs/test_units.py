@@ -104,7 +104,7 @@ def test_units_are_the_files_at_the_top_of_the_repository() -> None:
     assert len(top) == 8
 
 
-def test_whoever_is_ready_says_so_and_shows_itself() -> None:
+def test_a_service_that_is_ready_says_so_and_shows_itself() -> None:
     for service, patience in ((RUNTIME, "2"), (GUARD, "5")):
         unit = Unit(service)["Service"]
         told = (unit["Type"], unit["NotifyAccess"], unit["WatchdogSec"])
@@ -151,7 +151,7 @@ def test_guard_and_run_live_in_the_same_sandbox() -> None:
     }
 
 
-def test_a_run_that_was_told_to_stop_has_not_failed() -> None:
+def test_a_run_that_was_stopped_has_not_failed() -> None:
     assert Unit(RUNTIME)["Service"]["SuccessExitStatus"] == "130 143"
 
 

@@ -18,7 +18,7 @@ from tests.support.waiting import PATIENCE_S, wait_until
 pytestmark = pytest.mark.slow
 
 
-def test_a_guard_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
+def test_a_guard_whose_output_is_not_read_goes_on(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
         assert run.guard.stdout is not None
@@ -33,7 +33,7 @@ def test_a_guard_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
         wait_until(lambda: run.is_off, "the guard has switched off again")
 
 
-def test_a_run_whose_sentences_nobody_reads_goes_on(tmp_path: Path) -> None:
+def test_a_run_whose_output_is_not_read_goes_on(tmp_path: Path) -> None:
     program = (
         "import os, sys; from firmware_runtime.cli.main import main;"
         "gone = os.pipe(); os.close(gone[0]); os.dup2(gone[1], 2); sys.exit(main(sys.argv[1:]))"
@@ -131,7 +131,7 @@ def test_settings_are_kept_while_outputs_may_be_on(tmp_path: Path) -> None:
         assert not (tmp_path / "tachobot.settings").exists()
 
 
-def test_no_place_for_statistics_keeps_nobody_from_switching_off(
+def test_without_a_place_for_statistics_it_still_switches_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def taken(_board: str) -> Path:

@@ -102,7 +102,7 @@ def test_a_run_of_another_version_is_asked_to_disarm(tmp_path: Path) -> None:
         assert run.is_off
 
 
-def test_several_at_once_and_the_guard_get_into_nobody_s_way(tmp_path: Path) -> None:
+def test_several_at_once_and_the_guard_do_not_disturb_each_other(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run, ExitStack() as stack:
         words = ("safe-state", "tachobot", "--doubles", run.socket)
         several = [stack.enter_context(run.another(*words)) for _ in range(3)]

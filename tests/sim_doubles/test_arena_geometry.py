@@ -43,7 +43,7 @@ def test_nothing_behind_echoes() -> None:
     assert Wall(-1.0, -3.0, -1.0, 3.0).echo(AHEAD) == math.inf
 
 
-def test_a_sonar_inside_a_circle_hears_it_at_once() -> None:
+def test_a_sonar_inside_a_circle_receives_its_echo_at_once() -> None:
     assert Circle(0.0, 0.2, 0.3).echo(AHEAD) == 0.0
 
 

@@ -55,7 +55,7 @@ def test_a_start_that_touches_something_is_refused(overrides: dict[str, Any]) ->
         ArenaParameters(**overrides)
 
 
-def test_every_fault_is_told_at_once() -> None:
+def test_every_fault_is_listed_at_once() -> None:
     with pytest.raises(ValueError, match=r"^arena: ") as refusal:
         ArenaParameters(wheel_radius_m=0.0, left_slip=-1.0, target=(math.inf, 0.0))
     assert [fault.split()[0] for fault in str(refusal.value)[7:].split("; ")] == [

@@ -110,7 +110,7 @@ def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     assert north - float(vehicle.get("cy", "")) == pytest.approx((end.y_m - 1.2) * scale, abs=1.0)
 
 
-def test_the_outcome_is_told_below_the_title(mission: ArenaMission) -> None:
+def test_the_outcome_stands_below_the_title(mission: ArenaMission) -> None:
     svg = ET.fromstring(draw_run(mission.log, mission.at, "title", "It found the target."))  # noqa: S314
     assert "It found the target." in texts(svg)
     assert svg.get("aria-label") == "title: It found the target."

@@ -137,7 +137,7 @@ def test_a_stuck_compass_keeps_what_it_showed_when_it_got_stuck(reads: tuple[int
 # Sonars
 
 
-def test_the_radar_hears_the_target_when_the_head_looks_at_it() -> None:
+def test_the_radar_receives_the_target_s_echo_when_the_head_points_at_it() -> None:
     rig = ArenaRig(replace(QUIET, target=(1.5, 0.0)))
     assert rig.arena.radar_echoes(0) == []
     rig.turn_head(0, 1.0)
@@ -166,7 +166,7 @@ def test_echoes_come_from_everything_in_the_beam_nearest_first() -> None:
     assert echoes == pytest.approx([nearest, 2.9, 4.0], abs=0.01)
 
 
-def test_echoes_from_too_near_or_too_far_are_not_heard() -> None:
+def test_echoes_from_too_near_or_too_far_are_not_received() -> None:
     parameters = replace(QUIET, target=(0.0, 5.0), sonar_nearest_m=0.3, sonar_farthest_m=4.5)
     near = replace(parameters, obstacles=((0.0, 0.5, 0.1),))
     assert ArenaRig(near).arena.body_echoes(0) == []

@@ -117,7 +117,7 @@ def test_the_past_is_remembered() -> None:
         assert rig.arena.head_angle_rad(at) == pytest.approx(angle, abs=1e-14)
 
 
-def test_orders_do_not_come_before_the_last_change() -> None:
+def test_commands_do_not_come_before_the_last_change() -> None:
     rig = ArenaRig(OPEN)
     rig.drive(2 * SECOND, 10, 10)
     with pytest.raises(ValueError, match=r"advanced to 1\.000000000 s, expected .* 2\.000000000 s"):

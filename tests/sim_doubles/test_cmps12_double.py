@@ -133,7 +133,7 @@ def test_pitch_and_roll_end_at_90_degrees(bus: I2cBusDouble, attitude: Attitude)
     assert bus.write_read(ADDRESS, b"\x1c", 2) == b"\x00\xaa"
 
 
-def test_bearing_is_asked_for_once_a_transaction_at_its_instant(
+def test_bearing_is_read_once_a_transaction_at_its_instant(
     bus: I2cBusDouble, clock: ManualClock, attitude: Attitude
 ) -> None:
     clock.advance(7)
@@ -232,7 +232,7 @@ def test_unknown_commands_and_read_only_registers_are_warned_of(
     ]
 
 
-def test_a_compass_is_level_unless_told_otherwise(clock: ManualClock) -> None:
+def test_a_compass_is_level_by_default(clock: ManualClock) -> None:
     bus = I2cBusDouble("i2c-1", clock, [Cmps12Double(clock, bearing_deg=lambda _: 1.0)])
     assert bus.write_read(0x60, b"\x02", 4) == b"\x00\x0a\x00\x00"
     assert bus.write_read(0x60, b"\x1e", 1) == b"\xff"

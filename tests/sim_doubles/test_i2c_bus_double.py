@@ -196,7 +196,7 @@ def test_power_cycle_of_the_bus_reaches_every_target() -> None:
     assert [chip.seen for chip in chips] == [["power"], ["power"]]
 
 
-def test_log_tells_instant_direction_bytes_and_error(clock: ManualClock) -> None:
+def test_log_has_instant_direction_bytes_and_error(clock: ManualClock) -> None:
     bus = I2cBusDouble("i2c-1", clock, [Recorder(0x40, answers=b"\x12\x34")])
     clock.advance(7)
     bus.write_read(0x40, b"\x3a", 2)

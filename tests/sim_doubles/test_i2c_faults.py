@@ -49,7 +49,7 @@ def outcomes(bus: I2cBusDouble, count: int, address: int = 0x40) -> str:
     return letters
 
 
-def test_fault_strikes_from_its_first_transaction_as_often_as_told() -> None:
+def test_fault_strikes_from_its_first_transaction_as_often_as_scripted() -> None:
     fault = NackAddress(first=2, times=3)
     bus = faulty_bus(fault)
     assert outcomes(bus, 8) == "..xxx..."

@@ -340,7 +340,7 @@ def test_a_power_cycle_stops_the_motors_and_forgets_settings(
     assert units(driver) == (0, 0)
 
 
-def test_the_world_is_told_before_the_timeout_or_an_order_changes_its_course(
+def test_the_world_advances_before_the_timeout_or_a_command_changes_its_course(
     bus: I2cBusDouble, clock: ManualClock, driver: Md25Double
 ) -> None:
     speeds: list[float] = []

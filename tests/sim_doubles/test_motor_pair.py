@@ -37,7 +37,7 @@ def test_a_new_target_keeps_the_instants_of_the_steps_under_way() -> None:
     assert turned_round.turned(20) == 2 * 10
 
 
-def test_the_same_order_again_changes_nothing() -> None:
+def test_the_same_command_again_changes_nothing() -> None:
     ramp = Ramp(since=0).towards(0, 10, 2, 10)
     assert ramp.towards(14, 10, 2, 10) is ramp
     assert ramp.towards(1000, 10, 7, 3) is ramp
@@ -63,7 +63,7 @@ orders = st.lists(
 
 @settings(max_examples=40)
 @given(orders=orders, silence=st.integers(0, 400))
-def test_turn_is_the_sum_over_the_stretches_whatever_is_ordered(
+def test_turn_is_the_sum_over_the_stretches_whatever_the_commands(
     orders: list[tuple[int, int, int, int, int]], silence: int
 ) -> None:
     pair = MotorPair(0, 1, 1e9)  # a unit is 1e9 rad/s: 1 rad in 1 ns
@@ -99,7 +99,7 @@ def test_stretches_fill_the_time_without_gap_and_end_in_one_of_rest() -> None:
     assert all(one.until == other.since for one, other in pairwise(stretches))
 
 
-def test_motors_stay_stopped_after_silence_until_driven_anew() -> None:
+def test_motors_stay_stopped_after_silence_until_driven_again() -> None:
     pair = MotorPair(0, 127, 12.7)
     pair.drive(0, (127, 127), 127, 0)
     pair.put_off_stop(0, 1_000_000_000)

@@ -151,7 +151,7 @@ def test_virtual_time_passes_by_sleeping_and_on_the_wire(
     assert virtual_time() - at == 97_500  # 39 bits at 400 kHz
 
 
-def test_a_loop_that_waits_by_looking_at_the_clock_ends(virtual_time: VirtualTime) -> None:
+def test_a_loop_that_waits_by_polling_the_clock_ends(virtual_time: VirtualTime) -> None:
     until = time.monotonic() + 0.001
     while time.monotonic() < until:
         pass

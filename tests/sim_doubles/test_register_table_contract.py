@@ -193,7 +193,7 @@ def test_a_driver_without_an_identity_is_content_with_an_answer() -> None:
         driver_of(table_of(WORDS))(bus, 0x41).write_by_name("CONFIG", 1)
 
 
-def test_another_chip_is_told_by_its_identity() -> None:
+def test_another_chip_is_recognised_by_its_identity() -> None:
     double, bus = wired(EIGHT_BITS)
     double.put("ID", 0x33)
     with pytest.raises(WrongDevice, match="ID reads 33, expected 5a"):

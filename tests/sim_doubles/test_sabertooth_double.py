@@ -158,7 +158,7 @@ def test_mixed_commands_add_up_within_full_speed(
     assert units(driver) == speeds
 
 
-def test_changing_between_command_sets_stops_until_new_orders(driver: SabertoothDouble) -> None:
+def test_changing_between_command_sets_stops_until_new_commands(driver: SabertoothDouble) -> None:
     driver.receive(packet(0, 100) + packet(4, 100))
     driver.receive(packet(8, 50))
     assert units(driver) == (0, 0)
@@ -201,7 +201,7 @@ def test_the_timeout_runs_from_the_last_packet_for_this_driver(
     assert units(driver) == (0, 0)
 
 
-def test_after_the_timeout_each_motor_waits_for_its_own_order(
+def test_after_the_timeout_each_motor_waits_for_its_own_command(
     driver: SabertoothDouble, clock: ManualClock
 ) -> None:
     driver.receive(packet(14, 1))
@@ -300,7 +300,7 @@ def test_battery_limits_and_baud_rate_are_taken_without_effect(driver: Sabertoot
     assert driver.warnings == []
 
 
-def test_the_world_is_told_before_its_course_changes(
+def test_the_world_advances_before_its_course_changes(
     driver: SabertoothDouble, clock: ManualClock
 ) -> None:
     at: list[int] = []

@@ -167,7 +167,7 @@ def test_hosts_may_come_and_go(pty_line: PtySerialLine, echo: Echo) -> None:
     assert echo.got == b"onetwo"
 
 
-def test_what_nobody_fetches_is_lost_and_counted(
+def test_what_is_not_fetched_is_lost_and_counted(
     pty_line: PtySerialLine, clock: ManualClock, echo: Echo
 ) -> None:
     for _ in range(100):

@@ -117,7 +117,7 @@ def test_stop_ends_serving_and_takes_the_path_away(tmp_path: Path) -> None:
 # The path ----------------------------------------------------------------------------------------
 
 
-def test_a_path_where_somebody_listens_is_refused(rig: Rig) -> None:
+def test_a_path_with_a_listener_is_refused(rig: Rig) -> None:
     with pytest.raises(ServingError, match="another server listens here"):
         listen(rig.path)
 
@@ -153,7 +153,7 @@ def test_a_log_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
 # The client's side -------------------------------------------------------------------------------
 
 
-def test_where_nobody_listens_the_command_that_would_is_named(tmp_path: Path) -> None:
+def test_without_a_listener_the_command_that_serves_is_named(tmp_path: Path) -> None:
     with pytest.raises(BusAbsent, match="doubles serve BOARD --socket"):
         Connection(tmp_path / "none")
 

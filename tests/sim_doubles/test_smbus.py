@@ -239,6 +239,6 @@ def test_an_adapter_without_packet_error_codes_says_so() -> None:
         SMBus(1).enable_pec()
 
 
-def test_the_older_smbus_reads_32_bytes_unless_told(bus: I2cBusDouble) -> None:
+def test_the_older_smbus_reads_32_bytes_by_default(bus: I2cBusDouble) -> None:
     assert SMBus(1).read_i2c_block_data(ADDRESS, 0) == list(range(32))
     assert bus.bytes == 35

@@ -64,7 +64,7 @@ def test_echoes_come_big_endian_in_the_unit_of_the_command(
     assert registers == bytes([6, 77]) + first + second + bytes(30)
 
 
-def test_echoes_are_asked_for_once_at_the_instant_of_the_ping(
+def test_echoes_are_read_once_at_the_instant_of_the_ping(
     bus: I2cBusDouble, clock: ManualClock, sonar: Srf08Double, surroundings: Surroundings
 ) -> None:
     clock.advance(3)
@@ -255,7 +255,7 @@ def test_a_sequence_in_one_write_is_no_sequence(bus: I2cBusDouble, sonar: Srf08D
     ]
 
 
-def test_a_broken_sequence_may_begin_anew_at_once(bus: I2cBusDouble, sonar: Srf08Double) -> None:
+def test_a_broken_sequence_may_start_over_at_once(bus: I2cBusDouble, sonar: Srf08Double) -> None:
     change_address(bus, 0xA0, 0xA0, 0xAA, 0xA5, 0xFE)
     assert sonar.address == 0x7F
     assert sonar.warnings.total == 1

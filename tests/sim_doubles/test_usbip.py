@@ -59,7 +59,7 @@ def test_the_device_is_the_one_that_linux_has_a_driver_for(host: Host) -> None:
     assert struct.unpack_from("<HH", device, 8) == (VENDOR, PRODUCT) == (0x0403, 0xC631)
 
 
-def test_a_descriptor_is_cut_to_what_was_asked_for(host: Host) -> None:
+def test_a_descriptor_is_cut_to_the_requested_length(host: Host) -> None:
     assert len(host.ask((0x80, 6, 0x0100, 0, 8)).read) == 8
 
 

@@ -151,7 +151,7 @@ def test_a_merge_ended_as_the_worst_of_its_runs_in_whatever_order() -> None:
         assert (found["state"], found["complete"]) == ("died", False)
 
 
-def test_when_the_sum_of_several_runs_was_last_late_is_not_told() -> None:
+def test_when_the_sum_of_several_runs_was_last_late_is_not_stated() -> None:
     run = Counted()
     run.file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 1
     late = run.count([2_000_000])

@@ -32,7 +32,7 @@ def held(stated: dict[str, Any], yielded_ns: int = 0) -> Conditions:
     return conditions_of(stated, RUN, yielded_ns)
 
 
-def test_what_holds_is_told_as_it_is() -> None:
+def test_what_holds_is_stated_as_it_is() -> None:
     now = held(GRANTED)
     assert now.as_json() == {**GRANTED, "run": asdict(RUN)}
     assert list(refusals(now.settings)) == []
@@ -54,7 +54,7 @@ def test_a_run_without_priority_has_none_to_give_up() -> None:
     assert held({}, SECOND) == held({})
 
 
-def test_what_was_not_asked_for_is_not_refused() -> None:
+def test_what_was_not_requested_is_not_refused() -> None:
     settings = {"spin_us": {"asked": 0.0, "granted": False, "reason": "not asked for"}}
     assert held({"settings": settings}).refused == {}
 

@@ -85,7 +85,7 @@ def test_the_sum_of_runs_has_no_instants() -> None:
     assert {each["last_s"] for each in found.values()} == {None}
 
 
-def test_of_a_huge_sentence_only_what_is_kept_is_looked_at() -> None:
+def test_of_a_huge_sentence_only_what_is_kept_is_read() -> None:
     cells, counted = (
         empty_cells(fault_table.ROW_CELLS),
         FaultCount("NotReady", 1, 0, 0, "long " * 1_000_000),

@@ -37,7 +37,7 @@ def test_what_was_late_before_the_watch_is_not_new() -> None:
     assert watch.new_in(run.statistics()) is None
 
 
-def test_a_late_activation_is_told_of_once() -> None:
+def test_a_late_activation_is_reported_once() -> None:
     run = late_run(5 * MILLISECOND)
     watch = LateWatch(LIMIT, run.statistics())
     at = activation(run, 3 * MILLISECOND)
@@ -54,7 +54,7 @@ def test_one_within_the_limit_is_not_late() -> None:
     assert watch.new_in(run.statistics()) is not None
 
 
-def test_of_several_the_earliest_is_told_of() -> None:
+def test_of_several_the_earliest_is_reported() -> None:
     run = late_run()
     watch = LateWatch(LIMIT, run.statistics())
     first = activation(run, 3 * MILLISECOND)
@@ -105,7 +105,7 @@ def test_the_watch_fires_only_for_lateness_over_the_limit(late: list[int], kept:
         assert told or each <= LIMIT * 33 // 32 + 1
 
 
-def test_a_look_reads_the_cells_and_builds_no_document(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_poll_reads_the_cells_and_builds_no_document(monkeypatch: pytest.MonkeyPatch) -> None:
     """It happens ten times a second, beside the run."""
     monkeypatch.delattr(Statistics, "figures")
     run = late_run()

@@ -88,7 +88,7 @@ def test_what_the_trace_was_taken_for_is_marked_when_it_began() -> None:
     ]
 
 
-def test_only_the_last_part_is_taken_when_it_is_asked_for() -> None:
+def test_only_the_last_part_is_taken_on_request() -> None:
     recorded = [Recorded("step", at * SECOND, at * SECOND + 5) for at in range(10)]
     assert the_last(recorded, 2 * SECOND) == recorded[7:]
     assert the_last(recorded, 100 * SECOND) == recorded

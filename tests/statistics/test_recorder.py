@@ -125,7 +125,7 @@ def test_the_seconds_around_a_late_activation_are_kept_once_for_a_while(rig: Rig
     assert "robot-0001-late-2.json.gz" in rig.files
 
 
-def test_lateness_below_what_was_asked_for_is_no_incident(tmp_path: Path) -> None:
+def test_lateness_below_the_requested_limit_is_no_incident(tmp_path: Path) -> None:
     rig = Rig(tmp_path, late=50 * MILLISECOND)
     run = rig.begin()
     rig.look()

@@ -58,7 +58,7 @@ DEEP = b'{"at_ns": 1, "writer": ' + b'{"a":' * 3000 + b"1" + b"}" * 3001
 
 
 @pytest.mark.parametrize("content", [None, b"", b"{", b"[1]\n", b"\xff\xfe\n", DEEP])
-def test_what_is_no_such_file_holds_none_and_is_begun_anew(
+def test_a_file_of_another_format_holds_none_and_is_replaced(
     statistics: Path, content: bytes | None
 ) -> None:
     if content is not None:

@@ -88,7 +88,7 @@ def test_a_link_that_a_user_named_stays_a_link(path: Path) -> None:
     assert path.with_name("target").read_bytes() == b"one"
 
 
-def test_what_a_guard_notes_is_for_its_group_and_not_for_everybody(tmp_path: Path) -> None:
+def test_what_a_guard_notes_is_for_its_group_and_not_for_all_users(tmp_path: Path) -> None:
     statistics = tmp_path / "tachobot.stats"
     TakeoverFile(statistics).write(Takeover(1, this_process(), 1, "it hung"))
     assert permissions(Companion.TAKEOVERS.beside(statistics)) == 0o640

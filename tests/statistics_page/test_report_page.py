@@ -104,5 +104,5 @@ def test_the_page_says(uneven: Statistics, said: str) -> None:
     assert said in Outline(page(uneven, HEADLINE)).words
 
 
-def test_what_was_not_asked_for_is_not_called_refused(uneven: Statistics) -> None:
+def test_what_was_not_requested_is_not_called_refused(uneven: Statistics) -> None:
     assert "Not granted: spin_us" not in Outline(page(uneven, HEADLINE)).words

@@ -51,7 +51,7 @@ def test_a_share_that_is_not_nothing_never_reads_as_nothing(part: float | None, 
     ("ns", "said"),
     [(20 * SECOND, "20.00 s"), (150 * SECOND, "2 min"), (259_500 * SECOND, "72 h 5 min")],
 )
-def test_long_runs_are_told_in_minutes_and_hours(ns: int, said: str) -> None:
+def test_long_runs_are_shown_in_minutes_and_hours(ns: int, said: str) -> None:
     assert words.passed(ns) == said
 
 

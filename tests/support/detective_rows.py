@@ -92,7 +92,7 @@ class Cmps12Row(Row):
 
 
 class Hmc5883lRow(Row):
-    told_as = "was reset"
+    reported_as = "was reset"
     name = "hmc5883l"
     traffic = hmc5883l.TRAFFIC
     address = 0x1E
@@ -139,7 +139,7 @@ class Hmc5883lRow(Row):
 
 
 class Md25Row(Row):
-    told_as = "was reset"
+    reported_as = "was reset"
     name = "md25"
     traffic = md25.TRAFFIC
     address = 0x5A

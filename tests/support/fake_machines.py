@@ -12,7 +12,7 @@ from firmware_runtime.system.files import SystemFiles
 Contents: TypeAlias = Mapping[str, str | bytes]
 """What stands in files, by their usual path."""
 
-Look: TypeAlias = Callable[[str, Machine], Finding]
+Examine: TypeAlias = Callable[[str, Machine], Finding]
 """Carries out one check, by its id."""
 
 CPU = "/sys/devices/system/cpu"

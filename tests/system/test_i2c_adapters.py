@@ -26,7 +26,7 @@ from tests.support.fake_machines import lay_out, link
         ("107d508280.i2c", True),
     ],
 )
-def test_buses_of_displays_and_mainboard_are_told_by_their_names(
+def test_buses_of_displays_and_mainboard_are_recognised_by_their_names(
     tmp_path: Path, name: str, *, is_left_alone: bool
 ) -> None:
     files = lay_out(tmp_path, {"/dev/i2c-3": "", "/sys/bus/i2c/devices/i2c-3/name": f"{name}\n"})

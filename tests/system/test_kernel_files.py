@@ -41,7 +41,7 @@ def test_a_list_of_processors(text: str | None, cpus: list[int] | None) -> None:
         ("", None),
     ],
 )
-def test_the_version_tells_the_preemption_model(
+def test_the_version_shows_the_preemption_model(
     tmp_path: Path, build: str, model: str | None
 ) -> None:
     assert preemption(SystemFiles(tmp_path), build) == model

@@ -107,7 +107,7 @@ class ServedEnableLine(EnableLine):
 class ServedDoubles:
     """One board's doubles in another process: its lines, its outputs, how a run on it ended.
 
-    `leave` ends the connection that they are asked over.
+    `disconnect` ends the connection to the server.
     """
 
     def __init__(
@@ -117,10 +117,10 @@ class ServedDoubles:
         ports: Iterable[str],
         *,
         has_enable_line: bool = False,
-        leave: Callable[[], None] = lambda: None,
+        disconnect: Callable[[], None] = lambda: None,
     ) -> None:
         self._ask = ask
-        self._leave = leave
+        self._disconnect = disconnect
         self.enable = ServedEnableLine("output_enable", ask) if has_enable_line else None
         self.buses: Mapping[str, I2cBus] = {name: ServedBus(name, ask) for name in buses}
         self.ports: Mapping[str, SerialPort] = {name: ServedPort(name, ask) for name in ports}
@@ -138,8 +138,8 @@ class ServedDoubles:
         raise _unexpected(answered, "doubles")
 
     def close(self) -> None:
-        """Leave them to others; nothing can be asked any more."""
-        self._leave()
+        """Disconnect from the server."""
+        self._disconnect()
 
 
 def look(ask: Ask) -> Standing:

@@ -56,7 +56,7 @@ class Order:
 
 
 class Deployment:
-    """Carries out an order; `commands` may be a dry run, in which the target is only looked at."""
+    """Carries out an order; `commands` may be a dry run, in which the target is only examined."""
 
     def __init__(self, order: Order, commands: Commands) -> None:
         self._order = order
@@ -67,8 +67,8 @@ class Deployment:
 
     def carry_out(self) -> None:
         """Do all steps. Raises DeploymentError with what kept one from being done."""
-        with self._step(f"look at {self._order.host}"):
-            target = self._look()
+        with self._step(f"inspect {self._order.host}"):
+            target = self._inspect()
         with TemporaryDirectory(prefix="firmware-runtime-") as temporary:
             parcel = Path(temporary)
             with self._step(f"collect wheels for {target.platform}"):
@@ -82,10 +82,10 @@ class Deployment:
         with self._step("put the new program in place"):
             self._switch(venv)
 
-    def _look(self) -> Target:
+    def _inspect(self) -> Target:
         order = self._order
-        looking = Commands(self._log)  # changes nothing, so it is done in a dry run too
-        connection = Connection(order.host, order.ssh_options, looking)
+        inspecting = Commands(self._log)  # changes nothing, so it is done in a dry run too
+        connection = Connection(order.host, order.ssh_options, inspecting)
         ended = connection.script(["probe.sh"], order.root, order.python, order.board)
         if ended.status != 0:
             raise DeploymentError(f"{order.host}: {ended.reason}; expected a POSIX shell")

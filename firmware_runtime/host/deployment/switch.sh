@@ -54,7 +54,7 @@ take_settings() { # those that came along, if any; those before are kept beside 
 	install -m 644 "$brought" "$there"
 }
 
-go_back() { # to the program from before; without one, what was installed stays to be looked at
+go_back() { # to the program from before; without one, what was installed stays for inspection
 	[ -n "$before" ] || fail "the service does not run; see firmware-runtime service logs $board"
 	use_venv "$before"
 	if [ -n "${kept:-}" ]; then cp -p "$kept" "$there"; fi

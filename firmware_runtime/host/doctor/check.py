@@ -1,4 +1,4 @@
-"""One check: what it is called, why it matters, what fixes it, and how to look."""
+"""One check: what it is called, why it matters, what fixes it, and how to examine it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ class Check:
     id: str
     why: str
     fix: str
-    look: Callable[[Machine], Finding]
+    examine: Callable[[Machine], Finding]
 
 
 class Result(NamedTuple):

@@ -49,7 +49,7 @@ def failure(seen: str, fix: str | None = None) -> Finding:
 
 
 def not_applicable(reason: str) -> Finding:
-    """There is nothing to look at, or it is not shown to this user."""
+    """There is nothing to examine, or it is not shown to this user."""
     return Finding(Severity.NOT_APPLICABLE, reason)
 
 

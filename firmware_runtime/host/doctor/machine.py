@@ -1,4 +1,4 @@
-"""What the checks look at: this machine, and what a board asks of it if one is named."""
+"""What the checks examine: this machine, and what a board asks of it if one is named."""
 
 import platform
 from collections.abc import Mapping, Sequence

@@ -35,16 +35,16 @@ GROUPS: Mapping[str, tuple[Check, ...]] = {
 def examine(machine: Machine) -> list[Result]:
     """Carry out every check."""
     return [
-        Result(group, check, _look(check, machine))
+        Result(group, check, _examine(check, machine))
         for group, checks in GROUPS.items()
         for check in checks
     ]
 
 
-def _look(check: Check, machine: Machine) -> Finding:
+def _examine(check: Check, machine: Machine) -> Finding:
     """What a check finds; what the kernel shows in a form not foreseen cannot be judged."""
     try:
-        return check.look(machine)
+        return check.examine(machine)
     except (OSError, ValueError, LookupError) as error:
         return not_applicable(f"cannot be judged: {type(error).__name__}: {error}")
 

@@ -51,7 +51,7 @@ def test_reading_st1_leaves_data_ready(die: Rig) -> None:
     assert die.read(0x02) == die.read(0x02) == b"\x01"
 
 
-def test_sample_that_nobody_read_sets_overrun_until_data_is_read(die: Rig) -> None:
+def test_sample_that_was_not_read_sets_overrun_until_data_is_read(die: Rig) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     die.clock.advance(CONVERSION)
     assert die.read(0x02) == b"\x01"

@@ -187,7 +187,7 @@ def test_gyro_is_silent_for_35_ms_after_waking_and_data_not_ready(
     assert bus.write_read(0x68, b"\x3a", 15) == b"\x01" + REST + b"\x1d\x56" * 3
 
 
-def test_gyro_starts_anew_after_a_reset_and_after_standby(
+def test_gyro_starts_up_again_after_a_reset_and_after_standby(
     clock: ManualClock, bus: I2cBusDouble
 ) -> None:
     for byte_off, byte_on in ((0x80, None), (0x11, 0x01)):

@@ -17,7 +17,7 @@ def mode1(bus: I2cBusDouble) -> int:
 # Sleep
 
 
-def test_sleep_stops_every_output_and_tells_the_world_first(
+def test_sleep_stops_every_output_and_advances_the_world_first(
     awake: I2cBusDouble, pca: Pca9685Double
 ) -> None:
     awake.write(0x40, HALF_ON_ALL)

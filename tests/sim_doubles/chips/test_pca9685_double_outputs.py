@@ -123,7 +123,7 @@ def test_outputs_go_on_after_the_bus_is_closed(awake: I2cBusDouble, pca: Pca9685
     assert pca.duties == (0.5,) * 16
 
 
-def test_power_cycle_stops_outputs_and_tells_the_world_first(
+def test_power_cycle_stops_outputs_and_advances_the_world_first(
     awake: I2cBusDouble, pca: Pca9685Double
 ) -> None:
     awake.write(0x40, b"\xfa\x00\x00\x00\x08")
@@ -178,7 +178,9 @@ def test_oe_high_holds_asleep_too(bus: I2cBusDouble, pca: Pca9685Double) -> None
     assert pca.duties == (1.0,) * 16
 
 
-def test_oe_tells_the_world_before_outputs_change(awake: I2cBusDouble, pca: Pca9685Double) -> None:
+def test_oe_advances_the_world_before_outputs_change(
+    awake: I2cBusDouble, pca: Pca9685Double
+) -> None:
     awake.write(0x40, b"\xfa\x00\x00\x00\x08")
     seen: list[float] = []
     pca.before_change = lambda: seen.append(pca.duty(0))
