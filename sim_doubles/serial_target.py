@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 
 
 class SerialTarget(ABC):
-    """Anything with a serial port of its own; what it sends by itself is worked out when asked."""
+    """Anything with a serial port of its own; what it sends by itself is worked out when read."""
 
     @abstractmethod
     def receive(self, data: bytes) -> None:

@@ -92,7 +92,7 @@ class Ak8963:
             raise WrongDevice(f"{self.place}: WIA reads {found:02x}, expected {IDENTITY:02x}")
 
     def verify(self) -> None:
-        """Check that it still measures as brought up. Raises NotReady, after a brown-out say."""
+        """Check that it still measures as brought up. Raises NotReady, as after a brown-out."""
         found = self._read(CNTL1, 1)[0]
         if found != CONTINUOUS_100_HZ_16_BIT:
             raise NotReady(

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Bearing(NamedTuple):
-    """One reading; `raw` is all the chip said, to tell a chip that hangs from one at rest."""
+    """One reading; `raw` is the whole reply: in it a hung chip differs from one at rest."""
 
     bearing_deg: float
     """Clockwise from magnetic north, 0 up to but not including 360."""

@@ -36,7 +36,7 @@ IDENTITY_A: Final = 0x0A
 EIGHT_SAMPLES_NO_BIAS: Final = 0x70
 SINGLE: Final = 0x01
 IDLE: Final = 0x02
-"""Set in both idle codes of MODE; which of the two a finished measurement leaves is not said."""
+"""Set in both idle codes of MODE; the datasheet does not say which one a measurement ends in."""
 MEASUREMENT_NS: Final = 10_000_000
 """A measurement takes 6 ms; the rest is room."""
 

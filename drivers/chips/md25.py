@@ -58,7 +58,7 @@ AMPERES_PER_COUNT: Final = 0.1
 
 
 class Md25Report(NamedTuple):
-    """What the chip said right after its speeds were set; motor 1 drives the left side."""
+    """What was read right after the speeds were set; motor 1 drives the left side."""
 
     left_encoder: int
     """Counts since power-up, growing forward; an EMG30 makes 360 a turn."""

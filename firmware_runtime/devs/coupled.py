@@ -52,7 +52,7 @@ class Coupled(Component):
         self.couplings[wire] = None
 
     def select(self, imminent: Sequence[Component]) -> Component:
-        """Choose who goes first, for the classic simulator; default: order of declaration."""
+        """Choose the first component, for the classic simulator; default: order of declaration."""
         return imminent[0]
 
     # ---------------------------------------------------------------------------------------------

@@ -68,7 +68,7 @@ class FanOut(StandIn[Any]):
 
 
 class Delivery:
-    """The bags of a flat model: `marks` by number, and who was `reached` in this round.
+    """The bags of a flat model: `marks` by number, and the models `reached` in this round.
 
     A mark is true while its model has input; clearing it empties the model's bags. `pools` are
     those that hold values; they are to be poured before any bag is read.
@@ -94,7 +94,7 @@ class Delivery:
         self.pools.clear()
 
     def end_round(self) -> None:
-        """Forget who was reached, whose bags have been emptied by now."""
+        """Forget the models reached; their bags have been emptied by now."""
         self.reached.clear()
         for fan_out in self._used:
             fan_out.is_used = False

@@ -106,7 +106,7 @@ def _functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Function
 
 
 def _asking_time_advance(atomic: Atomic) -> Wrapped:
-    """For a model that computes its time advance: ask after each transition, keep it in sigma."""
+    """For a computed time advance: call it after each transition, keep the result in sigma."""
 
     def internal() -> None:
         atomic.internal()

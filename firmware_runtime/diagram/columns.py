@@ -11,7 +11,7 @@ C = TypeVar("C")
 
 
 def assign(components: Sequence[C], wires: Iterable[tuple[C, C]]) -> dict[C, int]:
-    """Each component's column, from 1, given who feeds whom."""
+    """Each component's column, from 1, given which feeds which."""
     wires = set(wires)
     order = {component: number for number, component in enumerate(components)}
     reached = {component: _reached(component, wires) for component in components}

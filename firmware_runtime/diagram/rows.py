@@ -1,4 +1,4 @@
-"""Rows: who stands above whom in a column, and at what height, so that wires run straight.
+"""Rows: which node stands above which in a column, at what height, so that wires run straight.
 
 First the order: a node goes where the nodes that it is wired to are, on average, sweeping to and
 fro. Then the heights: a node wants to be where its wires run level; nodes that want the same place

@@ -34,7 +34,7 @@ class BusAbsent(HalError, OSError):
 
 
 class BusInUse(BusAbsent):
-    """Another process drives what hangs on the bus, and asked to be alone."""
+    """Another process drives what is on the bus, and has locked it."""
 
 
 class PortClosed(HalError, OSError):

@@ -1,4 +1,4 @@
-"""Which addresses of an I2C bus answer, asked in the way of i2cdetect, which changes nothing.
+"""Which addresses of an I2C bus answer, probed as i2cdetect does, which changes nothing.
 
 An address is probed by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
 set their write protection (0x30 to 0x37, 0x50 to 0x5F) one byte is read instead, as it is where an
@@ -23,7 +23,7 @@ class State(Enum):
 
     ANSWERS = "answers"
     HELD = "held"
-    """A driver of the kernel's holds it; it was not asked."""
+    """A driver of the kernel's holds it; it was not probed."""
     FAULTY = "faulty"
     """The adapter reported a fault there."""
 

@@ -34,7 +34,7 @@ PrearmCheck: TypeAlias = Callable[[int], str | None]
 
 @dataclass(frozen=True, slots=True)
 class Permission:
-    """On what terms a run may drive its outputs that may not drive of itself."""
+    """The terms on which a run may drive its outputs."""
 
     at_start: bool
     """Arm it as soon as all pre-arm checks pass; otherwise it is armed on request only."""
@@ -46,7 +46,7 @@ class Permission:
 def permission_for(
     board: Board, *, doubles: bool | Path, arm: bool, supervised: bool
 ) -> Permission | None:
-    """Who decides whether outputs may be driven; None for doubles within this process.
+    """The terms on which outputs may be driven; None for doubles within this process.
 
     Those that another process serves can be switched off by a third: then it takes the run's right
     to drive. `supervised` treats doubles as chips; `arm` wants it armed, whatever the board says.
@@ -78,7 +78,7 @@ class Arming:
     ) -> None:
         self.armed = False
         self.was_armed = False
-        self.reason = "nothing asked for it"
+        self.reason = "not requested yet"
         self.is_free = permission.free
         self._is_wanted = permission.at_start
         self._demands_guard = permission.demand_guard

@@ -1,4 +1,4 @@
-"""What a board's settings ask of the loop: policies, deadlines, buses to count, the process."""
+"""What a board's settings set in the loop: policies, deadlines, buses to count, the process."""
 
 from typing import Any
 

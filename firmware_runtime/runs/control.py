@@ -1,4 +1,4 @@
-"""The control socket: what a person may ask of a run, answered by its own loop.
+"""The control socket: requests to a run, answered by its own loop.
 
 A Unix datagram socket beside the statistics (`BOARD.control`). A request is one word, the answer
 one JSON object, sent back to the socket the request came from. The loop reads it between two steps,

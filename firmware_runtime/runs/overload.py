@@ -1,4 +1,4 @@
-"""A run that cannot keep up: it gives up real-time priority or ends, and says so.
+"""A run that cannot keep up: it gives up real-time priority or ends, and logs it.
 
 The load is the larger of two shares of the real time that passes, over `WINDOW`:
 

@@ -19,7 +19,7 @@ PATIENCE = SECOND
 
 
 class Reloading:
-    """Reads the board's file again when asked, between two steps that are far enough apart.
+    """Reads the board's file again on request, between two steps that are far enough apart.
 
     A file with any fault changes nothing. What only a new run can take up is named and left as it
     is. `log` gets the result, a sentence.

@@ -1,4 +1,4 @@
-"""Starts of a service, one after the other: the next one waits, and says for how long."""
+"""Starts of a service, one after the other: the next one waits, and logs for how long."""
 
 from collections.abc import Callable
 from contextlib import suppress

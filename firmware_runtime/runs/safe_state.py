@@ -99,7 +99,7 @@ class SafeState:
                 return [*on, *self._who_may(on), f"not checked for {must_stay / SECOND:g} s"]
 
     def warnings(self) -> list[str]:
-        """What is to be said of runs that live."""
+        """What is to be reported of runs that live."""
         return [
             f"process {pid} has not acknowledged that it must not drive: stopped, or it hangs; a "
             "write that was under way may still come; end it"
@@ -153,7 +153,7 @@ class SafeState:
                 run.take_right(by_request=True)
 
     def _who_may(self, on: list[str]) -> Iterator[str]:
-        """Who has the lines open, where something is on."""
+        """The processes with the lines open, where something is on."""
         processes = {(each.process, each.command) for each in self._holders} if on else ()
         for process, command in sorted(processes):
             yield f"process {process} ({command}) has {', '.join(self._lines)} open"

@@ -229,7 +229,7 @@ class Session:
         return arming
 
     def _take_requests(self, arming: Arming, path: Path) -> None:
-        """Arm and disarm as other processes ask for it."""
+        """Arm and disarm on request of other processes."""
 
         def arm() -> Answer:
             return {"refused": arming.request(self.executive.clock.now()), "armed": arming.armed}

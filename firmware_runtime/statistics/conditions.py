@@ -42,7 +42,7 @@ class RunFigures(Struct, frozen=True):
     """How far a run has come, or how it ended."""
 
     state: str
-    """A `RunState` in small letters, or `died`: its process is gone and has not said how."""
+    """A `RunState` in small letters, or `died`: its process is gone without a last state."""
     reason: str | None
     """How the run ended, in a sentence."""
     complete: bool

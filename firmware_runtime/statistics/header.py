@@ -28,7 +28,7 @@ class Saved(Struct, frozen=True):
 
 
 class Driver(Struct, frozen=True):
-    """As much of a header as says who drives: the guard needs no more."""
+    """The part of a header that identifies the process: the guard needs no more."""
 
     writer: ProcessIdentity
     conditions: dict[str, Any]

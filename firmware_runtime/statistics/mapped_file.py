@@ -38,7 +38,7 @@ CELL = struct.Struct("=q")
 _MODE = 0o640
 """The owner writes, the group may read: a robot's operators need not be root."""
 _LONGEST_HEADER = 1 << 24
-"""Bytes; a header that says it is longer is damaged, and must not fill the memory of who reads."""
+"""Bytes; a header that says it is longer is damaged, and must not fill the reader's memory."""
 
 
 @dataclass(frozen=True, slots=True)

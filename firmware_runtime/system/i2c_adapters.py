@@ -1,4 +1,4 @@
-"""The I2C adapters of a machine, as /dev and /sys show them: names, and who holds which address."""
+"""The I2C adapters of a machine, as /dev and /sys show them: names, drivers of addresses."""
 
 import re
 from typing import Final, NamedTuple

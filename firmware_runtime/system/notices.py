@@ -50,7 +50,7 @@ class Notices:
         self._notify(f"EXTEND_TIMEOUT_USEC={within // MICROSECOND}\nSTATUS={what}")
 
     def reloading(self) -> None:
-        """Settings are read again; `ready` says that it is over."""
+        """Settings are read again; `ready` ends it."""
         self._notify(f"RELOADING=1\nMONOTONIC_USEC={monotonic_ns() // MICROSECOND}")
 
     def stopping(self) -> None:

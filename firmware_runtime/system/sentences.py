@@ -48,7 +48,7 @@ class Sentences:
             self.dropped += 1
 
     def close(self) -> None:
-        """Release what was opened; what is said afterwards is dropped."""
+        """Release what was opened; what is printed afterwards is dropped."""
         self._write = self._nowhere
         self._opened.close()
 

@@ -1,4 +1,4 @@
-"""The MPU-9250's auxiliary I2C master: SLV0 to SLV3 at every sample, SLV4 once when asked.
+"""The MPU-9250's auxiliary I2C master: SLV0 to SLV3 at every sample, SLV4 once on request.
 
 Source: InvenSense RM-MPU-9250A rev. 1.6, I2C_MST_CTRL to I2C_SLV4_DI. Not modelled: the time its
 transactions take, its clock setting, several masters, interrupts, and the AK8963 hanging when the

@@ -96,7 +96,7 @@ class Pca9685Double(Target):
         return {str(channel): duty for channel, duty in enumerate(self.duties)}
 
     def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
-        """Never: duties stay until the host says otherwise."""
+        """Never: duties stay until the host writes."""
         return NEVER
 
     def duty(self, channel: int) -> float:
@@ -120,7 +120,7 @@ class Pca9685Double(Target):
 
     @property
     def output_enabled(self) -> bool:
-        """Whether the OE pin is low; high takes all outputs to the state OUTNE asks for."""
+        """Whether the OE pin is low; high takes all outputs to the state that OUTNE sets."""
         return self._output_enabled
 
     @output_enabled.setter

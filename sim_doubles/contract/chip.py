@@ -60,7 +60,7 @@ def another_chip_is_named_by_what_was_found_and_expected(row_type: type[Row]) ->
 
 
 def a_stuck_bus_is_noticed_at_once_and_use_goes_on_after_recovery(row_type: type[Row]) -> None:
-    """A held bus is not asked again."""
+    """A held bus is not retried."""
     row = row_type()
     row.bring_up()
     row.faults.add(StuckSda(address=row.address))

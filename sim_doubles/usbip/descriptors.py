@@ -1,4 +1,4 @@
-"""What an i2c-tiny-usb adapter says of itself: USB descriptors.
+"""The USB descriptors of an i2c-tiny-usb adapter.
 
 A full-speed device with one interface of the vendor's own kind and no endpoint but 0.
 Source: USB 2.0, 9.6; the numbers that Linux's driver of that name looks for.

@@ -1,4 +1,4 @@
-"""An i2c-tiny-usb adapter as a USB device: what Linux's driver of that name asks, answered.
+"""An i2c-tiny-usb adapter as a USB device: answers the requests of Linux's driver of that name.
 
 The driver sends an I2C transaction message by message, each with its address, and asks after each
 whether it was acknowledged. Doubles take a transaction as a whole; so writes wait for the message
@@ -41,7 +41,7 @@ Transfer: TypeAlias = Callable[[Piece], bytes]
 
 
 class Kind(IntEnum):
-    """Request types: direction, who defines the request, whom it is for."""
+    """Request types: direction, standard or vendor's, recipient."""
 
     FROM_DEVICE = 0x80
     TO_DEVICE = 0x00

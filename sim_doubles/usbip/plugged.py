@@ -35,7 +35,7 @@ class PluggedBus:
             return controller.attach(self.kernels_end, number)
 
     def serve(self) -> None:
-        """Answer what the kernel asks. Raises NotAttached when it has let go, NotUsbip."""
+        """Answer the kernel's requests. Raises NotAttached when it has let go, NotUsbip."""
         received = b""
         with suppress(ConnectionError):
             received = self.connection.recv(_AT_ONCE)
@@ -90,7 +90,7 @@ def transfer_of(service: DoublesService, bus: str) -> Transfer:
 def _device_at(
     port: int, controller: HostController, server: DoublesServer, clock: RealClock
 ) -> Path:
-    """The device node that the adapter has become; the kernel asks a lot until then."""
+    """The device node that the adapter has become; the kernel sends many requests until then."""
     give_up_at = clock.look() + PATIENCE
     while (device := controller.i2c_device(port)) is None:
         if clock.look() > give_up_at:

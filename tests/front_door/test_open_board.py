@@ -219,7 +219,7 @@ def test_outputs_of_a_real_robot_are_not_driven_unless_it_is_armed(outside: Outs
         sample = robot.model.components["imu"].out_ports["sample"]
         robot.listen(sample, lambda _at, _sample: driven.append(outside.on))
         robot.run(3.0)
-        assert (robot.was_armed, robot.why_not_armed) == (False, "nothing asked for it")
+        assert (robot.was_armed, robot.why_not_armed) == (False, "not requested yet")
     assert set(driven) == {0}
 
 

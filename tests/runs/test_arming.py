@@ -289,7 +289,7 @@ def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> Non
     assert rig.arming.pause() == []
     rig.arming.attend(SECOND, 0)
     assert (rig.arming.interlock(), rig.safe, rig.logged) == (False, 1, [])
-    assert rig.arming.reason == "nothing asked for it"
+    assert rig.arming.reason == "not requested yet"
 
 
 def test_what_a_person_takes_in_a_pause_is_not_armed_again() -> None:

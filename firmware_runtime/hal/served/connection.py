@@ -29,7 +29,7 @@ def lock_of(path: Path) -> Path:
 
 
 class Connection:
-    """A connection to the server at a path, one question at a time, whichever thread asks.
+    """A connection to the server at a path, one question at a time, from any thread.
 
     A server that has gone is not connected to again: another would have other chips.
     Raises BusAbsent if no doubles are served there.

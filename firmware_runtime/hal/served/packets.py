@@ -1,4 +1,4 @@
-"""What goes over the socket between doubles that are served and those who use them.
+"""Packets on the socket between served doubles and their clients.
 
 The socket is a Unix socket of packets (SOCK_SEQPACKET). A packet is one question or one answer; it
 arrives whole, in order, or not at all, so nothing has to be framed, and a client that is killed

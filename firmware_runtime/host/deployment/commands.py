@@ -1,4 +1,4 @@
-"""Runs other programs, or only says how it would; what they print is kept, not mixed with ours."""
+"""Runs other programs, or prints their command lines only; keeps what they print."""
 
 import shlex
 import subprocess

@@ -34,12 +34,12 @@ def demand_ours(wheel: Path) -> None:
 
 
 def requirements(wheel: Path) -> list[str]:
-    """What a wheel asks for, in order. Raises DeploymentError when it is none."""
+    """The requirements of a wheel, in order. Raises DeploymentError when it is none."""
     return sorted(_metadata(wheel)[1])
 
 
 def _metadata(wheel: Path) -> tuple[str, list[str]]:
-    """The name of what is in a wheel, and what it asks for."""
+    """The name of what is in a wheel, and its requirements."""
     try:
         with ZipFile(wheel) as archive:
             inside = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]

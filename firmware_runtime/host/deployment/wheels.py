@@ -39,7 +39,7 @@ def collect(
     into: Path,
     packages: Sequence[Distribution] = (),
 ) -> str:
-    """Put every wheel that the platform needs into a folder; say what was done.
+    """Put every wheel that the platform needs into a folder; return what was done.
 
     `own` is the project's wheel, made here when None; `packages` provide boards of other projects.
     Raises DeploymentError when one cannot be had or does not fit.

@@ -44,7 +44,7 @@ def warning(seen: str, fix: str | None = None) -> Finding:
 
 
 def failure(seen: str, fix: str | None = None) -> Finding:
-    """A run will fail, or not get what its board asks for."""
+    """A run will fail, or not get what its board needs."""
     return Finding(Severity.FAILURE, seen, fix)
 
 

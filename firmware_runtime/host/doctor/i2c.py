@@ -158,7 +158,7 @@ CHECKS = (
 
 
 def held_by_others(machine: Machine, nodes: Sequence[str]) -> Finding:
-    """Who else has one of these nodes open, as far as this user can see."""
+    """The other processes with one of these nodes open, as far as this user can see."""
     there = [node for node in nodes if machine.files.exists(node)]
     if not there:
         return not_applicable(f"{', '.join(nodes) or 'no node'}: not there")

@@ -1,4 +1,4 @@
-"""What the checks examine: this machine, and what a board asks of it if one is named."""
+"""What the checks examine: this machine, and what a board needs of it if one is named."""
 
 import platform
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ TYPICAL_PRIORITY = 60
 
 @dataclass(frozen=True, slots=True)
 class Demands:
-    """What a board asks of the machine. Buses, ports and addresses go by device node."""
+    """What a board needs of the machine. Buses, ports and addresses go by device node."""
 
     board: str
     bus_hz: Mapping[str, int] = field(default_factory=dict)
@@ -38,7 +38,7 @@ class Machine:
 
     @property
     def priority(self) -> int:
-        """The SCHED_FIFO priority to judge by; 0 if the board asks for none."""
+        """The SCHED_FIFO priority to judge by; 0 if the board has none."""
         return TYPICAL_PRIORITY if self.demands is None else self.demands.fifo_priority
 
     @property

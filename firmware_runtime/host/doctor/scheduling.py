@@ -31,7 +31,7 @@ _NOT_ASKED = "the board asks for no SCHED_FIFO"
 
 
 def _refused(machine: Machine, seen: str, fix: str) -> Finding:
-    """A failure for a board that asks for it, else a warning."""
+    """A failure for a board that needs it, else a warning."""
     bad = warning if machine.demands is None else failure
     return bad(seen, fix.replace("60", str(machine.priority)))
 

@@ -49,7 +49,7 @@ def device_nodes(board: Board) -> list[str]:
 
 
 def _scheduling(service: str, priority: int) -> Iterator[str]:
-    """The guard comes before the run from its start; the run asks when it has come up."""
+    """The guard has its priority from its start; the run, one lower, sets its own once it is up."""
     own = min(priority + 1, _HIGHEST) if service == GUARD and priority > 0 else priority
     yield f"LimitRTPRIO={own}"
     if service == GUARD:

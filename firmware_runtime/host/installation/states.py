@@ -1,4 +1,4 @@
-"""How systemd says a unit does."""
+"""The states of units, from systemd."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

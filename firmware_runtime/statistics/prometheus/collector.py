@@ -1,4 +1,4 @@
-"""Reads statistics files when Prometheus asks, and keeps nothing in between."""
+"""Reads statistics files at each scrape, and keeps nothing in between."""
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path

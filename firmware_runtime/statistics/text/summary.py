@@ -1,4 +1,4 @@
-"""The one line that says how a run does: for `stats`, `top`, `systemctl status` and the journal."""
+"""A run's status in one line: for `stats`, `top`, `systemctl status` and the journal."""
 
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
 from firmware_runtime.statistics.figures import Figures
