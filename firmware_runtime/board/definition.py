@@ -8,12 +8,13 @@ are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
-from msgspec import Struct
+from msgspec import Struct, ValidationError, convert
 
 from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.lines import Lines
@@ -87,6 +88,16 @@ def _check_schema(schema: object) -> None:
     if missing:
         without = f"{schema.__name__} has no {', '.join(sorted(missing))}"
         raise SettingError(f"settings: {without}; expected a subclass of BoardSettings")
+    with suppress(ValidationError):  # of the values, which are not asked for yet
+        _convert_nothing(schema)
+
+
+def _convert_nothing(schema: type[Struct]) -> None:
+    """Have msgspec read every type of a schema. Raises SettingError for one that it refuses."""
+    try:
+        convert({}, schema)
+    except (TypeError, NameError, AttributeError) as error:
+        raise SettingError(f"settings: {schema.__name__}: {error}") from error
 
 
 def definition_of(found: object) -> BoardDefinition[Any]:

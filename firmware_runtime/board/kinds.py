@@ -28,6 +28,8 @@ def names() -> list[str]:
 def shipped_file(kind: str) -> Path:
     """The board.toml of an installed kind. Raises ConfigError if its package is not to be found."""
     entry_point = entry_point_of(kind)
+    if entry_point.pattern.match(entry_point.value) is None:
+        raise broken(entry_point, f"entry point {entry_point.value!r}; expected MODULE:OBJECT")
     with blamed_on(entry_point, "import"):
         found = find_spec(entry_point.module)
     if found is None or found.origin is None:
@@ -78,6 +80,6 @@ def _place(entry_point: EntryPoint, error: BaseException) -> str:
         return ""  # it names the place itself
     frames = traceback.extract_tb(error.__traceback__)
     seen = [frame for frame in frames if not frame.filename.startswith("<frozen")]
-    package = entry_point.module.partition(".")[0]
+    package = entry_point.value.partition(".")[0]
     own = [frame for frame in seen if package in Path(frame.filename).parts]
     return "".join(f" ({frame.filename}, line {frame.lineno})" for frame in (own or seen)[-1:])

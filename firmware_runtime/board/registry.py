@@ -163,7 +163,7 @@ def _board(
         devices = defined.devices(settings)
         faults += _faults_of(defined, settings, devices)
         loads = {} if faults else defined.loads(settings)
-    faults += [sentence for each in loads.values() if (sentence := each.fault())]
+        faults += [sentence for each in loads.values() if (sentence := each.fault())]
     if faults:
         raise ConfigError(str(source), faults)
     return Board(
@@ -213,6 +213,8 @@ def _built(defined: BoardDefinition[Any], settings: BoardSettings, lines: Lines)
     if not isinstance(robot, Robot):
         found = f"build returned {type(robot).__name__}"
         raise broken(entry_point, f"{found}; expected a firmware_runtime.board.robot.Robot")
+    if (fault := robot.fault()) is not None:
+        raise broken(entry_point, f"build: {fault}")
     return robot
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firmware_runtime.board.ending import Ending
+from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
@@ -40,6 +41,16 @@ class Robot:
     """Each reads one chip back: what it still drives, in a sentence. Raises HalError."""
     unseen: Sequence[str] = ()
     """What drives something and cannot be read back."""
+
+    def fault(self) -> str | None:
+        """What it consists of that can be neither run nor switched off, in a sentence."""
+        if not isinstance(self.model, Component):
+            return f"model: {self.model!r}: expected a Coupled"
+        for part in ("probe", "stop", "still_on"):
+            steps = getattr(self, part)
+            if not (isinstance(steps, Sequence) and all(map(callable, steps))):
+                return f"{part}: {steps!r}: expected functions"
+        return None
 
     def find_chips(self) -> None:
         """Raise the HalError of the first chip that is missing or another one; actuate nothing."""

@@ -164,7 +164,7 @@ class BoardSettings(Settings, frozen=True, kw_only=True):
     board: str
     """The kind: the name of the entry point."""
     description: str
-    buses: dict[str, BusSettings]
+    buses: dict[str, BusSettings] = {}
     ports: dict[str, PortSettings] = {}
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()

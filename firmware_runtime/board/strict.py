@@ -234,7 +234,7 @@ def _is_table(type_: Any) -> bool:
 
 
 def _wanted(type_: Any) -> str:
-    if _is_table(type_):
+    if _is_table(type_) or get_origin(type_) is dict:
         return "a table"
     base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
     return {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}.get(

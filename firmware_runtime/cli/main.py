@@ -70,7 +70,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     if arguments is None and words[:1] == ["safe-state"]:  # a process of its own
         come_first()
-    parsed = parser(words).parse_args(words)
+    try:
+        parsed = parser(words).parse_args(words)
+    except ConfigError as error:  # of a verb of another package
+        return _refuse(error, Status.BAD_INPUT)
     status: int = Status.OK  # of a verb that showed something, to a reader who has gone
     with output_checked():
         try:
@@ -143,6 +146,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
     for verb in _modules(words):
         verb.add_to(verbs)
+    _add_others(words, verbs)
     return top
 
 
@@ -152,17 +156,25 @@ def verb_names() -> list[str]:
 
 
 def _modules(words: Sequence[str]) -> Iterator[ModuleType]:
-    """The modules of the verb that `words` begin with, or of all verbs."""
-    if words[:1] and words[0] in VERBS:
-        yield import_module(f"firmware_runtime.cli.commands.{VERBS[words[0]]}")
+    """The modules of our verbs: of the one that `words` begin with, or of all; none for another."""
+    first = words[0] if words else ""
+    asked_for = [first] if first in VERBS else [] if first in verb_names() else VERBS
+    for module in dict.fromkeys(VERBS[verb] for verb in asked_for):
+        yield import_module(f"firmware_runtime.cli.commands.{module}")
+
+
+def _add_others(words: Sequence[str], verbs: object) -> None:
+    """Add the verb of another package that `words` begin with, or all that are sound."""
+    if words and words[0] in VERBS:
         return
-    added = [each for each in installed(GROUP) if each.name not in VERBS]
-    asked_for = [each for each in added if each.name in words[:1]]
-    if not asked_for:
-        for module in dict.fromkeys(VERBS.values()):
-            yield import_module(f"firmware_runtime.cli.commands.{module}")
-    for each in asked_for or added:
-        yield each.load()
+    others = [each for each in installed(GROUP) if each.name not in VERBS]
+    if others:
+        # Reads boards, which takes long; a start of one of our own verbs does without.
+        added = import_module("firmware_runtime.cli.added_verbs")
+        asked_for = [each for each in others if each.name in words[:1]]
+        add = added.add_verb if asked_for else added.add_sound_verb
+        for each in asked_for or others:
+            add(each, verbs)
 
 
 def _hint(error: Exception, parsed: argparse.Namespace) -> str:

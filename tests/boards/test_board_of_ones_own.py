@@ -36,6 +36,9 @@ def build(settings, lines):
 """
 OBJECT = SMALL + "\nBOARD = BoardDefinition(settings=HeronSettings, build=build)\n"
 MODULE = SMALL + "\nSETTINGS = HeronSettings\n"
+BOUNDS, BUILD = SMALL.split("    pass\n")
+BOUNDS = "from typing import Annotated\nfrom msgspec import Meta\n" + BOUNDS
+BOUND_MODULE = BUILD + "\nSETTINGS = HeronSettings\n"
 BOARD = "[firmware_runtime.boards]\nheron = heron.definition:BOARD\n"
 BARE = "[firmware_runtime.boards]\nheron = heron.definition\n"
 RIG = "[firmware_runtime.rigs]\nheron = heron.rig:HeronRig\n"
@@ -110,6 +113,24 @@ BROKEN = {
     "faults that are no function": (MODULE + "faults = []", BARE),
     "faults that raise": (MODULE + "def faults(settings):\n    return 1 / 0", BARE),
     "devices that raise": (MODULE + "def devices(settings):\n    return settings.imu", BARE),
+    "settings of bounds that contradict each other": (
+        BOUNDS + "    speed: Annotated[Annotated[float, Meta(ge=0)], Meta(gt=0)]\n" + BOUND_MODULE,
+        BARE,
+    ),
+    "settings whose bound is of another type": (
+        BOUNDS + "    speed: Annotated[str, Meta(ge=0)]\n" + BOUND_MODULE,
+        BARE,
+    ),
+    "settings of a type that is not there": (
+        "from __future__ import annotations\n" + BOUNDS + "    speed: Spede\n" + BOUND_MODULE,
+        BARE,
+    ),
+    "settings of two lists in one": (
+        BOUNDS + "    speed: list[int] | tuple[str, ...]\n" + BOUND_MODULE,
+        BARE,
+    ),
+    "an entry point that names no module": (OBJECT, BOARD.replace("heron.d", "not a module! d")),
+    "loads that are no table": (MODULE + "def loads(settings):\n    return [3]", BARE),
     "loads that raise": (MODULE + "def loads(settings):\n    raise KeyError('i2c9')", BARE),
 }
 
@@ -134,7 +155,15 @@ def test_where_in_a_package_it_broke_is_said(heron: Heron) -> None:
 
 
 @pytest.mark.parametrize(
-    "build", ["raise TypeError('no')", "return None", "return settings.wheels"]
+    "build",
+    [
+        "raise TypeError('no')",
+        "return None",
+        "return settings.wheels",
+        "return Robot(model=3, probe=(), stop=())",
+        "return Robot(model=Coupled('heron'), probe=(3,), stop=())",
+        "return Robot(model=Coupled('heron'), probe=(), stop=None)",
+    ],
 )
 def test_a_build_that_breaks_is_named(heron: Heron, build: str) -> None:
     heron.install(f"{MODULE}\ndef build(settings, lines):\n    {build}\n", BARE)

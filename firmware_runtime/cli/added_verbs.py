@@ -1,0 +1,25 @@
+"""Verbs of other packages, which may have any defect."""
+
+from contextlib import suppress
+from importlib.metadata import EntryPoint
+from typing import Any
+
+from firmware_runtime.board.kinds import blamed_on, broken
+from firmware_runtime.errors import ConfigError
+
+
+def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not
+    """Add the verb that is asked for. Raises ConfigError for whatever is wrong with it."""
+    with blamed_on(entry_point, "import"):
+        module = entry_point.load()
+    if not callable(getattr(module, "add_to", None)):
+        found = f"{entry_point.value} has no add_to"
+        raise broken(entry_point, f"{found}; expected a module with that function")
+    with blamed_on(entry_point, "add_to"):
+        module.add_to(verbs)
+
+
+def add_sound_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- as above
+    """Add a verb that is not asked for: a broken one keeps no other from being carried out."""
+    with suppress(ConfigError):
+        add_verb(entry_point, verbs)

@@ -1,0 +1,55 @@
+"""Verbs that other packages add: carried out like ours, and named where they are broken."""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.cli.main import main
+from tests.support.installed_here import installed_here
+
+ENTRIES = "[firmware_runtime.commands]\nwave = heron.wave\n"
+SOUND = """
+def add_to(verbs):
+    parser = verbs.add_parser("wave")
+    parser.set_defaults(execute=lambda parsed: print("waved") or 0)
+"""
+BROKEN = {
+    "an import that fails": ("import no_such_module", ENTRIES),
+    "no add_to": ("", ENTRIES),
+    "an object that is no module": ("wave = 3", ENTRIES.replace("heron.wave", "heron.wave:wave")),
+    "no such module": (SOUND, ENTRIES.replace("heron.wave", "heron.dive")),
+    "an add_to that raises": ("def add_to(verbs):\n    return 1 / 0", ENTRIES),
+    "an entry point that names no module": (SOUND, ENTRIES.replace("heron.wave", "not a module!")),
+}
+broken = pytest.mark.parametrize(("module", "entries"), BROKEN.values(), ids=BROKEN)
+
+
+def test_a_verb_of_another_package_is_carried_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with installed_here(tmp_path, "heron", {"wave.py": SOUND}, ENTRIES):
+        assert main(["wave"]) == 0
+    assert "waved" in capsys.readouterr().out
+
+
+@broken
+def test_a_broken_verb_is_one_sentence_with_its_packages_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], module: str, entries: str
+) -> None:
+    with installed_here(tmp_path, "heron", {"wave.py": module}, entries):
+        assert main(["wave"]) == 2
+    assert "command wave of the package heron" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@broken
+def test_a_broken_verb_does_not_keep_the_others_from_being_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], module: str, entries: str
+) -> None:
+    with (
+        installed_here(tmp_path, "heron", {"wave.py": module}, entries),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main(["--help"])
+    assert ended.value.code == 0
+    assert "safe-state" in capsys.readouterr().out
