@@ -42,7 +42,7 @@ def add_to(verbs: SubParsers) -> None:
         "--statistics", type=Path, metavar="FILE", help="where the run kept its statistics"
     )
     verb.add_argument(
-        "--reason", default="asked for", help="why, for the journal; systemd's $SERVICE_RESULT"
+        "--reason", default="requested", help="why, for the journal; systemd's $SERVICE_RESULT"
     )
 
 
