@@ -175,12 +175,16 @@ class FaultScript:
     """The faults of one bus and those that struck; `record` keeps the last thousand strikes."""
 
     def __init__(self, faults: Iterable[Fault] = ()) -> None:
-        self._faults = list(faults)
+        self._faults: list[Fault] = []
+        for fault in faults:
+            self.add(fault)
         self._struck: Counter[Fault] = Counter()
         self.record: deque[Injection] = deque(maxlen=KEPT)
 
     def add(self, fault: Fault) -> None:
-        """Let one more fault strike from now on."""
+        """Let one more fault strike from now on. Raises TypeError for what is none."""
+        if not isinstance(fault, Fault):
+            raise TypeError(f"{fault!r}: expected a fault, such as NackAddress()")
         self._faults.append(fault)
 
     def count(self, fault: Fault | None = None) -> int:

@@ -78,6 +78,15 @@ class BoardDefinition(Generic[S]):
             value = getattr(self, name)
             if not (callable(value) or (name == "event_model" and value is None)):
                 raise SettingError(f"{name}: {value!r}: expected a function")
+        _check_values(self.retunable, self.doubles_run_s)
+
+
+def _check_values(keys: object, length: object) -> None:
+    """Refuse what is no list of retunable keys, or no length of a run on doubles."""
+    if not (isinstance(keys, list | tuple) and all(isinstance(key, str) for key in keys)):
+        raise SettingError(f"retunable: {keys!r}: expected keys, in a list")
+    if not (isinstance(length, int | float) and length > 0):
+        raise SettingError(f"doubles_run_s: {length!r}: expected seconds, above 0")
 
 
 def _check_schema(schema: object) -> None:

@@ -90,6 +90,9 @@ def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()
     if faults:
         raise ConfigError(str(source), faults)
     strict.override(table, assignments, faults)
+    if board in names() and table.get("board") in {*names()} - {board}:
+        fault = f"board: {table['board']!r}: expected {board!r}, as its entry point is called"
+        raise ConfigError(str(source), [fault])
     if table.get("board") in names():
         drop_replaced(table, definition(table["board"]).settings, _assigned(assignments))
     return _board(source, assignments, table, faults)

@@ -1,6 +1,7 @@
 """A robot ready to run: its model, and how to find its chips and to switch it off."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +9,7 @@ from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.errors import text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.hal.errors import HalError
 
 
@@ -53,9 +54,29 @@ class Robot:
         return None
 
     def find_chips(self) -> None:
-        """Raise the HalError of the first chip that is missing or another one; actuate nothing."""
+        """Raise the HalError of the first chip that is missing or another one; actuate nothing.
+
+        Raises ConfigError for a step that has a defect.
+        """
         for step in self.probe:
-            step()
+            with self._named("probe"):
+                step()
+
+    def own_result(self) -> dict[str, object]:
+        """How the run ended, by what the robot itself knows. Raises ConfigError for a defect."""
+        with self._named("result"):
+            return dict(self.result())
+
+    @contextmanager
+    def _named(self, part: str) -> Iterator[None]:
+        """Raise ConfigError for what a part raises that is no sentence of ours yet."""
+        try:
+            yield
+        except FirmwareRuntimeError:
+            raise
+        except Exception as error:
+            found = f"{part}: {type(error).__name__}: {text_of(error)}"
+            raise ConfigError.of_one(f"robot {self.model.name}", found) from error
 
     def outputs_on(self) -> list[str]:
         """What is on by what can be read back, or cannot be at the moment; one sentence each."""

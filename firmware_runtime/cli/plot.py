@@ -37,7 +37,7 @@ def write_plot(session: Session, path: Path, reason: str) -> None:
     """
     if not isinstance(session.rig, Drawn):
         return
-    until, own = session.world_now(), session.robot.result()
+    until, own = session.world_now(), session.robot.own_result()
     try:
         write_picture(path, session.rig.draw(until, own, reason))
     except (OSError, ValueError) as error:

@@ -104,7 +104,8 @@ class Engine(ABC):
     def check_input(self, port: InPort[T], value: T) -> None:
         """Raise ModelError unless the port is an input of the root that carries such a value."""
         if port not in self._entrances:
-            raise ModelError(f"{port.path}: not an input port of {self.root.path}")
+            shown = getattr(port, "path", repr(port))
+            raise ModelError(f"{shown}: not an input port of {self.root.path}")
         if not carries(port.type, type(value)):
             raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
 

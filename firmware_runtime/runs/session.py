@@ -154,7 +154,7 @@ class Session:
 
     def result(self) -> dict[str, object]:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
-        own = self.robot.result()
+        own = self.robot.own_result()
         if self.doubles is not None:
             with suppress(HalError):  # the server has gone
                 return self.doubles.result(self.world_now.step_at, own)

@@ -25,7 +25,9 @@ class TestBuses:
         self._plugs: dict[int | str, Plug] = {}
 
     def bus(self, number: int | str = 1) -> I2cBusDouble:
-        """The bus of that number or path."""
+        """The bus of that number or path. Raises ConfigError for what is neither."""
+        if not isinstance(number, str) and not (type(number) is int and number >= 0):
+            raise ConfigError("bus", [f"{number!r}: expected a number, such as 1, or a path"])
         if number not in self._plugs:
             line = I2cBusDouble(
                 f"i2c-{number}" if isinstance(number, int) else number,
@@ -60,7 +62,12 @@ class TestBuses:
             stated = settings if address is None else {"address": address, **settings}
             double = chip(powered, **stated)
         powered.is_connected = True
-        self.bus(bus).connect(*_targets(chip, double))
+        line, targets = self.bus(bus), _targets(chip, double)
+        for target in targets:
+            if (taken := _address(target)) in map(_address, line.targets) and taken is not None:
+                fault = f"another chip has the address 0x{taken:02x} on {line.name} already"
+                raise ConfigError(str(chip), [f"{fault}; expected a free one"])
+        line.connect(*targets)
         return double[0] if isinstance(double, Sequence) else double
 
     def warnings(self) -> list[str]:
@@ -90,6 +97,12 @@ class _PoweredBefore:
 
     def __call__(self) -> int:
         return self._clock() - (0 if self.is_connected else POWERED_FOR)
+
+
+def _address(target: Target) -> int | None:
+    """Where a target answers, if it says so."""
+    address = getattr(target, "address", None)
+    return address if isinstance(address, int) else None
 
 
 def _targets(chip: object, double: object) -> Sequence[Target]:

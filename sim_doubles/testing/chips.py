@@ -74,7 +74,7 @@ def make(name: str, now: Now, **settings: object) -> object:
             stated[sense] = partial(_always, stated[sense])
     try:
         return double(now, **stated)
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise ConfigError(name, [str(error)]) from error
 
 

@@ -1,13 +1,15 @@
 """A board of another package: what its definition may leave out, and how a broken one is named."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from firmware_runtime.board import kinds, registry
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.cli.main import main
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock, WorldClock
@@ -130,6 +132,9 @@ BROKEN = {
         BARE,
     ),
     "an entry point that names no module": (OBJECT, BOARD.replace("heron.d", "not a module! d")),
+    "retunable that is one key": (MODULE + "RETUNABLE = 'imu.kp'", BARE),
+    "retunable that is no list": (MODULE + "RETUNABLE = 5", BARE),
+    "a run on doubles of no length": (MODULE + "DOUBLES_RUN_S = 'long'", BARE),
     "loads that are no table": (MODULE + "def loads(settings):\n    return [3]", BARE),
     "loads that raise": (MODULE + "def loads(settings):\n    raise KeyError('i2c9')", BARE),
 }
@@ -170,6 +175,34 @@ def test_a_build_that_breaks_is_named(heron: Heron, build: str) -> None:
     with pytest.raises(ConfigError) as caught:
         registry.load("heron").build(None)  # type: ignore[arg-type]
     assert caught.value.where == "board heron of the package heron"
+
+
+@pytest.mark.parametrize("defect", [lambda: 1 / 0, lambda: 3])
+def test_a_result_that_breaks_is_named(defect: Callable[[], dict[str, object]]) -> None:
+    robot = Robot(model=Coupled("heron"), probe=(), stop=(), result=defect)
+    with pytest.raises(ConfigError) as caught:
+        robot.own_result()
+    assert caught.value.where == "robot heron"
+    assert caught.value.faults[0].startswith("result: ")
+
+
+def test_a_probe_with_a_defect_is_named() -> None:
+    wheels: dict[str, None] = {}
+    robot = Robot(model=Coupled("heron"), probe=(lambda: wheels["left"],), stop=())
+    with pytest.raises(ConfigError) as caught:
+        robot.find_chips()
+    assert caught.value.where == "robot heron"
+    assert caught.value.faults == ("probe: KeyError: 'left'",)
+
+
+def test_a_file_of_another_kind_than_its_package_is_refused(heron: Heron) -> None:
+    folder = heron.install(OBJECT)
+    (folder / "board.toml").write_text(TOML.replace("heron", "tachobot"))
+    with pytest.raises(ConfigError) as caught:
+        registry.load("heron")
+    assert caught.value.faults == (
+        "board: 'tachobot': expected 'heron', as its entry point is called",
+    )
 
 
 def test_a_broken_board_does_not_keep_the_others_from_being_listed(
