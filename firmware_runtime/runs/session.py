@@ -12,6 +12,7 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, OutsideClock, WorldClock
@@ -127,9 +128,19 @@ class Session:
         return self.ending is not None and self.ending.failed
 
     def run(self, until: int) -> Outcome:
-        """Run up to and including instant `until`; outputs are off when it returns."""
+        """Run up to and including instant `until`; outputs are off when it returns.
+
+        Raises ModelError for a model that would have ended the program without a word.
+        """
         self._keep_settings()
-        return self._ended(self.executive.run(until))
+        try:
+            outcome = self.executive.run(until)
+        except SystemExit as error:
+            found = f"{self.robot.model.path}: a model raised SystemExit({error.code!r})"
+            raise ModelError(
+                f"{found}; expected none, a robot ends a run by Robot.ended"
+            ) from error
+        return self._ended(outcome)
 
     def run_on(self, until: int) -> Outcome:
         """Run to instant `until` and pause there; again, go on to a later one.

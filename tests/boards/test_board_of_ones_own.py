@@ -205,6 +205,32 @@ def test_a_file_of_another_kind_than_its_package_is_refused(heron: Heron) -> Non
     )
 
 
+QUITTING = """
+class Quitting(Atomic):
+    def initialize(self):
+        self.hold_in("quitting", 0)
+
+    def internal(self):
+        raise SystemExit(0)
+
+def build(settings, lines):
+    return Robot(model=Quitting("quitting"), probe=(), stop=(lambda: print("off"),))
+"""
+
+
+def test_a_model_that_quits_the_program_is_a_failed_run_with_outputs_off(
+    heron: Heron, capsys: pytest.CaptureFixture[str]
+) -> None:
+    imported = "from firmware_runtime import Atomic\n"
+    folder = heron.install(imported + MODULE + QUITTING, BARE)
+    (folder / "board.toml").write_text(TOML.partition("[")[0])
+    assert main(["run", "heron", "--for", "1"]) == 1
+    printed = capsys.readouterr()
+    assert "off" in printed.out.splitlines()
+    assert "quitting" in printed.err
+    assert "SystemExit(0)" in printed.err
+
+
 def test_a_broken_board_does_not_keep_the_others_from_being_listed(
     heron: Heron, capsys: pytest.CaptureFixture[str]
 ) -> None:
