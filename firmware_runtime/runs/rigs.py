@@ -3,7 +3,7 @@
 Only the board's own rig is imported, by its entry point.
 """
 
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from importlib.metadata import EntryPoint
 from inspect import getattr_static
 from pathlib import Path
@@ -44,6 +44,12 @@ def rig_for(board: Board, clock: WireClock) -> Rig:
     if bare := [*(board.settings.buses.keys() - rig.buses), *(board.ports.keys() - rig.ports)]:
         raise broken(entry_point, f"no doubles of {', '.join(bare)}; expected all lines of a board")
     return rig
+
+
+def blamed_on_rig(board: Board, part: str) -> AbstractContextManager[None]:
+    """Raise ConfigError for whatever a part of the board's rig raises that is no sentence yet."""
+    entry_point = _entry_point(board)
+    return nullcontext() if entry_point is None else blamed_on(entry_point, part)
 
 
 def has_rig(board: Board) -> bool:

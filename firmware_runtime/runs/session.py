@@ -31,7 +31,7 @@ from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
-from firmware_runtime.runs.rigs import rig_for, served_doubles
+from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.statistics.companions import Companion
 
@@ -80,7 +80,8 @@ class Session:
             self.robot: Robot = board.build(self._lines)
             ports = Ports(self.robot.model)  # the world's own are none of them
             if self.rig is not None:
-                self.rig.attach(self.robot.model)
+                with blamed_on_rig(board, "attach"):
+                    self.rig.attach(self.robot.model)
             self.executive = Executive(
                 self.robot.model,
                 clock,
@@ -167,14 +168,14 @@ class Session:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
         own = self.robot.own_result()
         if self.doubles is not None:
-            with suppress(HalError):  # the server has gone
+            with suppress(HalError), blamed_on_rig(self.board, "result"):  # the server has gone
                 return self.doubles.result(self.world_now.step_at, own)
         return own
 
     def outputs(self) -> dict[str, int] | None:
         """How many outputs of each chip are on; None where that is unknown."""
         if self.doubles is not None:
-            with suppress(HalError):  # the server has gone
+            with suppress(HalError), blamed_on_rig(self.board, "outputs"):  # the server has gone
                 return self.doubles.outputs
         return None
 

@@ -308,6 +308,18 @@ def test_a_rig_may_show_nothing(heron: Heron) -> None:
     session.close()
 
 
+@pytest.mark.parametrize("part", ["attach", "result", "outputs"])
+def test_a_part_of_a_rig_that_breaks_is_named(
+    heron: Heron, part: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = f"    @property\n    def {part}(self):\n        return 1 / 0\n"
+    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING + broken)
+    assert main(["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]) == 2
+    said = capsys.readouterr().err
+    assert "rig heron of the package heron" in said
+    assert f"{part}: ZeroDivisionError" in said
+
+
 def test_a_rig_without_one_of_the_boards_buses_is_named(heron: Heron) -> None:
     heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING.replace('{"i2c1": []}', "{}"))
     with pytest.raises(ConfigError) as caught:
