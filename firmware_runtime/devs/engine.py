@@ -165,8 +165,10 @@ class Engine(ABC):
         """Call `listener(now, value)` for all that leaves by an output port of any model.
 
         Listeners are called after a value was sent on, in the order in which they were added. What
-        is returned ends it.
+        is returned ends it. Raises ModelError for what is no port.
         """
+        if not isinstance(port, InPort | OutPort):
+            raise ModelError(f"{port!r}: expected a port to listen to")
         listening = Listening()
         senders = [self._sender(source) for source in sources_of(port, self._entrances)]
         listening.begin(senders, listener, self._present)

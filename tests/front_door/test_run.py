@@ -15,6 +15,7 @@ from firmware_runtime import (
     SECOND,
     Atomic,
     ConfigError,
+    Coupled,
     ModelError,
     ModelFailure,
     PortTypeError,
@@ -276,3 +277,11 @@ def test_a_model_runs_in_a_thread_too() -> None:
 def test_never_is_no_length_of_seconds() -> None:
     with pytest.raises(ConfigError):
         virtual(Sampler("sampler"), NEVER / SECOND * 1000 * MILLISECOND)
+
+
+def test_what_is_no_port_is_refused_to_speak_and_to_listen_at() -> None:
+    with open_model(Coupled("root"), clock="virtual") as opened:
+        with pytest.raises(ModelError, match="'speed'"):
+            opened.post("speed", 1)  # type: ignore[arg-type]
+        with pytest.raises(ModelError, match="'speed'"):
+            opened.listen("speed", print)  # type: ignore[arg-type]
