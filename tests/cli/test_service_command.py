@@ -204,7 +204,7 @@ def test_a_broken_copy_of_the_settings_is_refused_with_its_faults(
     copy.write_text('board = "tachobot"\n')
     ended = install(command, "--root", tmp_path)
     assert ended.status == 2
-    assert "buses: missing" in ended.error
+    assert "controller: missing" in ended.error
     assert list(files_below(tmp_path)) == [COPY]
 
 
