@@ -157,7 +157,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     arm: bool = False,
     supervised: bool = False,
     statistics: str | PathLike[str] | None = None,
-    tell: Callable[[str], None] = lambda _: None,
+    log: Callable[[str], None] = lambda _: None,
 ) -> OpenBoard:
     """A robot ready to run, by the choices of the command `run`; close it, or use it in a `with`.
 
@@ -167,7 +167,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     at a path. The outputs of a real robot (`doubles=False`) are driven only while it is armed: by
     `arm=True`, by the board's `[arming] at_start`, or by `firmware-runtime arm` while it runs, and
     each time only once nothing speaks against it. `statistics` are kept in a file where it is
-    given, and where outputs are outside this process: the guard looks there. `tell` gets what the
+    given, and where outputs are outside this process: the guard looks there. `log` gets what the
     command would print on the way. Raises ConfigError, and HalError when a bus or chip is missing.
     """
     name = clock_name(clock, speed)
@@ -176,14 +176,14 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         raise ConfigError("run", faults)
     found = board_in_force(str(board), assignments_of(set))
     if (copy := settings_in_force(str(board))) is not None:
-        tell(f"{board} has its settings from {copy}")
+        log(f"{board} has its settings from {copy}")
     session = Session(
         found,
         clock_of(clock, speed),
         doubles=where,
         statistics_path=_statistics_path(statistics, found, is_outside=where is not True),
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised),
-        tell=tell,
+        log=log,
     )
     return OpenBoard(session, found.doubles_run_s if where else None)
 

@@ -41,7 +41,7 @@ class Session:
 
     `doubles` are made for the run (True), served at a path, or absent on the real robot (False);
     `rig` is there only if they were made. With a `permission` the run drives its outputs only while
-    it is armed, see `arming`; without one always. `tell` prints what happens, in sentences. Raises
+    it is armed, see `arming`; without one always. `log` prints what happens, in sentences. Raises
     ConfigError for settings that do not fit the model, StatisticsFileError if another robot's run
     keeps its statistics at that path, and HalError when a bus or chip is missing; nothing was
     actuated then.
@@ -55,7 +55,7 @@ class Session:
         doubles: bool | Path,
         statistics_path: Path | None,
         permission: Permission | None = None,
-        tell: Callable[[str], None] = lambda _: None,
+        log: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.board = board
         self._doubles = doubles
@@ -95,11 +95,11 @@ class Session:
                 self.world_now,
             )
             self._serve(ports)
-            self.arming = None if permission is None else self._arming(permission, tell)
+            self.arming = None if permission is None else self._arming(permission, log)
             self.ending: Ending | None = None
             if self.robot.ended is not None:
                 self.executive.simulator.listen(self.robot.ended, self._end)
-            self._watch_load(tell)
+            self._watch_load(log)
             self.robot.find_chips()
             if permission is None:
                 self._enable(enabled=True)
@@ -225,7 +225,7 @@ class Session:
             path = Companion.PORTS.beside(self._statistics_path)
             self._held.append(PortsSocket(path, ports, self.executive))
 
-    def _arming(self, permission: Permission, tell: Callable[[str], None]) -> Arming:
+    def _arming(self, permission: Permission, log: Callable[[str], None]) -> Arming:
         """What decides whether outputs may be driven; takes requests where it can be found."""
         max_late_percent = self.board.settings.arming.max_late_percent
         arming = Arming(
@@ -234,7 +234,7 @@ class Session:
             self.make_safe,
             prearm_checks(self.executive, max_late_percent),
             enable=partial(self._enable, enabled=True),
-            log=tell,
+            log=log,
         )
         if self._statistics_path is not None:
             self._take_requests(arming, Companion.CONTROL.beside(self._statistics_path))
@@ -253,13 +253,13 @@ class Session:
         self._held.append(control)
         self.executive.add_source(control)
 
-    def _watch_load(self, tell: Callable[[str], None]) -> None:
+    def _watch_load(self, log: Callable[[str], None]) -> None:
         """Keep a run in real time from taking the machine for itself."""
         settings = self.board.settings.executive
         is_real = isinstance(self.executive.clock, MonotonicClock)
         if is_real and settings.max_load_percent < ANY_LOAD:
             limit, policy = settings.max_load_percent, settings.overload
-            Overload(self.executive, limit, policy, self.supervision, tell)
+            Overload(self.executive, limit, policy, self.supervision, log)
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:

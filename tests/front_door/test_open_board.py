@@ -190,7 +190,7 @@ class Outside:
             doubles=False,
             statistics_path=None,
             permission=permission,
-            tell=self.told.append,
+            log=self.told.append,
         )
         return OpenBoard(made, None)
 
@@ -292,6 +292,6 @@ def test_a_name_means_the_settings_in_force_on_this_machine(
     (tmp_path / "tachobot.toml").write_text(shipped.replace("mass_kg = 3.0", "mass_kg = 2.75"))
     monkeypatch.setenv(PLACE, str(tmp_path))
     told: list[str] = []
-    with virtual(tell=told.append) as robot:
+    with virtual(log=told.append) as robot:
         assert robot.board.settings.world.mass_kg == 2.75
     assert told == [f"tachobot has its settings from {tmp_path / 'tachobot.toml'}"]

@@ -114,7 +114,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 arm=arguments.arm,
                 supervised=arguments.supervised,
             ),
-            tell=messages,
+            log=messages,
         )
         notices.progress("starts: takes its first step", within)
         if restarts is not None:
