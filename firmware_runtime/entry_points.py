@@ -1,11 +1,19 @@
-"""What other packages add: boards, rigs and commands, by their entry points."""
+"""What other packages add: boards, rigs and commands, by their entry points.
+
+What looks them up is imported when something is looked up: that takes some 17 ms, and many verbs
+look up nothing.
+"""
 
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 
 @cache
-def installed(group: str) -> tuple[EntryPoint, ...]:
+def installed(group: str) -> "tuple[EntryPoint, ...]":
     """The entry points of a group, each name once; nothing is imported yet.
 
     Looked up once a process: what is installed while it runs, the next one sees.
@@ -20,5 +28,5 @@ def providers(group: str, name: str) -> list[str]:
 
 
 @cache
-def _all(group: str) -> tuple[EntryPoint, ...]:
-    return tuple(entry_points(group=group))
+def _all(group: str) -> "tuple[EntryPoint, ...]":
+    return tuple(import_module("importlib.metadata").entry_points(group=group))

@@ -7,14 +7,16 @@ package's name, and where in it that was.
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.definition import BoardDefinition, definition_of
 from firmware_runtime.entry_points import installed, providers
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 FILE = "board.toml"
 GROUP = "firmware_runtime.boards"
@@ -48,13 +50,13 @@ def definition(kind: str) -> BoardDefinition[Any]:
         return definition_of(entry_point.load())
 
 
-def entry_point_of(kind: str) -> EntryPoint:
+def entry_point_of(kind: str) -> "EntryPoint":
     """The entry point of an installed kind."""
     return next(entry_point for entry_point in installed(GROUP) if entry_point.name == kind)
 
 
 @contextmanager
-def blamed_on(entry_point: EntryPoint, what: str) -> Iterator[None]:
+def blamed_on(entry_point: "EntryPoint", what: str) -> Iterator[None]:
     """Raise ConfigError for whatever a package's code raises that is no sentence of ours yet."""
     try:
         yield
@@ -67,14 +69,14 @@ def blamed_on(entry_point: EntryPoint, what: str) -> Iterator[None]:
         raise broken(entry_point, f"{sentence}{_place(entry_point, error)}") from error
 
 
-def broken(entry_point: EntryPoint, fault: str) -> ConfigError:
+def broken(entry_point: "EntryPoint", fault: str) -> ConfigError:
     """What is wrong with the package that provides a board or a rig."""
     whose = "an unknown package" if entry_point.dist is None else entry_point.dist.name
     kind = entry_point.group.rpartition(".")[2].removesuffix("s")
     return ConfigError.of_one(f"{kind} {entry_point.name} of the package {whose}", fault)
 
 
-def _place(entry_point: EntryPoint, error: BaseException) -> str:
+def _place(entry_point: "EntryPoint", error: BaseException) -> str:
     """Where it was raised, as near as can be to what the package itself did."""
     if isinstance(error, SyntaxError):
         return ""  # it names the place itself

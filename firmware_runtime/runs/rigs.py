@@ -4,9 +4,9 @@ Only the board's own rig is imported, by its entry point.
 """
 
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from importlib.metadata import EntryPoint
 from inspect import getattr_static
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.kinds import blamed_on, broken
 from firmware_runtime.board.registry import Board
@@ -16,6 +16,9 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.served.client import ServedDoubles, look
 from firmware_runtime.hal.served.connection import Connection
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "firmware_runtime.rigs"
 _DEMANDED = tuple(name for part in (Doubles, Rig) for name in vars(part) if name[0] != "_")
@@ -57,7 +60,7 @@ def has_rig(board: Board) -> bool:
     return _entry_point(board) is not None
 
 
-def _entry_point(board: Board) -> EntryPoint | None:
+def _entry_point(board: Board) -> "EntryPoint | None":
     return next((each for each in installed(GROUP) if each.name == board.kind), None)
 
 
