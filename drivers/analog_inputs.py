@@ -26,7 +26,7 @@ class Converter(Protocol):
         """Give the steps from any state to ready."""
 
     def measurement(self, inputs: str) -> tuple[Step, ...]:
-        """Give the steps of one conversion. Raises SettingError for inputs there are not."""
+        """Give the step of one conversion. Raises SettingError for inputs there are not."""
 
     def read_voltage(self) -> float:
         """Read the last conversion, in V."""
@@ -61,11 +61,12 @@ class AnalogInputs(HardwareModel):
 
     def __init__(self, name: str, chip: Converter, settings: AnalogInputsSettings) -> None:
         super().__init__(name, chip.bring_up, chip.line)
-        steps = [step for inputs in settings.inputs for step in chip.measurement(inputs)]
-        if not steps or settings.period < duration_ns(steps):
+        self._conversions = [step for (step,) in map(chip.measurement, settings.inputs)]
+        least = duration_ns(self._conversions)
+        if not self._conversions or settings.period < least:
             raise SettingError(
                 f"{name} on {chip.place}: {len(settings.inputs)} inputs in {settings.period} ns, "
-                f"expected one or more, and {duration_ns(steps)} ns for their conversions"
+                f"expected one or more, and {least} ns for their conversions"
             )
         self.voltages = self.out_port("voltages", Voltages)
         self.chip = chip
@@ -100,7 +101,7 @@ class AnalogInputs(HardwareModel):
     # ---------------------------------------------------------------------------------------------
 
     def _convert(self) -> None:
-        (step,) = self.chip.measurement(self.settings.inputs[len(self._volts)])
+        step = self._conversions[len(self._volts)]
         try:
             step.action()
         except HalError as error:
@@ -115,7 +116,7 @@ class AnalogInputs(HardwareModel):
             self._fail(error)
             return
         self.consecutive_faults = 0
-        if len(self._volts) == len(self.settings.inputs):
+        if len(self._volts) == len(self._conversions):
             self.activate("reporting")
         else:
             self._convert()

@@ -73,12 +73,7 @@ class DcMotor(Motors):
     def write_command(self) -> None:
         """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
         self.bridge.chip.poll()
-        if self.commanded > 0.0:
-            self.bridge.forward(self.commanded)
-        elif self.commanded < 0.0:
-            self.bridge.reverse(-self.commanded)
-        else:
-            self.bridge.brake()
+        self.bridge.drive(self.commanded)
 
     def write_stop(self) -> None:
         """Turn the bridge's outputs full-off, right in any state of the chip."""

@@ -1,6 +1,8 @@
 """The motor that turns the radar's head as a hardware atomic model, on an H-bridge."""
 
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
 
 from drivers.chips.h_bridge import HBridge
 from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
@@ -8,6 +10,8 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.interlock import Interlock, always_enabled
+
+_SENSE: Final = MappingProxyType({STILL: 0, CLOCKWISE: 1, COUNTERCLOCKWISE: -1})
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +60,7 @@ class RadarMotor(Motors):
     def take_command(self) -> None:
         """Read the signal."""
         signal = self.turn[-1]
-        if signal not in (STILL, CLOCKWISE, COUNTERCLOCKWISE):
+        if signal not in _SENSE:
             raise NotReady(f"{self.turn.path}: signal {signal}, expected 0, 1 or 2; stopped")
         self.signal = signal
 
@@ -71,12 +75,7 @@ class RadarMotor(Motors):
     def write_command(self) -> None:
         """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
         self.bridge.chip.poll()
-        if self.signal == CLOCKWISE:
-            self.bridge.forward(self.settings.duty)
-        elif self.signal == COUNTERCLOCKWISE:
-            self.bridge.reverse(self.settings.duty)
-        else:
-            self.bridge.brake()
+        self.bridge.drive(_SENSE[self.signal] * self.settings.duty)
 
     def write_stop(self) -> None:
         """Turn all sixteen outputs of the chip full-off, right in any state of it."""

@@ -68,6 +68,15 @@ class HBridge:
         """Turn the other way; else as `forward`."""
         self._set(duty, LOW, HIGH)
 
+    def drive(self, share: float) -> None:
+        """Turn at a share of full voltage, -1 to 1: backward below 0; 0 brakes. As `forward`."""
+        if share > 0.0:
+            self.forward(share)
+        elif share < 0.0:
+            self.reverse(-share)
+        else:
+            self.brake()
+
     def brake(self) -> None:
         """Short-circuit the motor: it stops and resists being turned."""
         self._set(HIGH, HIGH, HIGH)
