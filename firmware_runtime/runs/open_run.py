@@ -15,6 +15,7 @@ from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.choices import end_after, positive
+from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
@@ -54,7 +55,8 @@ class OpenRun:
         if self._is_closed or self._executive.is_over:
             raise RuntimeError("the run is over; expected one that is open, and not stopped")
         until = end_after(self._until, for_s)
-        with _signals_taken(self._executive) as taken:
+        model = self._executive.simulator.root
+        with _signals_taken(self._executive) as taken, quitting_is_a_bug(model):
             outcome = self._run_to(until)
         self._raise_what_failed(outcome)
         if taken and for_s is not None:

@@ -12,7 +12,6 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, OutsideClock, WorldClock
@@ -31,6 +30,7 @@ from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
+from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.statistics.companions import Companion
@@ -134,13 +134,8 @@ class Session:
         Raises ModelError for a model that would have ended the program without a word.
         """
         self._keep_settings()
-        try:
+        with quitting_is_a_bug(self.robot.model):
             outcome = self.executive.run(until)
-        except SystemExit as error:
-            found = f"{self.robot.model.path}: a model raised SystemExit({error.code!r})"
-            raise ModelError(
-                f"{found}; expected none, a robot ends a run by Robot.ended"
-            ) from error
         return self._ended(outcome)
 
     def run_on(self, until: int) -> Outcome:

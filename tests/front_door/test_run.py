@@ -100,6 +100,26 @@ def test_a_bug_in_the_model_is_raised_with_its_path_and_instant() -> None:
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
 
 
+class Quitting(Sampler):
+    exited = False
+
+    def internal(self) -> None:
+        raise SystemExit(0)
+
+    def exit(self) -> None:
+        self.exited = True
+
+
+def test_a_model_that_quits_the_program_is_a_bug_too_and_the_run_ends_in_order() -> None:
+    model = Quitting("quitting")
+    with open_model(model, clock="virtual") as open_run:
+        with pytest.raises(ModelError, match="SystemExit"):
+            open_run.run(1.0)
+        assert model.exited
+        with pytest.raises(RuntimeError):
+            open_run.run(1.0)
+
+
 def test_models_exit_also_after_a_bug() -> None:
     robot = Robot()
     robot.imu.work = lambda number: 1 // (2 - number)  # type: ignore[assignment]
