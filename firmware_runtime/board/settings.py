@@ -172,3 +172,5 @@ class BoardSettings(Settings, frozen=True, kw_only=True):
     output_enable: OutputEnableSettings | None = None
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()
+    roles: dict[str, tuple[str, ...]] = {}
+    """Components of the top model by role, for runs in two processes, see `roles`."""

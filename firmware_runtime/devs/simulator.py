@@ -33,6 +33,9 @@ from firmware_runtime.devs.wiring import Feed
 class Simulator(Engine):
     """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
 
+    round = 0
+    """Which round of the present instant is under way, from 0; a listener may ask."""
+
     def _connect(self, feeds: Iterable[Feed]) -> None:
         self._delivery = Delivery(self._numbers, feeds)
 
@@ -81,9 +84,11 @@ class Simulator(Engine):
         while imminent or reached:
             if rounds == self._zero_time_limit:
                 self._refuse_endless_loop(imminent)
+            self.round = rounds
             rounds += 1
             self._send(imminent)
             imminent = self._transit(at, imminent, reached)
+        self.round = 0
 
     def _transit(self, at: int, imminent: list[int], reached: list[int]) -> list[int]:
         """The transitions of a round; returns the imminent models of the next, in order."""

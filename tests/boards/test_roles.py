@@ -1,0 +1,48 @@
+"""Which components of a board play which role."""
+
+import pytest
+
+from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.registry import Board, load
+from firmware_runtime.board.roles import components_of, part_for
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.errors import ConfigError
+
+
+def model_of(board: Board) -> Coupled:
+    return board.build(absent_lines(board.settings.buses, board.ports)).model
+
+
+def test_the_robot_end_of_tachobot_holds_its_chips() -> None:
+    board = load("tachobot")
+    part = part_for(board.settings.roles, model_of(board), "robot")
+    assert list(part.model.components) == ["thrust_pairs", "imu"]
+    assert list(part.entering) == ["controller.forces"]
+    assert list(part.leaving) == ["imu.sample"]
+
+
+def test_the_controller_is_what_no_role_names() -> None:
+    board = load("detective")
+    part = part_for(board.settings.roles, model_of(board), "controller")
+    assert list(part.model.components) == ["model"]
+    assert list(part.leaving) == ["model.out1", "model.out2", "model.out3"]
+    assert list(part.entering) == [
+        "mission.in1",
+        "radar_sonar.detected_out",
+        "radar_compass.heading_out",
+        "body_compass.heading_out",
+        "body_sonar.detected_out",
+    ]
+
+
+@pytest.mark.parametrize("roles", [{}, {"robot": ("imu",)}])
+def test_a_role_that_the_board_has_not_is_refused(roles: dict[str, tuple[str, ...]]) -> None:
+    model = model_of(load("tachobot"))
+    with pytest.raises(ConfigError, match="pilot: this board has no such role"):
+        components_of(roles, model, "pilot")
+
+
+def test_a_role_without_components_is_refused() -> None:
+    model = model_of(load("tachobot"))
+    with pytest.raises(ConfigError, match="robot: no component is left"):
+        components_of({"robot": ("wheels",)}, model, "robot")

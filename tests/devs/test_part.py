@@ -1,0 +1,88 @@
+"""A part of a model behaves as it did in the whole, given what came over the cut."""
+
+import pytest
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.part import part_of
+from firmware_runtime.devs.simulator import Simulator
+from tests.support.devs_models import Clock, Echo, Log
+
+
+class Robot(Coupled):
+    """sensor -> controller -> motor and log; a reference comes from outside, a copy goes there."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.reference = self.in_port("reference", int)
+        self.seen = self.out_port("seen", int)
+        self.sensor = self.add(Clock("sensor", 10))
+        self.controller = self.add(Echo("controller"))
+        self.motor = self.add(Log("motor"))
+        self.log = self.add(Log("log"))
+        self.couple(self.sensor.ticks, self.controller.inlet)
+        self.couple(self.reference, self.controller.inlet)
+        self.couple(self.controller.outlet, self.motor.values)
+        self.couple(self.controller.outlet, self.log.values)
+        self.couple(self.controller.outlet, self.seen)
+
+
+def test_couplings_that_the_cut_crosses_end_at_ports_named_after_their_source() -> None:
+    robot = Robot()
+    part = part_of(robot, ["controller"])
+    assert part.model.path == "robot"
+    assert list(part.entering) == ["sensor.ticks"]
+    assert list(part.leaving) == ["controller.out"]
+    assert part.entering["sensor.ticks"].path == "robot.sensor:ticks"
+    assert [*part.model.in_ports] == ["sensor:ticks", "reference"]
+    assert [*part.model.out_ports] == ["controller:out", "seen"]
+    assert robot.controller.path == "robot.controller"
+
+
+def test_what_is_on_one_side_of_the_cut_stays_coupled() -> None:
+    part = part_of(Robot(), ["sensor", "controller"])
+    assert list(part.entering) == []
+    assert list(part.leaving) == ["controller.out"]
+    robot_end = part_of(Robot(), ["motor", "log"])
+    assert list(robot_end.entering) == ["controller.out"]
+    assert len(robot_end.model.couplings) == 2
+    assert list(robot_end.model.in_ports) == ["controller:out"]
+    assert list(robot_end.leaving) == []
+
+
+def test_two_parts_joined_by_hand_do_what_the_whole_does() -> None:
+    whole = Robot()
+    Simulator(whole).run(50)
+    first, second = Robot(), Robot()
+    controller, robot_end = part_of(first, ["controller"]), part_of(second, ["sensor", "motor"])
+    control, motion = Simulator(controller.model), Simulator(robot_end.model)
+    sensed: list[int] = []
+    sent: list[int] = []
+    motion.listen(second.sensor.ticks, lambda _, value: sensed.append(value))
+    control.listen(first.controller.outlet, lambda _, value: sent.append(value))
+    for at in range(10, 60, 10):
+        motion.advance(at)
+        control.inject(controller.entering["sensor.ticks"], sensed.pop())
+        control.advance(at)
+        motion.inject(robot_end.entering["controller.out"], sent.pop())
+        motion.advance(at)
+    assert second.motor.bags == whole.motor.bags != []
+
+
+def test_a_name_that_is_no_component_is_refused() -> None:
+    with pytest.raises(CouplingError, match="no component wheel, tail; expected some of sensor"):
+        part_of(Robot(), ["sensor", "wheel", "tail"])
+
+
+def test_the_round_of_an_instant_is_known_to_a_listener() -> None:
+    root = Coupled("root")
+    clock, first, second = root.add(Clock("clock", 10)), root.add(Echo("a")), root.add(Echo("b"))
+    root.couple(clock.ticks, first.inlet)
+    root.couple(first.outlet, second.inlet)
+    simulator = Simulator(root)
+    rounds: list[tuple[str, int]] = []
+    simulator.listen(clock.ticks, lambda _, __: rounds.append(("clock", simulator.round)))
+    simulator.listen(first.outlet, lambda _, __: rounds.append(("a", simulator.round)))
+    simulator.listen(second.outlet, lambda _, __: rounds.append(("b", simulator.round)))
+    simulator.run(20)
+    assert rounds == [("clock", 0), ("a", 1), ("b", 2)] * 2
