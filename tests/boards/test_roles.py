@@ -25,7 +25,7 @@ def test_the_controller_is_what_no_role_names() -> None:
     board = load("detective")
     part = part_for(board.settings.roles, model_of(board), "controller")
     assert list(part.model.components) == ["model"]
-    assert list(part.leaving) == ["model.out1", "model.out2", "model.out3"]
+    assert list(part.leaving) == ["model.Out1", "model.Out2", "model.Out3"]
     assert list(part.entering) == [
         "mission.in1",
         "radar_sonar.detected_out",
