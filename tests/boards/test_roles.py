@@ -28,10 +28,10 @@ def test_the_controller_is_what_no_role_names() -> None:
     assert list(part.leaving) == ["model.Out1", "model.Out2", "model.Out3"]
     assert list(part.entering) == [
         "mission.in1",
-        "radar_sonar.detected_out",
-        "radar_compass.heading_out",
-        "body_compass.heading_out",
-        "body_sonar.detected_out",
+        "radar_sonar.detected",
+        "radar_compass.heading_deg",
+        "body_compass.heading_deg",
+        "body_sonar.detected",
     ]
 
 
