@@ -46,6 +46,7 @@ VERBS = {
     "disarm": "arm",
     "guard": "guard",
     "bridge": "bridge",
+    "key": "key",
     "safe-state": "safe_state",
     "bench": "bench",
     "doctor": "doctor",
