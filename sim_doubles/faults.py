@@ -14,14 +14,24 @@ from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.i2c_alteration import Alteration, burst_start
 from sim_doubles.i2c_target import Target
 
 KEPT = 1000
+_RANGES: Final = {
+    **dict.fromkeys(("first", "since", "times", "index"), (0, NEVER)),
+    **dict.fromkeys(("errno", "pulses"), (1, NEVER)),
+    **dict.fromkeys(("register", "value"), (0, 0xFF)),
+    "address": (0, 0x7F),
+    "bit": (0, 7),
+}
+"""What each number of a fault may be, both ends included."""
+_MAY_BE_NONE: Final = frozenset({"address", "last", "times"})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,6 +47,26 @@ class Fault(ABC):
     since: int = 0
     until: int = NEVER
     times: int | None = 1
+
+    def __post_init__(self) -> None:
+        """Raise SettingError for what no transaction could match."""
+        for name in _RANGES.keys() & vars(self).keys():
+            self._check(name, *_RANGES[name])
+        self._check("last", self.first, NEVER)
+        self._check("until", self.since, NEVER)
+        target = getattr(self, "target", None)
+        if not isinstance(target, Target | None):
+            raise SettingError(f"{type(self).__name__}: target {target!r}; expected a double")
+
+    def _check(self, name: str, least: int, most: int) -> None:
+        value = getattr(self, name)
+        is_whole = isinstance(value, int) and not isinstance(value, bool)
+        if value is None and name in _MAY_BE_NONE:
+            return
+        if not (is_whole and least <= value <= most):
+            span = f"{least} or more" if most == NEVER else f"{least} to {most}"
+            expected = f"expected a whole number, {span}"
+            raise SettingError(f"{type(self).__name__}: {name} {value!r}; {expected}")
 
     def matches(self, number: int, at: int, address: int) -> bool:
         """Whether this transaction is one to strike."""

@@ -33,7 +33,7 @@ from firmware_runtime.board.settings import BoardSettings, PortSettings
 from firmware_runtime.board.unused import unused_lines
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, SettingError
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.system.whole_file import read_file
@@ -197,9 +197,17 @@ def _faults_of(
     faults = executive_faults(settings.executive, settings.guard)
     serial_devices, ports = defined.serial_devices(settings), settings.ports
     faults += device_faults(devices, settings.buses, serial_devices, ports)
-    faults += [fault for fault in defined.faults(settings) if fault not in faults]
+    faults += [fault for fault in _own_faults(defined, settings) if fault not in faults]
     build = None if faults else partial(_built, defined, settings)
     return faults + unused_lines(settings, build)
+
+
+def _own_faults(defined: BoardDefinition[Any], settings: BoardSettings) -> Sequence[str]:
+    """What the package's own hook finds. Raises SettingError if that is no list of sentences."""
+    found = defined.faults(settings)
+    if not (isinstance(found, list | tuple) and all(isinstance(each, str) for each in found)):
+        raise SettingError(f"faults returned {strict.shown(found)}; expected sentences, in a list")
+    return found
 
 
 def _assigned(assignments: Sequence[str]) -> set[str]:

@@ -1,9 +1,9 @@
 """A robot ready to run: its model, and how to find its chips and to switch it off."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.component import Component
@@ -15,6 +15,27 @@ from firmware_runtime.hal.errors import HalError
 
 def _keep(_settings: object) -> None:
     """Nothing is retunable."""
+
+
+def _are_functions(value: object) -> bool:
+    return isinstance(value, Sequence) and all(map(callable, value))
+
+
+def _are_sentences(value: object) -> bool:
+    return isinstance(value, list | tuple) and all(isinstance(each, str) for each in value)
+
+
+def _may_be_port(value: object) -> bool:
+    return isinstance(value, OutPort | None)
+
+
+_PARTS: Final[Mapping[str, tuple[Callable[[object], bool], str]]] = {
+    **dict.fromkeys(("probe", "stop", "still_on"), (_are_functions, "functions")),
+    **dict.fromkeys(("result", "retune"), (callable, "a function")),
+    **dict.fromkeys(("ended", "shown"), (_may_be_port, "an OutPort or None")),
+    **dict.fromkeys(("warnings", "unseen"), (_are_sentences, "sentences, in a list")),
+}
+"""What each part of a robot has to be, and how a sentence says so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +68,9 @@ class Robot:
         """What it consists of that can be neither run nor switched off, in a sentence."""
         if not isinstance(self.model, Component):
             return f"model: {self.model!r}: expected a Coupled"
-        for part in ("probe", "stop", "still_on"):
-            steps = getattr(self, part)
-            if not (isinstance(steps, Sequence) and all(map(callable, steps))):
-                return f"{part}: {steps!r}: expected functions"
+        for part, (is_sound, expected) in _PARTS.items():
+            if not is_sound(value := getattr(self, part)):
+                return f"{part}: {value!r}: expected {expected}"
         return None
 
     def find_chips(self) -> None:

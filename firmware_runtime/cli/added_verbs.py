@@ -1,11 +1,14 @@
 """Verbs of other packages, which may have any defect."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from importlib.metadata import EntryPoint
 from typing import Any
 
 from firmware_runtime.board.kinds import blamed_on, broken
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.cli.readers_gone import OutputError
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.status import Status
 
 
 def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not
@@ -23,3 +26,20 @@ def add_sound_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401
     """Add a verb that is not asked for: a broken one keeps no other from being carried out."""
     with suppress(ConfigError):
         add_verb(entry_point, verbs)
+
+
+def carried_out(entry_point: EntryPoint, execute: Callable[[], object]) -> int:
+    """Call a verb and return its exit status. Raises ConfigError for a defect in it.
+
+    What verbs may raise goes on as it is: errors of ours, a request to end, output without a place.
+    """
+    try:
+        status = execute()
+    except (FirmwareRuntimeError, SystemExit, BrokenPipeError, OutputError):
+        raise
+    except Exception:
+        with blamed_on(entry_point, "execute"):
+            raise
+    if not isinstance(status, int | None):
+        raise broken(entry_point, f"execute returned {status!r}; expected an exit status")
+    return Status.OK if status is None else status

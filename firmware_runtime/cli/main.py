@@ -9,6 +9,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from functools import partial
 from importlib import import_module
 from types import ModuleType
 from typing import NoReturn
@@ -89,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _carried_out(parsed: argparse.Namespace) -> int:
     """Carry out the verb; what cannot be carried out is a sentence and a status."""
     try:
-        status = _executed(parsed)
+        status = _executed(parsed) if parsed.verb in VERBS else _executed_by_another(parsed)
     except (ConfigError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, Status.BAD_INPUT)
     except (HalError, ControlError) as error:
@@ -112,6 +113,16 @@ def _executed(parsed: argparse.Namespace) -> int:
             raise
         name = f"{str(error.filename)[:_NAME_SHOWN]}..."
         raise ConfigError(name, ["file name too long"]) from error
+    return status
+
+
+def _executed_by_another(parsed: argparse.Namespace) -> int:
+    """Call a verb of another package. Raises ConfigError, also for a defect in it."""
+    providers = [each for each in installed(GROUP) if each.name == parsed.verb]
+    if not providers:  # added under another name than its entry point's
+        return _executed(parsed)
+    added = import_module("firmware_runtime.cli.added_verbs")
+    status: int = added.carried_out(providers[0], partial(_executed, parsed))
     return status
 
 
@@ -144,7 +155,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         nargs=0,
         help="show program's version number and exit",
     )
-    verbs = top.add_subparsers(required=True, metavar="COMMAND")
+    verbs = top.add_subparsers(required=True, metavar="COMMAND", dest="verb")
     for verb in _modules(words):
         verb.add_to(verbs)
     _add_others(words, verbs)

@@ -7,33 +7,50 @@ from firmware_runtime.devs.ports import InPort, OutPort, Owner
 
 T = TypeVar("T")
 
+_NO_NAME = "a name is a text, not empty, and holds no dot"
+
 
 class Component(Owner):
     """A named model with typed ports; names are unique among its siblings and hold no dot."""
 
     def __init__(self, name: str) -> None:
-        if not name or "." in name:
-            raise CouplingError(f"component {name!r}: a name is not empty and holds no dot")
+        if not _is_name(name):
+            raise CouplingError(f"component {name!r}: {_NO_NAME}")
         super().__init__(name)
 
     def in_port(self, name: str, type_: type[T]) -> InPort[T]:
         """Declare an input port that carries values of one type."""
-        if not name or "." in name or name in self.in_ports or not isinstance(type_, type):
+        check_constructed(self)
+        if not _is_name(name) or name in self.in_ports or not isinstance(type_, type):
             raise CouplingError(self._misdeclared(name, type_))
         port = self.in_ports[name] = InPort(self, name, type_)
         return port
 
     def out_port(self, name: str, type_: type[T]) -> OutPort[T]:
         """Declare an output port that carries values of one type."""
-        if not name or "." in name or name in self.out_ports or not isinstance(type_, type):
+        check_constructed(self)
+        if not _is_name(name) or name in self.out_ports or not isinstance(type_, type):
             raise CouplingError(self._misdeclared(name, type_))
         port = self.out_ports[name] = OutPort(self, name, type_)
         return port
 
     def _misdeclared(self, name: str, type_: object) -> str:
         where = f"{self.path}: port {name!r}"
-        if not name or "." in name:
-            return f"{where}: a name is not empty and holds no dot"
+        if not _is_name(name):
+            return f"{where}: {_NO_NAME}"
         if not isinstance(type_, type):
             return f"{where}: a port's type is a class, not {type_!r}"
         return f"{where} is declared twice"
+
+
+def check_constructed(model: object) -> None:
+    """Raise CouplingError for what is no model, or one whose `__init__` skipped `Component`'s."""
+    if not isinstance(model, Component):
+        raise CouplingError(f"{model!r}: expected a model, Atomic or Coupled")
+    if "in_ports" not in vars(model):
+        missing = "its __init__ has not called super().__init__(name)"
+        raise CouplingError(f"{type(model).__name__}: {missing}; expected that call first")
+
+
+def _is_name(name: object) -> bool:
+    return isinstance(name, str) and name != "" and "." not in name

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TypeVar
 
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import Component, check_constructed
 from firmware_runtime.devs.errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, Source, carries
 
@@ -27,6 +27,8 @@ class Coupled(Component):
 
     def add(self, component: C) -> C:
         """Take a component in; returns it, so that construction is one line."""
+        check_constructed(self)
+        check_constructed(component)
         if component.parent is not None:
             raise CouplingError(f"{component.path} is already part of {component.parent.path}")
         if component.name in self.components:
@@ -39,6 +41,7 @@ class Coupled(Component):
 
     def couple(self, source: Source[T], destination: InPort[T] | OutPort[T]) -> None:
         """Draw one wire from `source`, an input or output port, to `destination`."""
+        check_constructed(self)
         wire: tuple[AnyPort, AnyPort] = (source, destination)  # type: ignore[assignment]
         begin, end = wire
         if not (

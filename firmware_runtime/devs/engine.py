@@ -169,6 +169,8 @@ class Engine(ABC):
         """
         if not isinstance(port, InPort | OutPort):
             raise ModelError(f"{port!r}: expected a port to listen to")
+        if not callable(listener):
+            raise ModelError(f"{port.path}: listener {listener!r}: expected a function")
         listening = Listening()
         senders = [self._sender(source) for source in sources_of(port, self._entrances)]
         listening.begin(senders, listener, self._present)

@@ -13,7 +13,7 @@ from collections.abc import Container, Iterator
 from typing import Any, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import Component, check_constructed
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
@@ -60,6 +60,7 @@ class Wiring:
         return ends
 
     def _take_in(self, component: Component) -> None:
+        check_constructed(component)
         if isinstance(component, Atomic):
             self.atomics.append(component)
         elif isinstance(component, Coupled):

@@ -1,6 +1,7 @@
 """What may be chosen for a run, in the command and in a program alike: its clock, its length."""
 
 from collections.abc import Sequence
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -71,6 +72,19 @@ def positive(what: str, value: float, most: float = MOST_S) -> float:
     if not is_sound:
         raise ConfigError(what, [f"{value!r}: expected a positive number, {most:g} at most"])
     return value
+
+
+def path_of(what: str, stated: object) -> Path | None:
+    """The path that was stated, if one was. Raises ConfigError for what is none."""
+    if stated is None or (isinstance(stated, str | PathLike) and isinstance(fspath(stated), str)):
+        return None if stated is None else Path(stated)
+    raise ConfigError(what, [f"{stated!r}: expected a path"])
+
+
+def demand(what: str, stated: object, expected: str, *, is_sound: bool) -> None:
+    """Raise ConfigError for a choice that is not sound."""
+    if not is_sound:
+        raise ConfigError(what, [f"{stated!r}: expected {expected}"])
 
 
 def end_after(begun: int, for_s: float | None) -> int:

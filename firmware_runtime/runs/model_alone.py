@@ -1,11 +1,10 @@
 """A model alone on any clock: no board, no chips, nothing to switch off."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.listening import Listener
@@ -14,7 +13,15 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import DEFAULT, Executive
-from firmware_runtime.runs.choices import ClockName, clock_faults, clock_name, clock_of, end_after
+from firmware_runtime.runs.choices import (
+    ClockName,
+    clock_faults,
+    clock_name,
+    clock_of,
+    demand,
+    end_after,
+    path_of,
+)
 from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.companions import check_ending
@@ -47,9 +54,11 @@ def open_model(
     name = clock_name(clock, speed)
     if faults := clock_faults(name, speed, doubles=True):
         raise ConfigError("run", faults)
-    if statistics is not None:
-        check_ending(Path(statistics))
-        configuration = replace(configuration, statistics_path=Path(statistics))
+    is_configuration = isinstance(configuration, Configuration)
+    demand("configuration", configuration, "a Configuration", is_sound=is_configuration)
+    if (path := path_of("statistics", statistics)) is not None:
+        check_ending(path)
+        configuration = replace(configuration, statistics_path=path)
     return OpenRun(Executive(model, clock_of(clock, speed), configuration=configuration))
 
 
@@ -72,12 +81,36 @@ def run(  # noqa: PLR0913 -- each may be left out, and has a name
     does.
     """
     end_after(0, for_s)
+    planned, listeners = _planned(inputs), _listeners(listen)
     with open_model(
         model, clock=clock, speed=speed, statistics=statistics, configuration=configuration
     ) as opened:
-        for at_s, into, value in inputs:
+        for at_s, into, value in planned:
             opened.plan(at_s, into, value)
-        for port, listener in listen.items():
+        for port, listener in listeners.items():
             opened.listen(port, listener)
         result = opened.run(for_s)
         return opened.close() or result
+
+
+def _planned(inputs: object) -> Sequence[tuple[float, InPort[Any], object]]:
+    """The inputs, once. Raises ConfigError with every one that is none."""
+    expected = "(seconds, port, value)"
+    if not isinstance(inputs, Iterable):
+        raise ConfigError("inputs", [f"{inputs!r}: expected {expected} each"])
+    planned = list(inputs)
+    strange = [each for each in planned if not (isinstance(each, tuple | list) and len(each) == 3)]
+    if strange:
+        raise ConfigError("inputs", [f"{each!r}: expected {expected}" for each in strange])
+    return planned
+
+
+def _listeners(listen: object) -> Listeners:
+    """The listeners by their ports. Raises ConfigError for what is none."""
+    is_mapping = isinstance(listen, Mapping)
+    demand("listen", listen, "functions by their ports", is_sound=is_mapping)
+    listeners = cast("Mapping[OutPort[Any], object]", listen)
+    faults = [f"{each!r}: expected a function" for each in listeners.values() if not callable(each)]
+    if faults:
+        raise ConfigError("listen", faults)
+    return cast("Listeners", listen)

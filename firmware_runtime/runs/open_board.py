@@ -21,7 +21,14 @@ from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.runs.arming import permission_for
-from firmware_runtime.runs.choices import ClockName, clock_faults, clock_name, clock_of
+from firmware_runtime.runs.choices import (
+    ClockName,
+    clock_faults,
+    clock_name,
+    clock_of,
+    demand,
+    path_of,
+)
 from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.runs.session import Session
@@ -172,6 +179,10 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     """
     name = clock_name(clock, speed)
     where = _doubles(doubles)
+    for what, stated in (("arm", arm), ("supervised", supervised)):
+        demand(what, stated, "True or False", is_sound=isinstance(stated, bool))  # "no" is true
+    demand("log", log, "a function", is_sound=callable(log))
+    kept_at = path_of("statistics", statistics)
     if faults := clock_faults(name, speed, doubles=where):
         raise ConfigError("run", faults)
     found = board_in_force(str(board), assignments_of(set))
@@ -181,7 +192,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         found,
         clock_of(clock, speed),
         doubles=where,
-        statistics_path=_statistics_path(statistics, found, is_outside=where is not True),
+        statistics_path=_statistics_path(kept_at, found, is_outside=where is not True),
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised),
         log=log,
     )
@@ -197,10 +208,8 @@ def _doubles(stated: bool | str | PathLike[str]) -> bool | Path:  # noqa: FBT001
     raise ConfigError("doubles", [f"{stated!r}: {expected}"])
 
 
-def _statistics_path(
-    stated: str | PathLike[str] | None, board: Board, *, is_outside: bool
-) -> Path | None:
+def _statistics_path(stated: Path | None, board: Board, *, is_outside: bool) -> Path | None:
     if stated is None:
         return default_path(board.name) if is_outside else None
-    check_ending(Path(stated))
-    return Path(stated)
+    check_ending(stated)
+    return stated

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from firmware_runtime.board.kinds import blamed_on, broken
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.entry_points import installed
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, SettingError
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.served.client import ServedDoubles, look
 from firmware_runtime.hal.served.connection import Connection
@@ -53,6 +54,15 @@ def blamed_on_rig(board: Board, part: str) -> AbstractContextManager[None]:
     """Raise ConfigError for whatever a part of the board's rig raises that is no sentence yet."""
     entry_point = _entry_point(board)
     return nullcontext() if entry_point is None else blamed_on(entry_point, part)
+
+
+def shown_by(rig: Rig, board: Board) -> OutPort[float] | None:
+    """The port that a board's rig shows. Raises ConfigError if that raises, or is none."""
+    with blamed_on_rig(board, "shown"):
+        port = rig.shown
+        if not isinstance(port, OutPort | None):
+            raise SettingError(f"{port!r}; expected an OutPort or None")
+    return port
 
 
 def has_rig(board: Board) -> bool:

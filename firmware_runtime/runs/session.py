@@ -31,7 +31,7 @@ from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.quitting import quitting_is_a_bug
-from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles
+from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles, shown_by
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.statistics.companions import Companion
 
@@ -60,6 +60,7 @@ class Session:
         self.board = board
         self._doubles = doubles
         self._statistics_path = statistics_path
+        self._is_safe = False  # by the last attempt to switch off
         # the instant that doubles and their world live in, ns since the start of the run
         self.world_now = WorldClock() if doubles is True else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if doubles is True else None
@@ -121,7 +122,7 @@ class Session:
     @property
     def shown(self) -> OutPort[float] | None:
         """The port whose values a person wants to see over time, if there is one."""
-        return self.robot.shown if self.rig is None else self.rig.shown
+        return self.robot.shown if self.rig is None else shown_by(self.rig, self.board)
 
     @property
     def has_failed(self) -> bool:
@@ -134,9 +135,11 @@ class Session:
         Raises ModelError for a model that would have ended the program without a word.
         """
         self._keep_settings()
-        with quitting_is_a_bug(self.robot.model):
-            outcome = self.executive.run(until)
-        return self._ended(outcome)
+        try:
+            with quitting_is_a_bug(self.robot.model):
+                return self.executive.run(until)
+        finally:
+            self._forget_settings()
 
     def run_on(self, until: int) -> Outcome:
         """Run to instant `until` and pause there; again, go on to a later one.
@@ -147,9 +150,13 @@ class Session:
         """
         if self.executive.reached == 0:
             self._keep_settings()
-        outcome = self.executive.run_on(until)
+        try:
+            outcome = self.executive.run_on(until)
+        finally:
+            if self.executive.is_over:
+                self._forget_settings()
         if self.executive.is_over:
-            return self._ended(outcome)
+            return outcome
         if self.arming is not None and self.is_outside and self.arming.pause():
             return self.end() or outcome
         return outcome
@@ -157,7 +164,9 @@ class Session:
     def end(self) -> Outcome | None:
         """End a paused run with all outputs off; None if it never began or is over."""
         outcome = self.executive.end()
-        return None if outcome is None else self._ended(outcome)
+        if outcome is not None:
+            self._forget_settings()
+        return outcome
 
     def result(self) -> dict[str, object]:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
@@ -184,7 +193,9 @@ class Session:
             self._enable(enabled=False)
         except HalError as error:
             failed.append(text_of(error))
-        return [*failed, *self.robot.make_safe()]
+        failed += self.robot.make_safe()
+        self._is_safe = not failed
+        return failed
 
     def close(self) -> None:
         """Release buses, sockets and doubles that are served."""
@@ -199,11 +210,10 @@ class Session:
         if self._statistics_path is not None and self.is_outside:
             keep_settings(self.board, self._statistics_path)
 
-    def _ended(self, outcome: Outcome) -> Outcome:
-        """Take that word back if all outputs are off."""
-        if not outcome.faults and self._statistics_path is not None and self.is_outside:
+    def _forget_settings(self) -> None:
+        """Take that word back if all outputs are off, however the run ended."""
+        if self._is_safe and self._statistics_path is not None and self.is_outside:
             forget_settings(self._statistics_path)
-        return outcome
 
     def _may_drive(self) -> bool:
         """Output interlock of a run that may not drive of itself."""

@@ -128,13 +128,21 @@ def _on_bus(chips: Sequence[Placed], clock: WireClock) -> dict[str, Sequence[Tar
         except ConfigError as error:
             faults += [f"--chip {name}: {fault}" for fault in error.faults]
             continue
-        for address in sorted({stated, getattr(made[name][0], "address", stated)}):
-            if address in taken:
-                faults.append(f"--chip {name}: 0x{address:02x} is that of {taken[address]} already")
-            taken[address] = name
+        at = getattr(made[name][0], "address", stated)
+        faults += [f"--chip {name}: {clash}" for clash in _clashes(stated, at, taken)]
+        taken |= {at: f"the chip that comes with {name}", stated: name}
     if faults:
         raise ConfigError("doubles", faults)
     return made
+
+
+def _clashes(stated: int, at: int, taken: Mapping[int, str]) -> list[str]:
+    """Why a chip cannot be where it was stated, or the one it comes with not at `at`."""
+    if stated in taken:
+        return [f"0x{stated:02x} is that of {taken[stated]} already"]
+    if at in taken:
+        return [f"it comes with another chip, and 0x{at:02x} is that of {taken[at]} already"]
+    return []
 
 
 def _on_ports(chips: Sequence[Placed]) -> Sequence[Placed]:

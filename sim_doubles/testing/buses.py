@@ -13,6 +13,7 @@ from sim_doubles.testing.virtual_time import POWERED_FOR
 
 BUS_HZ = 400_000
 LOG_LENGTH = 10_000
+LARGEST_ADDRESS = 0x7F
 
 
 class TestBuses:
@@ -53,6 +54,9 @@ class TestBuses:
         `chip` is the name of a chip, a double, or the class of one, which is given the clock.
         `settings` are what the double's class takes. Raises ConfigError.
         """
+        if isinstance(address, int) and not 0 <= address <= LARGEST_ADDRESS:
+            fault = f"address 0x{address:02x}; expected seven bits, 0x00 to 0x{LARGEST_ADDRESS:02x}"
+            raise ConfigError(str(chip), [fault])
         powered = _PoweredBefore(self._clock)
         if isinstance(chip, str):
             double = make(chip, powered, address=address, **settings)

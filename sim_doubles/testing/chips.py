@@ -6,10 +6,12 @@
 What a chip senses is given as its double's class takes it, in SI, or as a constant.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from inspect import signature
-from typing import Final
+from inspect import Parameter, signature
+from typing import Final, get_args, get_origin
+
+from msgspec import ValidationError, convert
 
 from firmware_runtime.errors import ConfigError
 from sim_doubles.chip_doubles import chip_double
@@ -60,7 +62,7 @@ _SENSES: Final = frozenset(
 """What is a function of the instant."""
 
 
-def make(name: str, now: Now, **settings: object) -> object:
+def make(name: str, now: Now, /, **settings: object) -> object:
     """Make a double by its name, of ours or of a package with an entry point. Raises ConfigError.
 
     An `address` of None is the chip's own as shipped.
@@ -79,11 +81,49 @@ def make(name: str, now: Now, **settings: object) -> object:
 
 
 def _check(name: str, double: Callable[..., object], settings: Mapping[str, object]) -> None:
-    """Refuse settings that a double does not have, each by its name."""
-    _now, *parameters = signature(double).parameters
-    known = ", ".join(parameters)
-    if unknown := sorted(settings.keys() - set(parameters)):
-        raise ConfigError(name, [f"{key}: no such setting; expected of {known}" for key in unknown])
+    """Refuse settings that a double does not have or cannot take, each by its name."""
+    _now, *parameters = _parameters(double)
+    known = ", ".join(each.name for each in parameters)
+    faults = [
+        f"{key}: no such setting; expected of {known}"
+        for key in sorted(settings.keys() - {each.name for each in parameters})
+    ]
+    for each in parameters:
+        if each.name in settings and each.annotation is not each.empty:
+            faults += _value_faults(each.name, settings[each.name], each.annotation)
+    if faults:
+        raise ConfigError(name, faults)
+
+
+def _parameters(double: Callable[..., object]) -> Sequence[Parameter]:
+    try:
+        return [*signature(double, eval_str=True).parameters.values()]
+    except NameError:  # of a type that is there for type checkers alone
+        return [*signature(double).parameters.values()]
+
+
+def _value_faults(key: str, value: object, type_: object) -> list[str]:
+    """What is wrong with a value of this type, or a constant in a sense's place."""
+    if get_origin(type_) is Callable:
+        if callable(value):
+            return []
+        type_ = get_args(type_)[1]
+    try:
+        convert(_without_numpy(value), type_)
+    except ValidationError as error:
+        found = str(error).replace("`", "")
+        return [f"{key}: {value!r}: {found[:1].lower()}{found[1:]}"]
+    except TypeError:  # a type that is no value's
+        pass
+    return []
+
+
+def _without_numpy(value: object) -> object:
+    """The value in types that msgspec knows, at any depth."""
+    to_list = getattr(value, "tolist", None)
+    if to_list is not None:
+        return to_list()
+    return [*map(_without_numpy, value)] if isinstance(value, tuple | list) else value
 
 
 def _always(value: object, _at: int) -> object:

@@ -114,6 +114,11 @@ BROKEN = {
     ),
     "faults that are no function": (MODULE + "faults = []", BARE),
     "faults that raise": (MODULE + "def faults(settings):\n    return 1 / 0", BARE),
+    "faults that are a text": (MODULE + "def faults(settings):\n    return 'abc'", BARE),
+    "faults that are nothing": (MODULE + "def faults(settings):\n    pass", BARE),
+    "a build that raises": (MODULE + "def build(settings, lines):\n    return 1 / 0", BARE),
+    "a robot that shows a text": (OBJECT.replace("stop=()", "stop=(), shown='yaw'"), BOARD),
+    "a robot whose warning is a text": (OBJECT.replace("stop=()", "stop=(), warnings='no'"), BOARD),
     "devices that raise": (MODULE + "def devices(settings):\n    return settings.imu", BARE),
     "settings of bounds that contradict each other": (
         BOUNDS + "    speed: Annotated[Annotated[float, Meta(ge=0)], Meta(gt=0)]\n" + BOUND_MODULE,
@@ -219,12 +224,15 @@ def build(settings, lines):
 
 
 def test_a_model_that_quits_the_program_is_a_failed_run_with_outputs_off(
-    heron: Heron, capsys: pytest.CaptureFixture[str]
+    heron: Heron, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     imported = "from firmware_runtime import Atomic\n"
     folder = heron.install(imported + MODULE + QUITTING, BARE)
     (folder / "board.toml").write_text(TOML.partition("[")[0])
-    assert main(["run", "heron", "--for", "1"]) == 1
+    statistics = tmp_path / "heron.stats"
+    assert main(["run", "heron", "--for", "1", "--statistics", str(statistics)]) == 1
+    kept = {each.suffix for each in tmp_path.glob("heron.*")}
+    assert kept == {".spans", ".stats"}  # no settings to switch off by: outputs are off
     printed = capsys.readouterr()
     assert "off" in printed.out.splitlines()
     assert "quitting" in printed.err
@@ -308,7 +316,7 @@ def test_a_rig_may_show_nothing(heron: Heron) -> None:
     session.close()
 
 
-@pytest.mark.parametrize("part", ["attach", "result", "outputs"])
+@pytest.mark.parametrize("part", ["attach", "shown", "result", "outputs"])
 def test_a_part_of_a_rig_that_breaks_is_named(
     heron: Heron, part: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -318,6 +326,12 @@ def test_a_part_of_a_rig_that_breaks_is_named(
     said = capsys.readouterr().err
     assert "rig heron of the package heron" in said
     assert f"{part}: ZeroDivisionError" in said
+
+
+def test_what_a_rig_shows_is_a_port(heron: Heron, capsys: pytest.CaptureFixture[str]) -> None:
+    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING + "    shown = 'yaw'\n")
+    assert main(["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]) == 2
+    assert "shown: 'yaw'; expected an OutPort" in capsys.readouterr().err
 
 
 def test_a_rig_without_one_of_the_boards_buses_is_named(heron: Heron) -> None:

@@ -41,6 +41,42 @@ def test_a_broken_verb_is_one_sentence_with_its_packages_name(
     assert "command wave of the package heron" in capsys.readouterr().err
 
 
+def waving(execute: str) -> str:
+    return SOUND.replace('lambda parsed: print("waved") or 0', execute)
+
+
+@pytest.mark.parametrize(
+    ("module", "named"),
+    [
+        (waving("lambda parsed: 1 / 0"), "execute: ZeroDivisionError"),
+        (waving("lambda parsed: open('/no/such/file')"), "execute: FileNotFoundError"),
+        (waving("lambda parsed: 'waved'"), "execute returned 'waved'"),
+        (waving("lambda: 0"), "execute: TypeError"),
+        (SOUND.rpartition("\n    parser.set")[0], "execute: AttributeError"),
+    ],
+)
+def test_a_verb_that_breaks_while_it_is_carried_out_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], module: str, named: str
+) -> None:
+    with installed_here(tmp_path, "heron", {"wave.py": module}, ENTRIES):
+        assert main(["wave"]) == 2
+    said = capsys.readouterr().err
+    assert "command wave of the package heron" in said
+    assert named in said
+
+
+def test_a_verb_may_return_nothing_or_end_the_program(tmp_path: Path) -> None:
+    with installed_here(tmp_path, "heron", {"wave.py": waving("print")}, ENTRIES):
+        assert main(["wave"]) == 0
+    leaving = "import sys\n" + waving("lambda parsed: sys.exit(7)")
+    with (
+        installed_here(tmp_path / "other", "heron", {"wave.py": leaving}, ENTRIES),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main(["wave"])
+    assert ended.value.code == 7
+
+
 @pytest.mark.slow
 @broken
 def test_a_broken_verb_does_not_keep_the_others_from_being_shown(

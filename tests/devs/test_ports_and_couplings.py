@@ -10,6 +10,7 @@ from firmware_runtime.devs.errors import CouplingError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.wiring import Wiring
+from firmware_runtime.runs.model_alone import run
 from tests.support.devs_models import Clock, Echo, Log, top
 
 
@@ -42,7 +43,7 @@ def test_a_path_joins_the_names_from_the_root() -> None:
     assert repr(model.base_in) == "<InPort robot.controller.yaw.base_in []>"
 
 
-@pytest.mark.parametrize("name", ["", "a.b"])
+@pytest.mark.parametrize("name", ["", "a.b", 3, None])
 @pytest.mark.parametrize(
     "declare",
     [
@@ -55,8 +56,44 @@ def test_a_path_joins_the_names_from_the_root() -> None:
 def test_a_name_that_would_spoil_a_path_is_refused(
     declare: Callable[[str], object], name: str
 ) -> None:
-    with pytest.raises(CouplingError, match="a name is not empty and holds no dot"):
+    with pytest.raises(CouplingError, match="a name is a text, not empty, and holds no dot"):
         declare(name)
+
+
+class Skipping(Atomic):
+    def __init__(self) -> None:
+        self.speed = 0
+
+
+class Hasty(Atomic):
+    def __init__(self, name: str) -> None:
+        self.out = self.out_port("out", int)
+        super().__init__(name)
+
+
+class Hollow(Coupled):
+    def __init__(self) -> None:
+        self.part = self.add(Atomic("part"))
+
+
+@pytest.mark.parametrize(
+    "declare",
+    [
+        lambda: Simulator(Skipping()),
+        lambda: Coupled("root").add(Skipping()),
+        lambda: run(Skipping(), for_s=1.0, clock="virtual"),
+        lambda: Hasty("hasty"),
+        Hollow,
+    ],
+)
+def test_a_model_whose_init_skips_that_of_its_base_is_named(declare: Callable[[], object]) -> None:
+    with pytest.raises(CouplingError, match=r"^(Skipping|Hasty|Hollow): .* super\(\)\.__init__"):
+        declare()
+
+
+def test_what_is_no_model_cannot_be_a_component() -> None:
+    with pytest.raises(CouplingError, match="Atomic"):
+        Coupled("root").add(Atomic)  # type: ignore[type-var]
 
 
 def test_a_port_is_declared_once() -> None:

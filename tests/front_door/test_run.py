@@ -152,6 +152,13 @@ def test_an_exit_that_fails_is_a_bug_of_the_model() -> None:
         {"clock": "scaled", "speed": -2.0},
         {"clock": VirtualClock(), "speed": 2.0},
         {"clock": 7},
+        {"inputs": 3},
+        {"inputs": [(1, 2)]},
+        {"listen": [print]},
+        {"listen": {"speed": 3}},
+        {"statistics": 3},
+        {"statistics": b"bytes"},
+        {"configuration": "fast"},
     ],
     ids=" ".join,
 )
@@ -305,3 +312,15 @@ def test_what_is_no_port_is_refused_to_speak_and_to_listen_at() -> None:
             opened.post("speed", 1)  # type: ignore[arg-type]
         with pytest.raises(ModelError, match="'speed'"):
             opened.listen("speed", print)  # type: ignore[arg-type]
+
+
+def test_every_input_that_is_none_is_listed() -> None:
+    with pytest.raises(ConfigError) as refused:
+        virtual(Sampler("sampler"), 0.01, inputs=[(1, 2), "at once"])
+    assert len(refused.value.faults) == 2
+
+
+def test_a_listener_is_a_function() -> None:
+    model = Sampler("sampler")
+    with open_model(model, clock="virtual") as opened, pytest.raises(ModelError, match="None"):
+        opened.listen(model.sample, None)  # type: ignore[arg-type]

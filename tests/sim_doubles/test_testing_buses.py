@@ -1,12 +1,26 @@
 """What a test asks its buses for and cannot have is refused where it is asked for."""
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, SettingError
 from sim_doubles.clock import ManualClock
-from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.faults import (
+    AdapterError,
+    BrownOut,
+    Fault,
+    FaultScript,
+    FlippedBit,
+    ForcedRegister,
+    NackAddress,
+    NackByte,
+)
 from sim_doubles.testing.buses import TestBuses
+from sim_doubles.testing.chips import LEVEL
 
 
 def test_a_second_chip_at_one_address_is_refused() -> None:
@@ -31,6 +45,78 @@ def test_a_bus_is_a_number_or_a_path(bus: object) -> None:
 def test_an_address_that_is_text_is_refused() -> None:
     with pytest.raises(ConfigError):
         TestBuses(ManualClock(SECOND)).connect("pca9685", "0x40")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("chip", "settings", "keys"),
+    [
+        ("srf08", {"echoes": 3}, ["echoes"]),
+        ("cmps12", {"bearing_deg": "west", "version": 1.5}, ["bearing_deg", "version"]),
+        ("hmc5883l", {"field": (1e-6, 2e-6)}, ["field"]),
+        ("mpu9250", {"inertia": 9.81}, ["inertia"]),
+        ("pca9685", {"name": 3}, ["name"]),
+        ("ads1115", {"address": 0x90}, ["address 0x90"]),
+    ],
+)
+def test_what_a_double_cannot_be_is_refused_by_its_name(
+    chip: str, settings: dict[str, Any], keys: list[str]
+) -> None:
+    with pytest.raises(ConfigError) as refused:
+        TestBuses(ManualClock(SECOND)).connect(chip, **settings)
+    faults = refused.value.faults
+    assert all(fault.startswith(key) for fault, key in zip(faults, keys, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("chip", "settings"),
+    [
+        ("srf08", {"echoes": np.array([0.8])}),
+        ("srf08", {"echoes": lambda _at: [0.8]}),
+        ("hmc5883l", {"field": (np.float64(1e-6), 0, 0.0)}),
+        ("mpu9250", {"inertia": LEVEL}),
+    ],
+)
+def test_what_a_double_senses_may_come_from_numpy_or_a_function(
+    chip: str, settings: dict[str, Any]
+) -> None:
+    buses = TestBuses(ManualClock(SECOND))
+    try:
+        assert buses.connect(chip, **settings) in buses.bus(1).targets
+    finally:
+        buses.end()
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {"address": "x"},
+        {"address": 0x80},
+        {"times": -1},
+        {"times": True},
+        {"first": 3, "last": 1},
+        {"since": 0.5},
+        {"since": 5, "until": 4},
+    ],
+    ids=str,
+)
+def test_a_fault_that_no_transaction_could_match_is_refused(stated: dict[str, Any]) -> None:
+    with pytest.raises(SettingError, match=f"NackAddress: {[*stated][-1]}"):
+        NackAddress(**stated)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: FlippedBit(index=0, bit=8),
+        lambda: NackByte(index=-1),
+        lambda: ForcedRegister(register=0x100, value=0),
+        lambda: AdapterError(errno=0),
+        lambda: BrownOut(target=3),  # type: ignore[arg-type]
+    ],
+)
+def test_what_a_fault_does_has_its_bounds(make: Callable[[], Fault]) -> None:
+    with pytest.raises(SettingError):
+        make()
 
 
 def test_a_fault_script_takes_faults_alone() -> None:

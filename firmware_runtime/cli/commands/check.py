@@ -1,11 +1,15 @@
-"""`firmware-runtime check BOARD`: read a board and its world, add up bus time, touch nothing."""
+"""`firmware-runtime check BOARD`: read a board, build its robot, add up bus time, touch nothing."""
 
 import argparse
 
+from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.executive.clocks import WorldClock
-from firmware_runtime.runs.rigs import has_rig, rig_for
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs.board_configuration import configuration_of
+from firmware_runtime.runs.rigs import has_rig
+from firmware_runtime.runs.session import Session
 from firmware_runtime.status import Status
 
 
@@ -18,8 +22,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; ConfigError lists the faults if there are any."""
     board = chosen_board(arguments.board, arguments.assignments)
-    if has_rig(board):
-        rig_for(board, WorldClock())
+    _put_together(board)
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""
@@ -30,3 +33,15 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in board.warnings:
         print(f"  warning: {warning}")
     return Status.OK
+
+
+def _put_together(board: Board) -> None:
+    """Put the robot together as for a run: on its doubles if it has any, else on no lines.
+
+    Raises what a run would, before it began.
+    """
+    if has_rig(board):
+        Session(board, VirtualClock(), doubles=True, statistics_path=None).close()
+        return
+    lines = absent_lines(board.settings.buses, board.ports)
+    configuration_of(board, board.build(lines).model, lines)
