@@ -1,27 +1,20 @@
-"""An I2C bus of doubles, byte by byte: START, address, bytes, repeated START, STOP.
+"""An I2C bus of doubles, as drivers have it: transactions, errors, faults and a log.
 
-Several targets may answer one address. SDA is a wired AND: one target that pulls it low
-acknowledges for all, and bytes read from several at once are the bitwise AND. A target that refuses
-a byte takes no further part until the next START.
-
-Whatever goes wrong ends in a STOP and the errno that the chosen Linux adapter would report:
-`transfer` raises the bare OSError, `transaction` the `HalError` a driver sees.
+What happens between START and STOP is in `i2c_wire`. Whatever goes wrong ends in a STOP and the
+errno that the chosen Linux adapter would report: `transfer` raises the bare OSError, `transaction`
+the `HalError` a driver sees.
 
 A transaction takes its time on the clock whose `reach` is given: its bits at the bus's speed and,
-before START, the adapter's overhead. What is written arrives when its message ends, what is read
-was so when its message began. Without `reach` everything happens at one instant.
+before START, the adapter's overhead. Without `reach` everything happens at one instant.
 
 Not modelled: clock stretching, the second or so that an adapter waits for a held line, other
 controllers; lost arbitration can only be injected (`sim_doubles.faults`).
 """
 
 import errno
-import os
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from functools import reduce
-from operator import and_
 
 from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
@@ -30,23 +23,18 @@ from sim_doubles.faults import FaultScript
 from sim_doubles.i2c_adapter import ADAPTERS, AdapterProfile
 from sim_doubles.i2c_alteration import Alteration
 from sim_doubles.i2c_target import Target
-from sim_doubles.i2c_timing import WireTiming
 from sim_doubles.i2c_transaction import BlockRead, Transaction
+from sim_doubles.i2c_wire import Wire, WireTiming, os_error
 
 __all__ = ["BlockRead", "I2cBusDouble", "Target", "Transaction"]
 
-BITS_PER_BYTE = 9  # eight and the acknowledge
-START_BITS = 1 + BITS_PER_BYTE  # with the address
-LONGEST_BLOCK = 32  # of SMBus 2.0
 
-
-class I2cBusDouble(I2cBus):
+class I2cBusDouble(Wire, I2cBus):
     """A bus by its name, with its targets and the errno profile of one Linux adapter.
 
     One lock: a transaction is one step, whichever thread asks, as with a real adapter.
     `faults` may be set at any time; without it faults cost nothing. `transactions`, `errors`,
-    `bytes` (address bytes included) and `bits` (9 a byte, 1 each START, repeated START and STOP)
-    count since construction; `log` keeps the last `log_length` transactions.
+    `bytes` and `bits` count since construction; `log` keeps the last `log_length` transactions.
     """
 
     def __init__(  # noqa: PLR0913 (the bus as wired: each argument is one line of the schematic)
@@ -64,17 +52,16 @@ class I2cBusDouble(I2cBus):
     ) -> None:
         if adapter not in ADAPTERS:
             raise ValueError(f"{name}: adapter is {adapter!r}, expected one of {list(ADAPTERS)}")
+        super().__init__(ADAPTERS[adapter], WireTiming(now, reach, bus_hz, overhead_ns))
         self.name = name
         self.bus_hz = bus_hz
         self.faults = faults
         self.log: deque[Transaction] = deque(maxlen=log_length)
-        self.transactions = self.errors = self.bytes = self.bits = 0
+        self.transactions = self.errors = 0
         self._now = now
         self._targets = tuple(targets)
-        self._adapter = ADAPTERS[adapter]
         self._pulses_missing = 0
         self._closed = self._holds = False
-        self._timing = WireTiming(now, reach, bus_hz, overhead_ns)
         self._lock = threading.Lock()
 
     @property
@@ -144,7 +131,7 @@ class I2cBusDouble(I2cBus):
         try:
             self._refuse(messages, holds=holds)
             if self.faults is None:
-                answer = self._on_the_wire(self._targets, addresses, messages, holds=holds)
+                answer = self._carry(self._targets, addresses, messages, holds=holds)
             else:
                 answer = self._with_faults(self.faults, at, addresses, messages, holds=holds)
         except OSError as error:
@@ -191,79 +178,12 @@ class I2cBusDouble(I2cBus):
     def _refuse(self, messages: tuple[Message, ...], *, holds: bool) -> None:
         """Raise what ends a transaction before its START."""
         if self._closed:
-            raise _os_error(errno.EBADF)
+            raise os_error(errno.EBADF)
         refused_with = self._adapter.refusal(messages, holds=holds)
         if refused_with is not None:
-            raise _os_error(refused_with)
+            raise os_error(refused_with)
         if self._pulses_missing:
-            raise _os_error(self._adapter.no_completion)
-
-    def _on_the_wire(
-        self,
-        targets: Sequence[Target],
-        addresses: tuple[int, ...],
-        messages: tuple[Message, ...],
-        *,
-        holds: bool,
-    ) -> bytes:
-        answer = b""
-        self._timing.begin()
-        left = len(messages)
-        stops = True
-        try:
-            for address, message in zip(addresses, messages, strict=False):
-                left -= 1
-                stop_bits = 0 if left or holds else 1
-                if isinstance(message, int):
-                    read = self._read(targets, address, message)
-                    answer += read
-                    self._timing.take(START_BITS + BITS_PER_BYTE * len(read) + stop_bits)
-                else:
-                    answering = self._start(targets, address, read=False)
-                    self._timing.take(START_BITS + BITS_PER_BYTE * len(message) + stop_bits)
-                    self._write(answering, message)
-            stops = not holds
-        finally:
-            if stops:
-                self.bits += 1
-                for target in targets:
-                    target.stop()
-        return answer
-
-    def _start(self, targets: Sequence[Target], address: int, *, read: bool) -> list[Target]:
-        self.bytes += 1
-        self.bits += START_BITS
-        answering = [target for target in targets if target.start(address, read=read)]
-        if not answering:
-            self._timing.take(START_BITS + 1)
-            raise _os_error(self._adapter.address_refused)
-        return answering
-
-    def _write(self, answering: list[Target], message: bytes) -> None:
-        refused = _first_refused(answering, message)
-        self._count(len(message) if refused is None else refused + 1)
-        if refused is not None:
-            raise _os_error(self._adapter.byte_refused)
-
-    def _read(self, targets: Sequence[Target], address: int, length: int) -> bytes:
-        answering = self._start(targets, address, read=True)
-        if isinstance(length, BlockRead):
-            return self._read_block(answering, length)
-        self._count(length)
-        return _read_from(answering, length)
-
-    def _read_block(self, answering: list[Target], beside: BlockRead) -> bytes:
-        self._count(1)
-        first = _read_from(answering, 1)
-        if not 1 <= first[0] <= LONGEST_BLOCK:
-            raise _os_error(errno.EPROTO)
-        rest = first[0] + beside - 1
-        self._count(rest)
-        return first + _read_from(answering, rest)
-
-    def _count(self, length: int) -> None:
-        self.bytes += length
-        self.bits += BITS_PER_BYTE * length
+            raise os_error(self._adapter.no_completion)
 
     def _with_faults(
         self,
@@ -277,14 +197,14 @@ class I2cBusDouble(I2cBus):
         """Carry out a transaction with what the script has due in it."""
         alteration = script.alteration(self.transactions, at, addresses[0], messages)
         if alteration is None:
-            return self._on_the_wire(self._targets, addresses, messages, holds=holds)
+            return self._carry(self._targets, addresses, messages, holds=holds)
         self._fail_before_start(alteration)
         reachable = [] if alteration.address_refused else self._present(alteration)
         messages_left = alteration.cut(messages)
-        answer = self._on_the_wire(reachable, addresses, messages_left, holds=holds)
+        answer = self._carry(reachable, addresses, messages_left, holds=holds)
         if alteration.refused_byte is not None:
             self._count(1)
-            raise _os_error(self._adapter.byte_refused)
+            raise os_error(self._adapter.byte_refused)
         return alteration.tampered(messages, answer)
 
     def _fail_before_start(self, alteration: Alteration) -> None:
@@ -292,38 +212,9 @@ class I2cBusDouble(I2cBus):
             target.power_cycle()
         if alteration.pulses:
             self._pulses_missing = alteration.pulses
-            raise _os_error(self._adapter.no_completion)
+            raise os_error(self._adapter.no_completion)
         if alteration.errno is not None:
-            raise _os_error(alteration.errno)
+            raise os_error(alteration.errno)
 
     def _present(self, alteration: Alteration) -> list[Target]:
         return [target for target in self._targets if target not in alteration.absent]
-
-
-def _read_from(answering: list[Target], length: int) -> bytes:
-    """Read bytes; those of several targets at once are the bitwise AND."""
-    if len(answering) == 1:
-        read = answering[0].read
-        return bytes([read() for _ in range(length)])
-    colliding = ([target.read() for target in answering] for _ in range(length))
-    return bytes([reduce(and_, driven) for driven in colliding])
-
-
-def _first_refused(targets: list[Target], message: bytes) -> int | None:
-    """Deliver bytes until one is not acknowledged; return its index, None if all went."""
-    if len(targets) == 1:
-        write = targets[0].write
-        for index, byte in enumerate(message):
-            if not write(byte):
-                return index
-        return None
-    for index, byte in enumerate(message):
-        targets = [target for target in targets if target.write(byte)]
-        if not targets:
-            return index
-    return None
-
-
-def _os_error(number: int) -> OSError:
-    """Build the error a failed system call raises; 110 makes it a TimeoutError."""
-    return OSError(number, os.strerror(number))

@@ -10,7 +10,6 @@ the last duties. The OE pin, external clock and sub-addresses are not used. A ch
 external clock was latched on (EXTCLK) is refused: nothing but a reset clears it.
 """
 
-import math
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
@@ -145,21 +144,6 @@ class Pca9685:
             yield from self.bring_up(frequency_hz)
         finally:
             self._is_coming_up = False
-
-    def change_frequency(self, frequency_hz: float) -> tuple[Step, ...]:
-        """Give the steps to another rate with the same duties; outputs pause for a cycle or two.
-
-        RESTART brings the outputs back: the chip sets it when it falls asleep while they run.
-        """
-        prescale = prescale_for(frequency_hz, self._osc_hz)
-        cycle_ns = math.ceil(1.1e9 / self.frequency_hz) if self.is_running else LONGEST_CYCLE_NS
-        return (
-            Step("sleep", partial(self._write, MODE1, AI | SLEEP), cycle_ns),
-            Step("set rate", partial(self._set_rate, prescale), 0),
-            Step("wake", partial(self._write, MODE1, AI), OSCILLATOR_START_NS),
-            Step("restart", self._restart, 0),
-            Step("verify", self.verify, 0),
-        )
 
     def silence(self) -> None:
         """Turn all outputs off and leave the ALLCALL address; 58 bits.
@@ -305,8 +289,3 @@ class Pca9685:
         self._write(PRE_SCALE, prescale)
         self._prescale = prescale
         self.frequency_hz = actual_frequency_hz(prescale, self._osc_hz)
-
-    def _restart(self) -> None:
-        mode1 = self._bus.write_read(self.address, bytes((MODE1,)), 1)[0]
-        if mode1 & RESTART:
-            self._write(MODE1, AI | RESTART)

@@ -174,29 +174,6 @@ def test_software_reset_is_the_general_call_with_one_byte(register_bus: I2cBus, 
     assert wire == [(0x00, (b"\x06",))]
 
 
-def test_changing_the_rate_restarts_outputs_that_ran(
-    running: Pca9685, registers: dict[int, bytearray], wire: Wire
-) -> None:
-    steps = {step.name: step for step in running.change_frequency(50)}
-    assert 1e9 / 1017 < steps["sleep"].wait_ns < 2e9 / 1017
-    assert steps["wake"].wait_ns == 500_000
-    for name in ("sleep", "set rate", "wake"):
-        steps[name].action()
-    registers[0x40][0x00] |= 0x80
-    wire.clear()
-    steps["restart"].action()
-    assert wire == [(0x40, (b"\x00", 1)), (0x40, (b"\x00\xa0",))]
-
-
-def test_changing_the_rate_restarts_nothing_that_was_off(running: Pca9685, wire: Wire) -> None:
-    steps = {step.name: step for step in running.change_frequency(50)}
-    for name in ("sleep", "set rate", "wake"):
-        steps[name].action()
-    wire.clear()
-    steps["restart"].action()
-    assert wire == [(0x40, (b"\x00", 1))]
-
-
 # Outputs ------------------------------------------------------------------------------------------
 
 

@@ -78,18 +78,6 @@ def test_whatever_a_dead_program_left_no_output_goes_on_in_bring_up(
     assert bench.double.duties == (3686 / 4096, *(0.0,) * 15)
 
 
-def test_a_new_rate_keeps_the_duties(bench: Bench) -> None:
-    chip = bench.bring_up(1000)
-    written = chip.set_duties(3, (0.25, 1.0, 0.0))
-    for step in chip.change_frequency(50):
-        step.action()
-        bench.clock.advance(step.wait_ns)
-    assert bench.double.frequency_hz == pytest.approx(50.03, abs=0.01)
-    assert bench.double.duties[3:6] == written
-    assert bench.double.running
-    assert list(bench.double.warnings) == []
-
-
 def test_a_latched_external_clock_needs_a_software_reset(bench: Bench) -> None:
     bench.bus.write(0x40, b"\x00\x10")
     bench.bus.write(0x40, b"\x00\x50")

@@ -1,0 +1,174 @@
+"""The two lines of a bus double, byte by byte: START, address, bytes, repeated START, STOP.
+
+Several targets may answer one address. SDA is a wired AND: one target that pulls it low
+acknowledges for all, and bytes read from several at once are the bitwise AND. A target that refuses
+a byte takes no further part until the next START.
+
+What is written arrives when its message ends, what is read was so when its message began.
+"""
+
+import errno
+import os
+from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import and_
+
+from firmware_runtime.hal.budget import wire_ns
+from firmware_runtime.hal.i2c import Message
+from sim_doubles.clock import Now
+from sim_doubles.i2c_adapter import AdapterProfile
+from sim_doubles.i2c_target import Target
+from sim_doubles.i2c_transaction import BlockRead
+
+BITS_PER_BYTE = 9  # eight and the acknowledge
+START_BITS = 1 + BITS_PER_BYTE  # with the address
+LONGEST_BLOCK = 32  # of SMBus 2.0
+
+
+class WireTiming:
+    """Moves a clock on, by its `reach`, with the bits that go over a bus; without one, nothing."""
+
+    def __init__(
+        self, now: Now, reach: Callable[[int], None] | None, bus_hz: int, overhead_ns: int
+    ) -> None:
+        self._now = now
+        self._reach = reach
+        self._bus_hz = bus_hz
+        self._overhead_ns = overhead_ns
+        self._began_at = 0
+        self._bits = 0
+
+    def begin(self) -> None:
+        """Let the adapter's overhead pass; the transaction begins on the wire."""
+        if self._reach is not None:
+            self._bits = 0
+            self._began_at = self._now() + self._overhead_ns
+            self._reach(self._began_at)
+
+    def pause(self, span: int) -> None:
+        """Let `span` ns pass between two transactions."""
+        if self._reach is not None:
+            self._reach(self._now() + span)
+
+    def take(self, bits: int) -> None:
+        """Let that many more bits of the transaction take their time."""
+        if self._reach is not None:
+            self._bits += bits
+            self._reach(self._began_at + wire_ns(self._bits, self._bus_hz))
+
+
+class Wire:
+    """Carries messages to targets, and reports what they refuse as a Linux adapter does.
+
+    `bytes` (address bytes included) and `bits` (9 a byte, 1 each START, repeated START and STOP)
+    count since construction.
+    """
+
+    def __init__(self, adapter: AdapterProfile, timing: WireTiming) -> None:
+        self._adapter = adapter
+        self._timing = timing
+        self.bytes = 0
+        self.bits = 0
+
+    def _carry(
+        self,
+        targets: Sequence[Target],
+        addresses: tuple[int, ...],
+        messages: tuple[Message, ...],
+        *,
+        holds: bool,
+    ) -> bytes:
+        """Carry messages to their addresses; return what was read. `holds`: without STOP."""
+        answer = b""
+        stops = True
+        last = len(messages) - 1
+        self._timing.begin()
+        try:
+            for index, (address, message) in enumerate(zip(addresses, messages, strict=False)):
+                stop_bits = 1 if index == last and not holds else 0
+                if isinstance(message, int):
+                    answer += self._read(targets, address, message, stop_bits)
+                else:
+                    self._write(targets, address, message, stop_bits)
+            stops = not holds
+        finally:
+            if stops:
+                self._stop(targets)
+        return answer
+
+    def _count(self, length: int) -> None:
+        """Count bytes that have gone over the wire."""
+        self.bytes += length
+        self.bits += BITS_PER_BYTE * length
+
+    def _start(self, targets: Sequence[Target], address: int, *, read: bool) -> list[Target]:
+        self.bytes += 1
+        self.bits += START_BITS
+        answering = [target for target in targets if target.start(address, read=read)]
+        if not answering:
+            self._timing.take(START_BITS + 1)
+            raise os_error(self._adapter.address_refused)
+        return answering
+
+    def _write(
+        self, targets: Sequence[Target], address: int, message: bytes, stop_bits: int
+    ) -> None:
+        answering = self._start(targets, address, read=False)
+        self._timing.take(START_BITS + BITS_PER_BYTE * len(message) + stop_bits)
+        refused = _first_refused(answering, message)
+        self._count(len(message) if refused is None else refused + 1)
+        if refused is not None:
+            raise os_error(self._adapter.byte_refused)
+
+    def _read(self, targets: Sequence[Target], address: int, length: int, stop_bits: int) -> bytes:
+        answering = self._start(targets, address, read=True)
+        if isinstance(length, BlockRead):
+            answer = self._read_block(answering, length)
+        else:
+            self._count(length)
+            answer = _read_from(answering, length)
+        self._timing.take(START_BITS + BITS_PER_BYTE * len(answer) + stop_bits)
+        return answer
+
+    def _read_block(self, answering: list[Target], beside: BlockRead) -> bytes:
+        self._count(1)
+        first = _read_from(answering, 1)
+        if not 1 <= first[0] <= LONGEST_BLOCK:
+            raise os_error(errno.EPROTO)
+        rest = first[0] + beside - 1
+        self._count(rest)
+        return first + _read_from(answering, rest)
+
+    def _stop(self, targets: Sequence[Target]) -> None:
+        self.bits += 1
+        for target in targets:
+            target.stop()
+
+
+def _read_from(answering: list[Target], length: int) -> bytes:
+    """Read bytes; those of several targets at once are the bitwise AND."""
+    if len(answering) == 1:
+        read = answering[0].read
+        return bytes([read() for _ in range(length)])
+    colliding = ([target.read() for target in answering] for _ in range(length))
+    return bytes([reduce(and_, driven) for driven in colliding])
+
+
+def _first_refused(targets: list[Target], message: bytes) -> int | None:
+    """Deliver bytes until one is not acknowledged; return its index, None if all went."""
+    if len(targets) == 1:
+        write = targets[0].write
+        for index, byte in enumerate(message):
+            if not write(byte):
+                return index
+        return None
+    for index, byte in enumerate(message):
+        targets = [target for target in targets if target.write(byte)]
+        if not targets:
+            return index
+    return None
+
+
+def os_error(number: int) -> OSError:
+    """Build the error a failed system call raises; 110 makes it a TimeoutError."""
+    return OSError(number, os.strerror(number))
