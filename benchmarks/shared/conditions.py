@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.shared import side_by_side
-from firmware_runtime.executive.conditions import system_conditions
+from firmware_runtime.system.conditions import system_conditions
 
 
 def conditions() -> dict[str, Any]:

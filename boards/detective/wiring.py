@@ -1,12 +1,13 @@
 """The detective robot's schematic: the paper's model, and the hardware at its eight ports."""
 
-from boards.detective import chips
 from boards.detective.detective import Detective
 from boards.detective.mission import Gate, Mission
 from boards.detective.parameters import Parameters
-from boards.detective.settings import DetectiveSettings
+from boards.detective.settings import DetectiveSettings, RadarMotorTable
+from drivers.chips.h_bridge import HBridge
+from drivers.chips.pca9685 import Pca9685
 from drivers.compass import Compass
-from drivers.radar_motor import RadarMotor
+from drivers.radar_motor import RadarMotor, RadarMotorSettings
 from drivers.sonar import Sonar
 from drivers.tables.compass import CompassTable
 from drivers.tables.sonar import SonarTable
@@ -24,40 +25,10 @@ class DetectiveRobot(Coupled):
 
     def __init__(self, settings: DetectiveSettings, lines: Lines) -> None:
         super().__init__("detective")
-        bridge_chip = chips.bridge_chip(settings.radar_motor, lines)
-        bridge = chips.bridge(settings.radar_motor, bridge_chip)
-        mission = settings.mission
-        self.bridge_chip = bridge_chip
-        self.radar_motor = self.add(
-            RadarMotor(
-                "radar_motor",
-                bridge,
-                chips.radar_motor_settings(settings.radar_motor),
-                lines.interlock,
-            )
-        )
-        self.treads = self.add(
-            Treads(
-                "treads",
-                settings.treads.chip(lines),
-                settings.treads.model,
-                lines.interlock,
-            )
-        )
-        self.radar_sonar = self.add(_sonar("radar_sonar", settings.radar_sonar, lines))
-        self.body_sonar = self.add(_sonar("body_sonar", settings.body_sonar, lines))
-        self.radar_compass = self.add(_compass("radar_compass", settings.radar_compass, lines))
-        self.body_compass = self.add(_compass("body_compass", settings.body_compass, lines))
+        self._add_motors(settings, lines)
+        self._add_sensors(settings, lines)
         self.model = self.add(Detective("model", _parameters(settings)))
-        self.mission = self.add(
-            Mission(
-                "mission",
-                seconds(mission.start_s),
-                mission.faults,
-                seconds(mission.longest_s),
-                lines.interlock,
-            )
-        )
+        self.mission = self.add(_mission(settings, lines))
         self._wire()
 
     @property
@@ -69,7 +40,22 @@ class DetectiveRobot(Coupled):
     def retune(self, settings: DetectiveSettings) -> None:
         """Take up how fast treads and head turn, from the next command on."""
         self.treads.settings = settings.treads.model
-        self.radar_motor.settings = chips.radar_motor_settings(settings.radar_motor)
+        self.radar_motor.settings = _radar_motor_settings(settings.radar_motor)
+
+    def _add_motors(self, settings: DetectiveSettings, lines: Lines) -> None:
+        radar, treads = settings.radar_motor, settings.treads
+        self.bridge_chip = _bridge_chip(radar, lines)
+        bridge = _bridge(radar, self.bridge_chip)
+        self.radar_motor = self.add(
+            RadarMotor("radar_motor", bridge, _radar_motor_settings(radar), lines.interlock)
+        )
+        self.treads = self.add(Treads("treads", treads.chip(lines), treads.model, lines.interlock))
+
+    def _add_sensors(self, settings: DetectiveSettings, lines: Lines) -> None:
+        self.radar_sonar = self.add(_sonar("radar_sonar", settings.radar_sonar, lines))
+        self.body_sonar = self.add(_sonar("body_sonar", settings.body_sonar, lines))
+        self.radar_compass = self.add(_compass("radar_compass", settings.radar_compass, lines))
+        self.body_compass = self.add(_compass("body_compass", settings.body_compass, lines))
 
     def _wire(self) -> None:
         model, mission = self.model, self.mission
@@ -89,19 +75,29 @@ class DetectiveRobot(Coupled):
             self.couple(gate.passed, motor)
         self.couple(model.out2, mission.right)
         self.couple(model.out3, mission.left)
-        for sonar in (self.radar_sonar, self.body_sonar):
+        sonars = (self.radar_sonar, self.body_sonar)
+        compasses = (self.radar_compass, self.body_compass)
+        for sonar in sonars:
             self.couple(mission.sonars, sonar.start)
-        for compass in (self.radar_compass, self.body_compass):
+        for compass in compasses:
             self.couple(mission.compasses, compass.request)
-        for device in (
-            self.radar_motor,
-            self.treads,
-            self.radar_sonar,
-            self.body_sonar,
-            self.radar_compass,
-            self.body_compass,
-        ):
+        for device in (self.radar_motor, self.treads, *sonars, *compasses):
             self.couple(device.fault_out, mission.fault)
+
+
+def _bridge_chip(table: RadarMotorTable, lines: Lines) -> Pca9685:
+    """The PCA9685 of the radar's motor."""
+    return Pca9685(lines.buses[table.bus], table.address, osc_hz=table.osc_hz)
+
+
+def _bridge(table: RadarMotorTable, chip: Pca9685) -> HBridge:
+    """The H-bridge channel on it."""
+    return HBridge(chip, table.pwm_channel, table.in1, table.in2)
+
+
+def _radar_motor_settings(table: RadarMotorTable) -> RadarMotorSettings:
+    """How fast the head turns, and for how long without a command."""
+    return RadarMotorSettings(table.duty, table.frequency_hz, seconds(table.longest_turn_s))
 
 
 def _sonar(name: str, table: SonarTable, lines: Lines) -> Sonar:
@@ -111,6 +107,17 @@ def _sonar(name: str, table: SonarTable, lines: Lines) -> Sonar:
 def _compass(name: str, table: CompassTable, lines: Lines) -> Compass:
     """Headings in whole degrees: the paper's model compares them with `==`."""
     return Compass(name, table.chip(lines), table.model(whole_degrees=True))
+
+
+def _mission(settings: DetectiveSettings, lines: Lines) -> Mission:
+    stated = settings.mission
+    return Mission(
+        "mission",
+        seconds(stated.start_s),
+        stated.faults,
+        seconds(stated.longest_s),
+        lines.interlock,
+    )
 
 
 def _parameters(settings: DetectiveSettings) -> Parameters:

@@ -1,4 +1,7 @@
-"""`firmware-runtime service status [BOARD]`: how systemd and the statistics say a board does."""
+"""`firmware-runtime service status [BOARD]`: how systemd and the statistics say a board does.
+
+BOARD is one that is installed on a system, by the name of its kind or by the robot's own.
+"""
 
 import argparse
 import json
@@ -7,15 +10,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 
+from firmware_runtime.board import kinds
+from firmware_runtime.board.in_force import SETTINGS
 from firmware_runtime.cli.arguments import Execute, SubParsers, add_verb
-from firmware_runtime.cli.board_name import add_board_name, demand_known
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
-from firmware_runtime.host.installation.places import GUARD, RUNTIME, instance
+from firmware_runtime.host.installation.places import GUARD, RUNTIME, boards_with_settings, instance
 from firmware_runtime.host.installation.states import UnitState, state_of
-from firmware_runtime.host.installation.target import require_systemd, target
+from firmware_runtime.host.installation.target import Target, require_systemd, target
 from firmware_runtime.host.installation.uninstall import installed_boards
 from firmware_runtime.runs.restarts import pause_after, read_starts
+from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import find_statistics, places
 from firmware_runtime.statistics.reader import read_statistics
@@ -134,3 +140,23 @@ def explained(execute: Execute) -> Execute:
 def _refuse(error: Exception, status: Status) -> int:
     print(f"firmware-runtime: {error}", file=sys.stderr)
     return status
+
+
+def add_board_name(verb: argparse.ArgumentParser, otherwise: str | None = None) -> None:
+    """Add BOARD; it may be left out if there is something that is meant otherwise."""
+    about = "a board's name, or a robot's own"
+    verb.add_argument(
+        "board",
+        metavar="BOARD",
+        nargs=None if otherwise is None else "?",
+        help=about if otherwise is None else f"{about}; default: {otherwise}",
+    )
+
+
+def demand_known(name: str, target: Target) -> None:
+    """Raise ConfigError for a name that is neither a kind's nor installed or kept in a system."""
+    kept = boards_with_settings(target.tree.names(SETTINGS))
+    known = list(dict.fromkeys([*kinds.names(), *kept, *installed_boards(target)]))
+    if name not in known:
+        expected = f"expected one of {', '.join(known)}{did_you_mean(name, known)}"
+        raise ConfigError(name, [f"unknown board; {expected}"])

@@ -16,7 +16,7 @@ from time import monotonic_ns
 from typing import Any, Protocol, TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.c_library import Alarm
+from firmware_runtime.system.c_library import Alarm
 
 LONGEST_WAIT = 50 * MILLISECOND
 

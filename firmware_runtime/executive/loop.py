@@ -25,14 +25,13 @@ from typing import TypeVar
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.executive import process
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, WorldClock
-from firmware_runtime.executive.conditions import run_conditions
 from firmware_runtime.executive.configuration import Configuration, Hook
 from firmware_runtime.executive.garbage import SlackCollector
 from firmware_runtime.executive.inbox import Arrivals, Inbox, Source
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Ending, Outcome, Readiness, SwitchOffRetry
-from firmware_runtime.executive.process import give_up_priority, holds_priority, in_force
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.conditions import Settings, settings_after
@@ -109,13 +108,13 @@ class Executive:
     @property
     def holds_priority(self) -> bool:
         """Whether the run comes before ordinary processes."""
-        return isinstance(self.clock, MonotonicClock) and holds_priority()
+        return isinstance(self.clock, MonotonicClock) and process.holds_priority()
 
     def give_up_priority(self) -> None:
         """Be an ordinary process until the run ends; statistics say since when."""
         self._ledger.give_up_priority(self.clock.now())
         if self.holds_priority:
-            give_up_priority()
+            process.give_up_priority()
 
     @property
     def cells(self) -> Cells:
@@ -182,7 +181,7 @@ class Executive:
 
     def _run_to(self, until: int, *, pauses: bool) -> Outcome:
         configuration = self._configuration
-        with in_force(configuration.process, self.clock) as granted:
+        with process.in_force(configuration.process, self.clock) as granted:
             if granted["freeze_garbage"].granted:
                 self._collector = SlackCollector(self.clock.now)
             try:
@@ -267,7 +266,7 @@ class Executive:
 
     def _open_ledger(self, granted: Settings, until: int, path: Path | None = None) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
-        conditions = run_conditions(self.clock, granted, self._configuration.conditions)
+        conditions = process.run_conditions(self.clock, granted, self._configuration.conditions)
         header = {"clock_speed": self.clock.speed, "until_ns": until, "conditions": conditions}
         file = self._profiler.open_file(header, path)
         return Ledger(file, self._profiler, self.inbox, self.clock, self.progress)

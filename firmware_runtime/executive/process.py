@@ -1,7 +1,7 @@
 """What a run asks of the operating system, and what it got: never silently missing.
 
 Each setting is asked for, read back where the system allows it, and reported as a
-`Request`. After the run everything is as it was before.
+`Request`. After the run everything is as it was before. What holds is among the run's conditions.
 
 Sources: sched(7), mlockall(2), prctl(2), Linux Documentation/power/pm_qos_interface.rst.
 """
@@ -9,21 +9,25 @@ Sources: sched(7), mlockall(2), prctl(2), Linux Documentation/power/pm_qos_inter
 import gc
 import os
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.executive.c_library import call
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.statistics.conditions import (
     NOT_ASKED,
     NOTHING_TO_WAIT_FOR,
+    SETTINGS,
     Request,
     Settings,
 )
+from firmware_runtime.system.c_library import call
+from firmware_runtime.system.conditions import system_conditions
 
 CPU_DMA_LATENCY = Path("/dev/cpu_dma_latency")
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
@@ -58,6 +62,12 @@ def holds_priority() -> bool:
 def give_up_priority() -> None:
     """Be an ordinary process from now on, whatever was granted; that is never refused."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+def run_conditions(clock: Clock, granted: Settings, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a run: its clock, the system's, what was asked of it, and what else is stated."""
+    settings = to_builtins(granted)
+    return {"clock": type(clock).__name__, **system_conditions(), SETTINGS: settings, **stated}
 
 
 class _Refusal(Exception):

@@ -1,10 +1,16 @@
 """Double of the Devantech CMPS12, a tilt-compensated compass on I2C. Source: Devantech's page.
 
 Modelled: bearing in 0.1 degree and in 256ths, the BNO055's own in 16ths of a degree, pitch, roll,
-the raw sensors as they follow from these (`cmps12_raw`), temperature, calibration state, version;
+the raw sensors as they follow from these, temperature, calibration state, version;
 the three command sequences with the 20 ms after each byte: store and erase the calibration profile,
 change the address. The CMPS14 is the same up to register 5, in register 30 and in the change of
 address.
+
+The raw sensors, registers 6 to 23, are what its BNO055 measures before it is a bearing, in units of
+1/16 uT, 1/100 m/s2 and 1/16 degree/s, big endian (Bosch BNO055 data sheet, 3.6.4). The magnetometer
+sees a field of 20 uT north and 40 uT down, the accelerometer gravity. Assumed, for the page is
+silent: x is forward, y left and z up; pitch is positive nose up, roll positive with the right side
+down.
 
 Not modelled: calibrating by motion: the test or the world sets `calibration_state`; the 10 ms
 or so between the compass's own updates; noise of the raw sensors. Assumed where the page is silent:
@@ -14,10 +20,12 @@ after power-up the calibration state is the stored profile's, 0 without one; reg
 0xFF.
 """
 
+import math
 from collections.abc import Callable
+from struct import Struct
+from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND
-from sim_doubles.chips.cmps12_raw import Vector, raw_sensors
 from sim_doubles.chips.command_sequence import (
     CHANGE_ADDRESS,
     CommandSequence,
@@ -27,6 +35,8 @@ from sim_doubles.chips.command_sequence import (
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
+
+Vector: TypeAlias = tuple[float, float, float]
 
 ADDRESSES = range(0x60, 0x68)
 
@@ -47,6 +57,13 @@ ERASE_PROFILE = (0xE0, 0xE5, 0xE2)
 BETWEEN_COMMANDS = 20 * MILLISECOND
 
 CALIBRATED = 0xFF  # system, gyro, accelerometer, magnetometer: 3 each
+
+NORTH_UT, DOWN_UT = 20.0, 40.0
+GRAVITY_M_S2 = 9.80665
+PER_UT, PER_M_S2, PER_DEGREE_S = 16, 100, 16
+LARGEST = 32767
+
+_RAW = Struct(">9h")
 
 
 def _level(_at: int) -> tuple[float, float]:
@@ -164,3 +181,29 @@ class Cmps12Double(RegisterTarget):
 def _whole(value: float, largest: int) -> int:
     """Return the nearest whole number within plus and minus `largest`."""
     return max(-largest, min(largest, round(value)))
+
+
+def raw_sensors(bearing_deg: float, pitch_deg: float, roll_deg: float, rate_rad_s: Vector) -> bytes:
+    """Magnetometer, accelerometer and gyro, x, y and z of each, as 18 register bytes."""
+    bearing = math.radians(bearing_deg)
+    level_ut = (NORTH_UT * math.cos(bearing), NORTH_UT * math.sin(bearing), -DOWN_UT)
+    field_ut = _tilted(level_ut, pitch_deg, roll_deg)
+    force_m_s2 = _tilted((0.0, 0.0, GRAVITY_M_S2), pitch_deg, roll_deg)
+    return _RAW.pack(
+        *(_word(axis * PER_UT) for axis in field_ut),
+        *(_word(axis * PER_M_S2) for axis in force_m_s2),
+        *(_word(math.degrees(axis) * PER_DEGREE_S) for axis in rate_rad_s),
+    )
+
+
+def _tilted(level: Vector, pitch_deg: float, roll_deg: float) -> Vector:
+    """What is `level` in level axes, in those of a compass that is pitched, then rolled."""
+    pitch, roll = math.radians(pitch_deg), math.radians(roll_deg)
+    x, y, z = level
+    x, z = x * math.cos(pitch) + z * math.sin(pitch), z * math.cos(pitch) - x * math.sin(pitch)
+    y, z = y * math.cos(roll) + z * math.sin(roll), z * math.cos(roll) - y * math.sin(roll)
+    return (x, y, z)
+
+
+def _word(value: float) -> int:
+    return max(-LARGEST - 1, min(LARGEST, round(value)))

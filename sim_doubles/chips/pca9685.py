@@ -15,7 +15,6 @@ from collections.abc import Callable
 
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.i2c import GENERAL_CALL
-from sim_doubles.chips.pca9685_mode1 import Mode1Rules
 from sim_doubles.chips.pca9685_output import ALL_LOW, STEPS, OutputLatch, disabled_duties
 from sim_doubles.chips.pca9685_registers import (
     AI,
@@ -38,6 +37,7 @@ from sim_doubles.chips.pca9685_registers import (
     SOFTWARE_RESET,
     SUBADR1,
     WRITABLE,
+    Mode1Rules,
 )
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now

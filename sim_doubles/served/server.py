@@ -5,26 +5,28 @@ the log has every change as it happens; and with a client connected every few mi
 no question has to wait for the samples that a sensor took in a long silence. Between two wakings
 the doubles' time goes on only by what a transaction takes on the wire.
 
-A client that goes takes nothing with it; one that does not take its answers is sent away. A bug in
-a double ends the server with its traceback.
+A path is taken if it is free or its last owner is dead, and given back. A client that goes takes
+nothing with it; one that does not take its answers is sent away. A bug in a double ends the server
+with its traceback.
 """
 
 import os
 import struct
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
-from socket import SO_PEERCRED, SOL_SOCKET, socket
+from socket import AF_UNIX, SO_PEERCRED, SOCK_SEQPACKET, SOL_SOCKET, socket
 from time import monotonic_ns
 from types import TracebackType
 from typing import NamedTuple, Self
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
 from sim_doubles.clock import ManualClock
-from sim_doubles.served.listening import listen, unlisten
+from sim_doubles.served.errors import ServingError
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.service import DoublesService
 
@@ -161,3 +163,48 @@ def _send(client: _Client, answer: bytes) -> bool:
     except OSError:
         return False
     return True
+
+
+def listen(path: Path) -> socket:
+    """Listen at a path.
+
+    Raises ServingError if a living server has it, something else lies there, or the folder does
+    not take it.
+    """
+    listener = socket(AF_UNIX, SOCK_SEQPACKET)
+    try:
+        if path.is_socket():
+            _remove_dead(path)
+        listener.bind(str(path))
+        lock_of(path).touch()
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        reason = error.strerror or error
+        raise ServingError(f"{path}: no socket here ({reason}); expected a free path") from error
+    except ServingError:
+        listener.close()
+        raise
+    return listener
+
+
+def unlisten(listener: socket, path: Path) -> None:
+    """Close the listener and remove its path."""
+    listener.close()
+    for each in (path, lock_of(path)):
+        with suppress(FileNotFoundError):
+            each.unlink()
+
+
+def _remove_dead(path: Path) -> None:
+    """Remove a socket without a listener; refuse one that has a listener."""
+    with socket(AF_UNIX, SOCK_SEQPACKET) as probe:
+        probe.setblocking(False)
+        try:
+            probe.connect(str(path))
+        except ConnectionRefusedError:
+            path.unlink()
+            return
+        except OSError:
+            pass  # too busy to answer, or of another kind: it lives
+    raise ServingError(f"{path}: another server listens here; expected a free path")

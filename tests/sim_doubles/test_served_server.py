@@ -26,9 +26,8 @@ from firmware_runtime.hal.served.packets import (
 )
 from sim_doubles.rigs.rig import rig_for
 from sim_doubles.served.errors import ServingError
-from sim_doubles.served.listening import listen, unlisten
 from sim_doubles.served.output_log import OutputLog
-from sim_doubles.served.server import DoublesServer, RealClock
+from sim_doubles.served.server import DoublesServer, RealClock, listen, unlisten
 from sim_doubles.served.service import DoublesService
 from tests.support.waiting import PATIENCE_S
 

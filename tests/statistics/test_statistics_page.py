@@ -4,10 +4,10 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from firmware_runtime.executive.conditions import system_conditions
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import WORST
 from firmware_runtime.statistics.takeovers import Takeover
+from firmware_runtime.system.conditions import system_conditions
 
 PAGE = Path(__file__).parents[2] / "docs" / "statistics.md"
 NAMES = {"imu", "thrust", "i2c1", "yaw"}

@@ -1,17 +1,27 @@
 """`firmware-runtime service install|uninstall|status|logs`: a board as a service of systemd."""
 
 import argparse
+import json
+import os
+import subprocess
 import sys
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.in_force import SETTINGS
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.board_name import add_board_name, demand_known
-from firmware_runtime.cli.service_logs import add_logs_to
-from firmware_runtime.cli.service_status import add_status_to, explained, show_status
-from firmware_runtime.host.installation.errors import InstallationRefused
+from firmware_runtime.cli.service_status import (
+    add_board_name,
+    add_status_to,
+    demand_known,
+    explained,
+    show_status,
+)
+from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.install import Installation
 from firmware_runtime.host.installation.places import (
     GUARD,
@@ -37,6 +47,10 @@ _UNINSTALL = """
 The run is stopped first, which switches its outputs off. What boards share goes with the last one.
 """
 
+_EPISODE_FIELDS = ("PERIOD_US", "LATE_US", "MISSED", "CAUSE")
+"""What the journal's entry on an episode of overruns has, and no other entry."""
+_MICROSECONDS = 1_000_000
+
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
@@ -46,7 +60,7 @@ def add_to(verbs: SubParsers) -> None:
     _add_install_to(actions)
     _add_uninstall_to(actions)
     add_status_to(actions)
-    add_logs_to(actions)
+    _add_logs_to(actions)
 
 
 def _add_install_to(actions: SubParsers) -> None:
@@ -77,6 +91,21 @@ def _add_uninstall_to(actions: SubParsers) -> None:
         "--purge",
         action="store_true",
         help="your copy of the settings and the statistics too; with the last board the user too",
+    )
+
+
+def _add_logs_to(actions: SubParsers) -> None:
+    about = "Show what a board and its guard wrote to the journal."
+    verb = add_verb(actions, "logs", about, explained(_logs))
+    add_board_name(verb)
+    verb.add_argument("--follow", action="store_true", help="go on with what comes")
+    verb.add_argument(
+        "--since", metavar="WHEN", help="as journalctl takes it, such as '10 min ago' or 09:30"
+    )
+    verb.add_argument(
+        "--episodes",
+        action="store_true",
+        help="only episodes of overruns, as a table: when, model, " + ", ".join(_EPISODE_FIELDS),
     )
 
 
@@ -145,6 +174,64 @@ def _uninstall(arguments: argparse.Namespace) -> int:
 
 def _restart(board: str) -> str:
     return f"systemctl restart {instance(GUARD, board)} {instance(RUNTIME, board)}"
+
+
+def _logs(arguments: argparse.Namespace) -> int:
+    demand_known(arguments.board, target(None, dry_run=True))
+    words = _journalctl(arguments)
+    try:
+        if not arguments.episodes:
+            os.execvp(words[0], words)  # noqa: S606 -- no shell is meant
+        _print_episodes(words)
+    except FileNotFoundError as error:
+        raise StepFailed(f"{words[0]}: not found; expected a system that systemd runs") from error
+    return Status.OK
+
+
+def _journalctl(arguments: argparse.Namespace) -> list[str]:
+    units = (f"--unit={instance(service, arguments.board)}" for service in (RUNTIME, GUARD))
+    words = ["journalctl", *units]
+    if arguments.since is not None:
+        words.append(f"--since={arguments.since}")
+    if arguments.follow:
+        words.append("--follow")
+    if arguments.episodes:
+        words += [
+            "--output=json",
+            "--quiet",
+            f"--output-fields={','.join(('MODEL', *_EPISODE_FIELDS))}",
+        ]
+    return words
+
+
+def _print_episodes(words: Sequence[str]) -> None:
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as journal:  # noqa: S603
+        assert journal.stdout is not None  # noqa: S101 -- it is a pipe
+        try:
+            for line in episodes(journal.stdout):
+                print(line, flush=True)
+        except KeyboardInterrupt:
+            journal.terminate()
+    if journal.returncode > 0:
+        raise StepFailed(f"{words[0]}: ended with status {journal.returncode}")
+
+
+def episodes(entries: Iterable[str]) -> Iterator[str]:
+    """A line for every episode among journal entries in JSON; a heading first."""
+    yield f"{'when':26}  {'model':24} {'PERIOD_US':>9} {'LATE_US':>9} {'MISSED':>6}  CAUSE"
+    for entry in map(json.loads, entries):
+        if all(field in entry for field in _EPISODE_FIELDS):
+            yield _episode(entry)
+
+
+def _episode(entry: dict[str, Any]) -> str:
+    seconds, rest = divmod(int(entry["__REALTIME_TIMESTAMP"]), _MICROSECONDS)
+    when = datetime.fromtimestamp(seconds).astimezone().replace(microsecond=rest)
+    period, late, missed, cause = (entry[field] for field in _EPISODE_FIELDS)
+    return (
+        f"{when:%Y-%m-%d %H:%M:%S.%f}  {entry.get('MODEL', '-'):24} "
+        f"{period:>9} {late:>9} {missed:>6}  {cause}"
+    )
 
 
 def _warn(what: str) -> None:

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from firmware_runtime.executive.conditions import system_conditions
+from firmware_runtime.system.conditions import system_conditions
 from firmware_runtime.system.files import SystemFiles
 from tests.support.fake_machines import pc, raspberry_pi
 

@@ -8,7 +8,7 @@ from time import monotonic_ns
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.executive.c_library import Alarm
+from firmware_runtime.system.c_library import Alarm
 from tests.support.waiting import PATIENCE_S
 
 

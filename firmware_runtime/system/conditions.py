@@ -1,15 +1,10 @@
-"""The conditions a run takes place under: without them its numbers mean nothing to others."""
+"""The machine a run takes place on: without it the run's numbers mean nothing to others."""
 
 import os
 import platform
-from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from msgspec import to_builtins
-
-from firmware_runtime.executive.clocks import Clock
-from firmware_runtime.statistics.conditions import SETTINGS, Settings
 from firmware_runtime.system.calling_process import memory_lock_limit
 from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
 from firmware_runtime.system.kernel import clock_source, preemption, realtime_throttling
@@ -42,12 +37,6 @@ def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
         "python": f"{platform.python_implementation()} {platform.python_version()}",
         "versions": {name: _version(name) for name in PACKAGES},
     }
-
-
-def run_conditions(clock: Clock, granted: Settings, stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of a run: its clock, the system's, what was asked of it, and what else is stated."""
-    settings = to_builtins(granted)
-    return {"clock": type(clock).__name__, **system_conditions(), SETTINGS: settings, **stated}
 
 
 def _kernel(files: SystemFiles) -> dict[str, Any]:
