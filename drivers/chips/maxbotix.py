@@ -86,7 +86,8 @@ class FrameDecoder:
 class Maxbotix:
     """One serial sonar: `ranging_ns` after `start_ranging` a distance can be read, once.
 
-    `interval_ns` is the shortest time from one start to the next.
+    `interval_ns` is the shortest time from one start to the next, `limits_m` the nearest and the
+    farthest it says: one that is nearer than it can measure says its nearest.
     """
 
     def __init__(self, port: SerialPort, family: str) -> None:
@@ -96,6 +97,7 @@ class Maxbotix:
         self.family = FAMILIES[family]
         self.ranging_ns = self.family.cycle_ns * 11 // 10 + FRAME_NS
         self.interval_ns = self.ranging_ns
+        self.limits_m = (0.0, self.family.nothing_from / self.family.counts_per_m)
         self.line = self._port = port
         self._decoder = FrameDecoder(self.family.digits)
         self._unread: bytes | None = None

@@ -38,6 +38,7 @@ RANGE_STEP_NS: Final = 250_000
 """One step of the range register: 43 mm there and back at the chip's 344 m/s."""
 RANGE_STEPS: Final = 256
 LONGEST_RANGE_M: Final = RANGE_STEPS * RANGE_STEP_M
+NEAREST_M: Final = 0.03
 MARGIN_NS: Final = 1_000_000
 INTERVAL_NS: Final = 65_000_000
 """Shortest time from ping to ping, whatever the range: older echoes have died away by then."""
@@ -81,7 +82,8 @@ class Srf08Settings:
 class Srf08:
     """One SRF08: `ranging_ns` after `start_ranging` its first echo can be read, once.
 
-    `interval_ns` is the shortest time from one start to the next.
+    `interval_ns` is the shortest time from one start to the next, `limits_m` the nearest and the
+    farthest it measures.
     """
 
     def __init__(
@@ -97,6 +99,7 @@ class Srf08:
             raise SettingError(f"{self.place}: {'; '.join(faults)}")
         self.ranging_ns = (1 + settings.range_register()) * RANGE_STEP_NS + MARGIN_NS
         self.interval_ns = INTERVAL_NS
+        self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
         self._setup = ((GAIN, settings.gain), (RANGE, settings.range_register()))
         self._is_ranging = False
         self.line = self._bus = bus

@@ -18,6 +18,11 @@ Address: TypeAlias = Annotated[int, Meta(ge=0x08, le=0x77)]
 Channel: TypeAlias = Annotated[int, Meta(ge=0, le=15)]
 DeviceNode: TypeAlias = Annotated[str, Meta(pattern=r"^[^\x00]+$")]
 """Path of a device node; none is empty, none has a NUL in it."""
+TopicName: TypeAlias = Annotated[
+    str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*$", max_length=200)
+]
+"""Name of a ROS topic, relative to a namespace."""
+TopicRate: TypeAlias = Annotated[float, Meta(gt=0, le=1000)]
 Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
 
 
@@ -121,6 +126,33 @@ class GuardSettings(Settings, frozen=True):
     """Time without a finished step after which the run counts as dead, s."""
 
 
+class RosTopicSettings(Settings, frozen=True):
+    """What the ROS 2 node does with one port, where it is not what its type says."""
+
+    port: str
+    """An input port of the top model, or a component's output port, such as `imu.sample`."""
+    name: TopicName | None = None
+    """Of the topic, below the robot's namespace; of a port with several, what they stand below."""
+    frame: Annotated[str, Meta(min_length=1, max_length=200)] | None = None
+    """The frame in its headers."""
+    rate_hz: TopicRate | None = None
+    """Messages in a second, at most."""
+    convention: str | None = None
+    """A package's convention by its name, for a type that does not say what it is."""
+    options: dict[str, float] = {}
+    """Numbers of that convention, such as `field_of_view_rad`."""
+    off: bool = False
+    """No topic."""
+
+
+class RosSettings(Settings, frozen=True):
+    """Topics of the robot's ROS 2 node."""
+
+    rate_hz: TopicRate = 50.0
+    """Messages in a second of each topic that is published, at most."""
+    topics: tuple[RosTopicSettings, ...] = ()
+
+
 class ExecutiveSettings(Settings, frozen=True):
     """How the loop runs and what it asks of the system; what is not granted is reported."""
 
@@ -174,3 +206,4 @@ class BoardSettings(Settings, frozen=True, kw_only=True):
     deadlines: tuple[PathDeadlineSettings, ...] = ()
     roles: dict[str, tuple[str, ...]] = {}
     """Components of the top model by role, for runs in two processes, see `roles`."""
+    ros: RosSettings = RosSettings()

@@ -4,6 +4,7 @@
     {"watch": ["imu.sample", "esc.fault"], "every": 10}  send every tenth message of output ports
     {"watch": []}                                      send none any more
     {"list": true}                                     which ports there are, and what was counted
+    {"time": true}                                     the run's time and the machine's, now
 
 Protocol without I/O: bytes in, a request or a Refusal out.
 """
@@ -48,14 +49,21 @@ class List(Struct, frozen=True, forbid_unknown_fields=True):
     list: bool
 
 
-Request: TypeAlias = Put | Watch | List
+class Time(Struct, frozen=True, forbid_unknown_fields=True):
+    """The question which instant of the run, and of the machine's monotonic clock, it is."""
 
-_EXPECTED = "expected a JSON object with one of port, watch, list"
+    time: bool
+
+
+Request: TypeAlias = Put | Watch | List | Time
+
+_EXPECTED = "expected a JSON object with one of port, watch, list, time"
 _keys = msgspec.json.Decoder(dict[str, Raw]).decode
 _READERS: Final[dict[str, msgspec.json.Decoder[Request]]] = {
     "port": msgspec.json.Decoder(Put),
     "watch": msgspec.json.Decoder(Watch),
     "list": msgspec.json.Decoder(List),
+    "time": msgspec.json.Decoder(Time),
 }
 _encode = msgspec.json.Encoder().encode
 

@@ -30,6 +30,7 @@ from firmware_runtime.links.datagrams import (
     Put,
     Refusal,
     Request,
+    Time,
     Watch,
     message_of,
     understood,
@@ -127,6 +128,8 @@ class PortsSocket:
             self._watchers.renew(sender, request.watch, request.every)
             self._open_taps()
             self._answer(sender, watching=request.watch, for_s=PATIENCE // 10**9)
+        elif isinstance(request, Time):
+            self._answer(sender, t_ns=self._run_now(), monotonic_ns=monotonic_ns())
         else:
             self._answer(sender, ports=self._listing, counts=self.counts())
 

@@ -90,7 +90,7 @@ def test_any_object_is_a_request_with_its_keys_and_types_or_refused(
     ],
 )
 def test_everything_else_is_refused(datagram: bytes) -> None:
-    with pytest.raises(Refusal, match="expected a JSON object with one of port, watch, list"):
+    with pytest.raises(Refusal, match="expected a JSON object with one of port, watch, list, time"):
         understood(datagram)
 
 

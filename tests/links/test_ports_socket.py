@@ -4,6 +4,7 @@ import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic_ns
 from typing import Any
 
 import pytest
@@ -321,3 +322,13 @@ def test_a_port_that_nobody_watches_leads_straight_to_its_destination(
 ) -> None:
     rig.run.until(3 * PERIOD)
     assert robot.imu.sample.bag is robot.thrust.command
+
+
+def test_the_time_of_the_run_is_said_with_that_of_the_machine(rig: PortsRig) -> None:
+    speaker = rig.speaker()
+    before = monotonic_ns()
+    speaker.say({"time": True})
+    rig.run.until(2 * PERIOD)
+    (answer,) = speaker.told()
+    assert 0 <= answer["t_ns"] <= 2 * PERIOD
+    assert before <= answer["monotonic_ns"] <= monotonic_ns()

@@ -4,6 +4,7 @@ import argparse
 
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.executive.clocks import VirtualClock
@@ -23,6 +24,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; ConfigError lists the faults if there are any."""
     board = chosen_board(arguments.board, arguments.assignments)
     _put_together(board)
+    topics = topics_of(board)
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""
@@ -30,6 +32,8 @@ def execute(arguments: argparse.Namespace) -> int:
         recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
         for what, period_ns in recurring:
             print(f"    {what} every {period_ns / 1e6:g} ms")
+    counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"
+    print(f"  ros2 topics: {counts}")
     for warning in board.warnings:
         print(f"  warning: {warning}")
     return Status.OK
