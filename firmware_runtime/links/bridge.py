@@ -6,6 +6,8 @@ A datagram is handed on as it is, in both directions. Each UDP sender has an end
 robot, so the run can tell them apart, and what it answers one of them goes to no other. How many
 there may be, and when one is forgotten, `senders` says.
 
+With a key, only what is signed with it is taken, and answers are signed (`admission`).
+
 Besides, the bridge may watch ports itself, for peers (`broadcast`).
 
 Nothing waits: what does not fit is dropped and counted.
@@ -19,8 +21,10 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.admission import Admission, NotAcquainted, Signed, Unsigned
 from firmware_runtime.links.broadcast import Broadcast
-from firmware_runtime.links.datagrams import LONGEST, message_of
+from firmware_runtime.links.datagrams import message_of
+from firmware_runtime.links.envelope import Refused
 from firmware_runtime.links.robot_end import AT_ONCE, RobotEnd
 from firmware_runtime.links.route import Carried, Endpoint, Route, written
 from firmware_runtime.links.senders import Sender, Senders, UdpAddress
@@ -38,6 +42,9 @@ class Bridge:
     def __init__(self, route: Route, tell: Callable[[str], None]) -> None:
         self._udp = _listening(route.listen)
         self._robot = route.robot
+        self._admission: Admission = (
+            Unsigned() if route.key is None else Signed(route.key, monotonic_ns)
+        )
         self._carried = Carried()
         self._broadcast = Broadcast(route, self._carried, tell)
         self._senders = Senders(self._forget)
@@ -60,7 +67,10 @@ class Bridge:
         senders = f"senders {len(self._senders)}"
         if self._senders.displaced > 0:
             senders += f" ({self._senders.displaced} displaced)"
-        return f"{found}; {senders}, {counts}, dropped {carried.dropped}"
+        refused = self._admission.refused
+        reasons = ", ".join(f"{reason} {count}" for reason, count in sorted(refused.items()))
+        not_taken = f", refused {refused.total()} ({reasons})" if refused else ""
+        return f"{found}; {senders}, {counts}, dropped {carried.dropped}{not_taken}"
 
     def wake_by(self, descriptor: int) -> None:
         """Let `work` return early, too, when this becomes readable."""
@@ -88,20 +98,25 @@ class Bridge:
     def _from_udp(self) -> None:
         for _ in range(AT_ONCE):
             try:
-                datagram, address = self._udp.recvfrom(LONGEST + 1)
+                datagram, address = self._udp.recvfrom(self._admission.longest + 1)
             except OSError:
                 return
-            self._carry(datagram, address)
+            try:
+                self._carry(*self._admission.admit(datagram), address)
+            except NotAcquainted as why:
+                self._send(address, why.answer)
+            except Refused:
+                continue  # and counted; an answer would serve those who forge addresses
 
-    def _carry(self, datagram: bytes, address: UdpAddress) -> None:
+    def _carry(self, name: str, datagram: bytes, address: UdpAddress) -> None:
         sender = self._senders.find(address) or self._welcome(address)
-        sender.spoke_at = monotonic_ns()
+        sender.spoke_at, sender.name = monotonic_ns(), name
         try:
             sender.end.send(datagram)
         except BlockingIOError:
             self._carried.dropped += 1
         except OSError as error:
-            self._refuse(address, f"no run listens ({error.strerror}); expected one to be alive")
+            self._refuse(sender, f"no run listens ({error.strerror}); expected one to be alive")
         else:
             self._carried.to_robot += 1
 
@@ -116,15 +131,18 @@ class Bridge:
         if self._senders.find(sender.address) is not sender:
             return  # it has just lost its place
         for message in sender.end.received():
-            self._answer(sender.address, message)
+            self._answer(sender, message)
 
-    def _refuse(self, address: UdpAddress, why: str) -> None:
+    def _refuse(self, sender: Sender, why: str) -> None:
         self._carried.dropped += 1
-        self._answer(address, message_of(error=why))
+        self._answer(sender, message_of(error=why))
 
-    def _answer(self, address: UdpAddress, message: bytes) -> None:
+    def _answer(self, sender: Sender, message: bytes) -> None:
+        self._send(sender.address, self._admission.signed(sender.name, message))
+
+    def _send(self, address: UdpAddress, datagram: bytes) -> None:
         try:
-            self._udp.sendto(message, address)
+            self._udp.sendto(datagram, address)
         except OSError:  # no room, no way there, or more than UDP can carry
             self._carried.dropped += 1
         else:

@@ -1,6 +1,7 @@
 """What may be said to the ports of a running robot: one JSON object a datagram.
 
     {"port": "yaw_reference", "value": 1.0}            put a value into an input port of the model
+    {"port": "yaw_reference", "value": 1.0, "confirm": true}   the same, answered when it is in
     {"watch": ["imu.sample", "esc.fault"], "every": 10}  send every tenth message of output ports
     {"watch": []}                                      send none any more
     {"list": true}                                     which ports there are, and what was counted
@@ -34,6 +35,8 @@ class Put(Struct, frozen=True, forbid_unknown_fields=True):
 
     port: str
     value: Raw
+    confirm: bool = False
+    """Whether its sender wants an answer when it has arrived."""
 
 
 class Watch(Struct, frozen=True, forbid_unknown_fields=True):

@@ -104,6 +104,8 @@ class PortsSocket:
                 request = understood(datagram)
                 if isinstance(request, Put):
                     arrivals.append(self._ports.arrival(request.port, request.value))
+                    if request.confirm:
+                        self._answer(sender, taken=request.port)
                 else:
                     self._obey(request, sender)
             except Refusal as why:

@@ -7,9 +7,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from firmware_runtime.hal.errors import HalError
+
 AT_ONCE: Final = 64
 """How many datagrams are taken in a row."""
 _LONGEST: Final = 1 << 18
+
+
+class NoAnswer(HalError, TimeoutError):
+    """Nothing that can be believed was answered in time."""
 
 
 class RobotEnd:
@@ -39,6 +45,9 @@ class RobotEnd:
         with suppress(BlockingIOError):
             for _ in range(AT_ONCE):
                 yield self._socket.recv(_LONGEST)
+
+    def forget(self) -> None:
+        """Nothing is to be forgotten: whatever run listens is the right one."""
 
     def close(self) -> None:
         """Close the socket."""

@@ -69,6 +69,8 @@ class Route:
     watch: Sequence[str] = ()
     """Output ports for the peers, every N-th message of each."""
     every: int = 1
+    key: bytes | None = None
+    """What senders and answers are signed with; without it `listen` is a loopback address."""
 
 
 @dataclass(slots=True)

@@ -31,6 +31,8 @@ class Sender:
     address: UdpAddress
     end: RobotEnd
     spoke_at: int
+    name: str = ""
+    """By which it signs, and its answers name it; empty where nothing is signed."""
 
     @property
     def host(self) -> str:

@@ -12,6 +12,7 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links import bridge as bridge_module
+from firmware_runtime.links.acquaintance import Acquaintance
 from firmware_runtime.links.bridge import POLL_EVERY, Bridge
 from firmware_runtime.links.broadcast import RENEW_EVERY
 from firmware_runtime.links.route import Route, endpoint
@@ -19,20 +20,21 @@ from firmware_runtime.links.senders import MOST, MOST_OF_ADDRESS, QUIET
 from sim_doubles.clock import ManualClock
 from tests.support.waiting import PATIENCE_S
 
+KEY = bytes(range(32))
 LOOPBACK = endpoint("--listen", "127.0.0.1:0")
 
 
 class Rig:
     """A bridge, what it tells, and the UDP sockets that speak with it; time stands still."""
 
-    def __init__(self, path: Path, clock: ManualClock) -> None:
+    def __init__(self, path: Path, clock: ManualClock, key: bytes | None = None) -> None:
         self.path = path
         self.clock = clock
         self.told: list[str] = []
         self.peer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.peer.bind(("127.0.0.1", 0))
         peer_at = endpoint("--peer", f"127.0.0.1:{self.peer.getsockname()[1]}")
-        route = Route(path, LOOPBACK, peers=[peer_at], watch=["imu.sample"], every=2)
+        route = Route(path, LOOPBACK, peers=[peer_at], watch=["imu.sample"], every=2, key=key)
         self.bridge = Bridge(route, self.told.append)
         self.sockets = [self.peer]
 
@@ -77,9 +79,20 @@ def drain(robot: socket.socket) -> list[tuple[bytes, str]]:
 
 @pytest.fixture
 def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+    yield from opened_rig(tmp_path, monkeypatch)
+
+
+@pytest.fixture
+def keyed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+    yield from opened_rig(tmp_path, monkeypatch, KEY)
+
+
+def opened_rig(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, key: bytes | None = None
+) -> Iterator[Rig]:
     clock = ManualClock(1)
     monkeypatch.setattr(bridge_module, "monotonic_ns", clock)
-    rig = Rig(tmp_path / "robot.ports", clock)
+    rig = Rig(tmp_path / "robot.ports", clock, key)
     yield rig
     rig.bridge.close()
     for each in rig.sockets:
@@ -179,6 +192,34 @@ def test_a_sender_at_another_address_finds_a_place_beside_a_flood_of_ports(rig: 
     assert other.recv(4096) == b"yours"
 
 
+def test_with_a_key_what_is_not_signed_is_dropped_and_never_answered(keyed: Rig) -> None:
+    robot, speaker, stranger = keyed.robot(), keyed.speaker(), keyed.speaker()
+    sender = Acquaintance(KEY)
+    keyed.say(speaker, sender.hello(keyed.clock()))
+    assert sender.believe(speaker.recv(4096), keyed.clock()) is None
+    signed = sender.ask(b"mine", keyed.clock())
+    for datagram in (b'{"port": "yaw_reference", "value": 9}', signed[:-1], signed, signed):
+        keyed.say(stranger if datagram is not signed else speaker, datagram)
+    assert [datagram for datagram, _ in drain(robot)][1:] == [b"mine"]
+    stranger.setblocking(False)
+    with pytest.raises(BlockingIOError):
+        stranger.recv(4096)
+    refused = "refused 4 (forged 1, malformed 1, replayed 1, unacquainted 1)"
+    assert keyed.bridge.summary.endswith(f"to it 1, from it 1, dropped 0, {refused}")
+
+
+def test_with_a_key_answers_are_signed_for_the_one_who_asked(keyed: Rig) -> None:
+    robot, speaker = keyed.robot(), keyed.speaker()
+    sender = Acquaintance(KEY)
+    keyed.say(speaker, sender.hello(keyed.clock()))
+    sender.believe(speaker.recv(4096), keyed.clock())
+    keyed.say(speaker, sender.ask(b"mine", keyed.clock()))
+    _, end = drain(robot)[-1]
+    robot.sendto(b"yours", end)
+    keyed.bridge.work()
+    assert sender.believe(speaker.recv(4096), keyed.clock()) == b"yours"
+
+
 # Addresses and options ----------------------------------------------------------------------------
 
 
@@ -229,6 +270,9 @@ def test_what_can_be_no_name_is_no_address(name: str) -> None:
         (["--watch", "imu.sample"], "one without the other; expected both or neither"),
         (["--every", "2"], "stands without --watch"),
         (["--every", "0"], "expected a number from 1 to 1000000"),
+        (["--listen", "0.0.0.0:0"], "0.0.0.0:0 is open to other machines; expected --key FILE"),
+        (["--listen", "[::]:0"], "[::]:0 is open to other machines; expected --key FILE"),
+        (["--key", "/nowhere/robot.key"], "--key: /nowhere/robot.key: No such file"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(

@@ -10,6 +10,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge import Bridge
 from firmware_runtime.links.datagrams import LARGEST_EVERY
+from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.route import Route, endpoint
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
@@ -23,8 +24,8 @@ _ABOUT = """
 A datagram is one JSON object: {"port": "yaw_reference", "value": 1.0} puts a value into an input
 port of the model, {"watch": ["imu.sample"], "every": 10} makes its sender hear output ports for ten
 seconds, {"list": true} answers with the ports there are. It waits for a run, and for the next.
-There is no authentication: whoever reaches the address can steer the robot. So it listens on the
-loopback address unless another is asked for; to come from elsewhere, use a tunnel.
+With --key only datagrams that are signed with it are taken: `firmware-runtime send` and `watch`
+sign them. Without a key it listens on a loopback address only.
 """
 
 
@@ -38,7 +39,13 @@ def add_to(verbs: SubParsers) -> None:
         "--listen",
         default=LISTEN,
         metavar="ADDRESS:PORT",
-        help=f"where to take datagrams; default {LISTEN}; whoever reaches another one can steer",
+        help=f"where to take datagrams; default {LISTEN}; another than loopback needs --key",
+    )
+    verb.add_argument(
+        "--key",
+        type=Path,
+        metavar="FILE",
+        help="take only what is signed with this key, which `firmware-runtime key FILE` makes",
     )
     verb.add_argument(
         "--peer",
@@ -70,8 +77,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
     bridge = Bridge(route, tell)
     tell(f"listening at {bridge.listens_at}")
-    if not route.listen.is_loopback:
-        tell("no authentication: whoever reaches this address can steer the robot")
+    if route.key is not None:
+        tell(f"takes only what is signed with {arguments.key}")
     with until_signal() as signal:
         bridge.wake_by(signal.fileno())
         notices.ready()
@@ -93,18 +100,23 @@ def _carry(bridge: Bridge, signal: UntilSignal, notices: Notices) -> None:
 
 
 def _route(arguments: argparse.Namespace, statistics: Path) -> Route:
-    """Raises ConfigError for addresses that are none, and for options that would do nothing."""
+    """Raises ConfigError for addresses that are none or need a key, and for idle options."""
     watch = [] if arguments.watch is None else arguments.watch.split(",")
     if bool(watch) is not bool(arguments.peer):
         raise ConfigError("--watch and --peer", ["one without the other; expected both or neither"])
     if arguments.every is not None and not watch:
         raise ConfigError("--every", ["stands without --watch; expected both or neither"])
+    listen = endpoint("--listen", arguments.listen)
+    if arguments.key is None and not listen.is_loopback:
+        fault = f"{listen} is open to other machines; expected --key FILE, or a loopback address"
+        raise ConfigError.of_one("--listen", fault)
     return Route(
         robot=Companion.PORTS.beside(statistics),
-        listen=endpoint("--listen", arguments.listen),
+        listen=listen,
         peers=[endpoint("--peer", peer) for peer in arguments.peer],
         watch=watch,
         every=arguments.every or 1,
+        key=None if arguments.key is None else read_key(arguments.key, "--key"),
     )
 
 

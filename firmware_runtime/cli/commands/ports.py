@@ -1,0 +1,119 @@
+"""`firmware-runtime ports`, `send` and `watch`: what a running robot takes and sends."""
+
+import argparse
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.datagrams import LARGEST_EVERY, message_of
+from firmware_runtime.links.ports_client import PortsClient
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.status import Status
+
+_ADDRESS = re.compile(r".+:\d+")
+_ABOUT = """
+BOARD is a robot that runs on this computer. ADDRESS:PORT is a bridge, on any: one that is not on
+this computer has a key, and --key names a copy of it.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add the three verbs to the command line."""
+    ports = add_verb(verbs, "ports", "List the ports of a running robot.", _ports)
+    _add_place(ports)
+    send = add_verb(verbs, "send", "Put values into input ports of a running robot.", _send)
+    _add_place(send)
+    send.add_argument(
+        "values",
+        nargs="+",
+        metavar="PORT=VALUE",
+        help="such as yaw_reference=0.5; a value is JSON, or the name of an enumeration's member",
+    )
+    watch = add_verb(verbs, "watch", "Print what ports of a running robot send, as JSON.", _watch)
+    _add_place(watch)
+    watch.add_argument("ports", nargs="+", metavar="PORT", help="such as imu.sample")
+    watch.add_argument(
+        "--every", type=_count, default=1, metavar="N", help="every N-th message of each port"
+    )
+    watch.add_argument("--count", type=_count, metavar="N", help="end after so many messages")
+    watch.add_argument(
+        "--for", type=positive, metavar="SECONDS", dest="for_s", help="end after so long"
+    )
+
+
+def _add_place(verb: argparse.ArgumentParser) -> None:
+    verb.epilog = _ABOUT
+    verb.add_argument(
+        "place", metavar="BOARD|ADDRESS:PORT", help="a robot on this computer, or a bridge to one"
+    )
+    verb.add_argument("--key", type=Path, metavar="FILE", help="the bridge's key")
+    verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="where a BOARD's run keeps its statistics"
+    )
+
+
+def _ports(arguments: argparse.Namespace) -> int:
+    """Print direction, name and type of each."""
+    with _connected(arguments) as robot:
+        for port in robot.ports():
+            print(f"{port['direction']:3} {port['name']}: {port['type']}")
+    return Status.OK
+
+
+def _send(arguments: argparse.Namespace) -> int:
+    """Put in each value; say which arrived."""
+    pairs = [_pair(text) for text in arguments.values]
+    with _connected(arguments) as robot:
+        for port, value in pairs:
+            robot.put(port, value)
+            print(f"{port}: {message_of(value=value).decode()[9:-1]} has arrived", flush=True)
+    return Status.OK
+
+
+def _watch(arguments: argparse.Namespace) -> int:
+    """Print messages until there are enough, or the time is up."""
+    with _connected(arguments) as robot:
+        messages = robot.watch(arguments.ports, arguments.every, arguments.for_s)
+        for message in islice(messages, arguments.count):
+            print(msgspec.json.encode(message).decode(), flush=True)
+    return Status.OK
+
+
+@contextmanager
+def _connected(arguments: argparse.Namespace) -> Iterator[PortsClient]:
+    where: str | Path = arguments.place
+    if not _ADDRESS.fullmatch(arguments.place):
+        path = arguments.statistics or default_path(chosen_board(arguments.place).name)
+        where = Companion.PORTS.beside(path)
+    elif arguments.statistics is not None:
+        fault = "belongs to a BOARD of this computer; expected none with ADDRESS:PORT"
+        raise ConfigError.of_one("--statistics", fault)
+    with PortsClient(where, arguments.key) as robot:
+        yield robot
+
+
+def _pair(text: str) -> tuple[str, Any]:
+    """A port's name and the value for it. Raises ConfigError."""
+    port, equals, value = text.partition("=")
+    if not (port and equals):
+        raise ConfigError.of_one(text, "expected PORT=VALUE, such as yaw_reference=0.5")
+    try:
+        return port, msgspec.json.decode(value)
+    except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError):
+        return port, value
+
+
+def _count(text: str) -> int:
+    """A whole number from 1 on, of the command line."""
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= LARGEST_EVERY:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a number from 1 to {LARGEST_EVERY}")
+    return int(text)
