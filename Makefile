@@ -16,7 +16,9 @@ PYTHON ?= python3
 VENV ?= .venv
 PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
-INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# setuptools warns of every editable installation that is made from the folder of the package.
+INSTALL = PYTHONWARNINGS="ignore:Editable installation" \
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
 # They wait most of the time, and what they assert holds on a busy machine.
 IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal
