@@ -4,29 +4,38 @@
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make bench  benchmarks against peers; each prints its ratio last
+# make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
+# make test-ros  the tests of the ROS 2 node, against real rclpy; `make test` ends with them if .venv-ros
+#             is there
 # make docs   this documentation as a site in build/docs; a link that leads nowhere fails it
 # make pictures  those of README and docs, from runs on this machine (needs chromium)
 # make deb    a Debian package of this checkout in dist/; ARCH=arm64 PYTHON_VERSION=3.13 for others
 # make clean  remove what the others made
 #
 # Each target does its own set-up, in .venv. PYTHON chooses the interpreter: make test PYTHON=python3.12
-# VENV chooses another folder than .venv, PYTEST_OPTIONS adds to pytest's, such as --forbid-skips
+# VENV and ROS_VENV choose other folders than .venv and .venv-ros, PYTEST_OPTIONS adds to pytest's,
+# such as --forbid-skips
 
 PYTHON ?= python3
 VENV ?= .venv
+ROS_VENV ?= .venv-ros
 PYTEST_OPTIONS ?=
 BIN := $(VENV)/bin
 # setuptools warns of every editable installation that is made from the folder of the package.
 INSTALL = PYTHONWARNINGS="ignore:Editable installation" \
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check
-ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal
+# The variable keeps a dependency of rclpy from starting every interpreter of that venv twice.
+INSTALL_IN_ROS = _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 \
+	$(ROS_VENV)/bin/python -m pip install --quiet --quiet --disable-pip-version-check
+ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal --ignore=tests/ros2
 # They wait most of the time, and what they assert holds on a busy machine.
-IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal
+IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal --ignore=tests/ros2
 
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite test-fast lint types vm-test bench docs pictures deb clean interpreter
+.PHONY: run test suite test-fast lint types ros test-ros vm-test bench docs pictures deb clean \
+	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed-run
@@ -37,6 +46,7 @@ test: lint types suite
 suite: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
 	@$(IN_REAL_TIME) -m "real_time and not hardware" $(PYTEST_OPTIONS)
+	@test ! -e $(ROS_VENV)/installed-test || $(MAKE) --no-print-directory test-ros
 
 test-fast: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not slow and not real_time and not hardware" $(PYTEST_OPTIONS)
@@ -47,6 +57,15 @@ lint: $(VENV)/installed-test
 
 types: $(VENV)/installed-test
 	@$(BIN)/mypy
+
+ros: $(ROS_VENV)/installed-node
+
+# A test's DDS and its nodes are in domains of their own.
+test-ros: $(ROS_VENV)/installed-test $(VENV)/installed-run
+	@FIRMWARE_RUNTIME_TEST_PYTHON=$(abspath $(BIN))/python \
+		FIRMWARE_RUNTIME_ROS_VENV=$(abspath $(ROS_VENV)) \
+		$(BIN)/python -m firmware_runtime.links.ros2.interpreter $(ROS_VENV) \
+		-m pytest -q tests/ros2 $(PYTEST_OPTIONS)
 
 vm-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.vm.run
@@ -67,7 +86,7 @@ deb: $(VENV)/installed-run
 		$(if $(PYTHON_VERSION),--python-version $(PYTHON_VERSION))
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \
+	rm -rf $(VENV) $(ROS_VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \
 		.import_linter_cache .coverage htmlcov
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -86,6 +105,24 @@ interpreter:
 $(VENV)/bin/python: | interpreter
 	@echo "make: creating $(VENV)"
 	@$(PYTHON) -m venv $(VENV)
+
+wheels-of-rclpy:
+	@test "$$(uname -sm)" = "Linux x86_64" || { \
+		echo "make: there are wheels of rclpy for Linux on x86_64 only; here use Ubuntu 24.04's" \
+			"package ros-jazzy-rclpy and a venv with --system-site-packages: docs/ros2.md"; \
+		exit 1; }
+
+$(ROS_VENV)/installed-node: ros2/requirements/node.txt pyproject.toml | interpreter wheels-of-rclpy
+	@echo "make: installing rclpy and firmware-runtime into $(ROS_VENV)"
+	@test -x $(ROS_VENV)/bin/python || $(PYTHON) -m venv $(ROS_VENV)
+	@$(INSTALL_IN_ROS) --require-hashes --requirement ros2/requirements/node.txt
+	@$(INSTALL_IN_ROS) --no-deps --editable .
+	@touch $@
+
+$(ROS_VENV)/installed-test: ros2/requirements/test.txt $(ROS_VENV)/installed-node
+	@echo "make: installing the test tools of the ROS 2 node into $(ROS_VENV)"
+	@$(INSTALL_IN_ROS) --require-hashes --requirement ros2/requirements/test.txt
+	@touch $@
 
 # Dependency groups take pip 25.1; the one that came with Python may be older.
 $(VENV)/pip-of-groups: | $(VENV)/bin/python

@@ -25,7 +25,7 @@ from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.host.deployment.errors import DeploymentError
-from firmware_runtime.runs.control import ControlError
+from firmware_runtime.links.control import ControlError
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import StatisticsFileError, TraceFileError
 from firmware_runtime.status import Status
@@ -50,6 +50,7 @@ VERBS = {
     "ports": "ports",
     "send": "ports",
     "watch": "ports",
+    "ros2": "ros2",
     "key": "key",
     "safe-state": "safe_state",
     "bench": "bench",

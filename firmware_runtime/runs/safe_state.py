@@ -15,7 +15,7 @@ from time import monotonic_ns
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.runs.control import post
+from firmware_runtime.links.control import post
 from firmware_runtime.runs.outputs import Outputs, switched_off
 from firmware_runtime.runs.runs_under_way import (
     holders_of,

@@ -20,11 +20,11 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.links.control import Answer, ControlSocket
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
-from firmware_runtime.runs.control import Answer, ControlSocket
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off

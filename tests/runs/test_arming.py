@@ -12,9 +12,9 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
+from firmware_runtime.links.control import Answer, ControlError, ControlSocket, ask
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming, Permission
-from firmware_runtime.runs.control import Answer, ControlError, ControlSocket, ask
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
 from tests.support.periodic_models import Robot
 
@@ -225,7 +225,7 @@ def test_a_request_without_a_run_is_one_sentence(path: Path) -> None:
 def test_a_run_that_does_not_answer_is_one_sentence(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firmware_runtime.runs.control.PATIENCE_S", 0.01)
+    monkeypatch.setattr("firmware_runtime.links.control.PATIENCE_S", 0.01)
     control = ControlSocket(path, {})
     with pytest.raises(ControlError, match="no answer within"):
         ask(path, "arm")

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
-from firmware_runtime.runs.control import ask
+from firmware_runtime.links.control import ask
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics

@@ -3,6 +3,7 @@
 `real_time`: stands on the machine's clock: a robot that is driven in real time, processes that have
 to take turns, a figure. Such tests run after all others and three at a time (`make test`), for they
 mostly wait; each has files, sockets and ports of its own. Whole folders of them are named here.
+`ros`: needs rclpy, so the interpreter of `.venv-ros` (`make test-ros`); what is in `tests/ros2`.
 `slow`: takes over a quarter of a second. `make test-fast` runs what is neither.
 
 How long a test takes by the clock says little where other programs run, so it is held to its mark
@@ -17,7 +18,8 @@ from collections.abc import Generator
 
 import pytest
 
-REAL_TIME_FOLDERS = frozenset({"safety"})
+REAL_TIME_FOLDERS = frozenset({"safety", "ros2"})
+ROS_FOLDER = "ros2"
 LIMIT_S = 0.25
 FAILS_AT_S = 2.5
 _KEY = "processor_time_s"
@@ -27,6 +29,8 @@ def mark_by_folder(item: pytest.Item, folder: str) -> None:
     """Mark a test by the folder below `tests` that it stands in."""
     if folder in REAL_TIME_FOLDERS:
         item.add_marker(pytest.mark.real_time)
+    if folder == ROS_FOLDER:
+        item.add_marker(pytest.mark.ros)
 
 
 class Marks:

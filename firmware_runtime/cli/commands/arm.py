@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.runs.control import ask
+from firmware_runtime.links.control import ask
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.status import Status

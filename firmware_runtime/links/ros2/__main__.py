@@ -1,0 +1,38 @@
+"""The node's process: spins until a signal comes, in the interpreter of a ROS environment."""
+
+import sys
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.plan import read_plan
+from firmware_runtime.status import Status
+from firmware_runtime.system.until_signal import until_signal
+
+WAIT_S = 0.1
+"""The executor waits for an event no longer than this. Without a bound its loop never sleeps and
+handles nothing (rclpy 7.1.6), and a signal is noticed when it returns."""
+
+
+def main(words: Sequence[str]) -> int:
+    """Spin the node of the plan in the first word; the others are ROS's own."""
+    with until_signal() as signal:
+        rclpy.init(args=list(words[1:]), signal_handler_options=SignalHandlerOptions.NO)
+        node = RobotNode(read_plan(words[0]))
+        executor = EventsExecutor()
+        executor.add_node(node)
+        node.get_logger().info(f"{node.get_fully_qualified_name()} is up")
+        while not signal.came:
+            executor.spin_once(timeout_sec=WAIT_S)
+        node.leave()
+        executor.remove_node(node)
+        node.destroy_node()
+        rclpy.shutdown()
+    return Status.OK
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,118 @@
+"""The interpreter of a ROS environment: where it is, and how it starts with its libraries.
+
+Two kinds of environment have rclpy:
+
+- a venv with rclpy from wheels (`make ros`). One of them, ros-wheels-bootstrapper, installs a .pth
+  file that starts every interpreter of the venv a second time, with the libraries on
+  LD_LIBRARY_PATH, unless `_ROS_WHEELS_BOOTSTRAP_COMPLETE` is set. Here both are set at once.
+- a venv with --system-site-packages where ROS is installed below /opt/ros; its `setup.sh` is
+  sourced first, unless the environment already has it.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import firmware_runtime
+from firmware_runtime.errors import ConfigError
+
+PLACE = "FIRMWARE_RUNTIME_ROS_VENV"
+"""Names the environment, where no option does."""
+INSTALLED = Path("/opt/firmware-runtime/ros")
+SETUP = "/opt/ros/jazzy/setup.sh"
+"""What puts an installed ROS on the path."""
+_NEEDED = ("rclpy", "firmware_runtime")
+_MISSING = (
+    "import sys; from importlib.util import find_spec as f; print(*(n for n in {} if not f(n)))"
+)
+
+
+def find_environment(stated: Path | None) -> Path:
+    """The folder of the ROS environment. Raises ConfigError if there is none."""
+    if stated is not None:
+        return _checked("--venv", stated)
+    if named := os.environ.get(PLACE):
+        return _checked(PLACE, Path(named))
+    beside = Path(firmware_runtime.__file__).parents[1] / ".venv-ros"
+    for folder in (beside, INSTALLED):
+        if python_of(folder).exists():
+            return folder
+    raise ConfigError.of_one(
+        "ros2",
+        f"no environment with rclpy at {beside} or {INSTALLED}; expected one by `make ros`, or "
+        "another named with --venv DIR: docs/ros2.md",
+    )
+
+
+def python_of(environment: Path) -> Path:
+    """Its interpreter."""
+    return environment / "bin" / "python3"
+
+
+def command_of(environment: Path, arguments: Sequence[str]) -> list[str]:
+    """The words that start its interpreter with these arguments."""
+    words = [str(python_of(environment)), *arguments]
+    is_sourced = "AMENT_PREFIX_PATH" in os.environ
+    if _has_wheels(environment) or is_sourced or not Path(SETUP).exists():
+        return words
+    return ["/bin/sh", "-c", '. "$0" && exec "$@"', SETUP, *words]
+
+
+def variables_of(environment: Path, inherited: Mapping[str, str]) -> dict[str, str]:
+    """The variables of its process: those inherited, and where rclpy's libraries are."""
+    if not _has_wheels(environment):
+        return dict(inherited)
+    libraries = [
+        environment / "lib",
+        *sorted(environment.glob("lib/python3*/site-packages/ros_*.libs")),
+    ]
+    path = [*map(str, libraries), inherited.get("LD_LIBRARY_PATH", "")]
+    return {
+        **inherited,
+        "LD_LIBRARY_PATH": os.pathsep.join(filter(None, path)),
+        "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
+    }
+
+
+def start(environment: Path, arguments: Sequence[str]) -> None:
+    """Become its interpreter. Raises ConfigError if rclpy or this package is missing there."""
+    missing = _missing(environment)
+    if missing:
+        raise ConfigError.of_one(
+            str(environment),
+            f"has no {' and no '.join(missing)}; expected both in it: docs/ros2.md",
+        )
+    words = command_of(environment, arguments)
+    os.execve(words[0], words, variables_of(environment, os.environ))  # noqa: S606 -- no shell
+
+
+def _checked(source: str, folder: Path) -> Path:
+    if python_of(folder).exists():
+        return folder
+    raise ConfigError.of_one(
+        source, f"{folder}: no bin/python3 in it; expected a venv with rclpy: docs/ros2.md"
+    )
+
+
+def _has_wheels(environment: Path) -> bool:
+    return any(environment.glob("lib/python3*/site-packages/ros_wheels_bootstrapper.pth"))
+
+
+def _missing(environment: Path) -> list[str]:
+    words = command_of(environment, ["-c", _MISSING.format(_NEEDED)])
+    variables = variables_of(environment, os.environ)
+    try:
+        done = subprocess.run(  # noqa: S603 -- the interpreter that the user named
+            words, env=variables, capture_output=True, text=True, check=True
+        )
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise ConfigError.of_one(
+            str(environment), f"its interpreter does not run ({error}); expected a venv with rclpy"
+        ) from error
+    return done.stdout.split()
+
+
+if __name__ == "__main__":
+    start(Path(sys.argv[1]), sys.argv[2:])

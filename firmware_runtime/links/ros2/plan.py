@@ -1,0 +1,45 @@
+"""What the node is told when it starts: the verb reads the board, and the node needs none of it.
+
+So an environment of ROS needs this project, and none of the packages that robots come from.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+
+class Plan(Struct, frozen=True, kw_only=True):
+    """One robot's node."""
+
+    board: str
+    """The robot's own name."""
+    statistics: str
+    """Where its run keeps its statistics, and its sockets beside them."""
+    program: tuple[str, ...]
+    """The command that starts this program in its own environment."""
+    configures_itself: bool = False
+    """Whether it is configured as soon as there is a run."""
+    topics: dict[str, Any] = {}
+    """What the topics are made of."""
+
+    @property
+    def node(self) -> str:
+        """The node's name, which is also its namespace: the board's, as ROS allows it."""
+        name = self.board.replace("-", "_")
+        return f"robot_{name}" if name[0].isdigit() else name
+
+    @property
+    def statistics_path(self) -> Path:
+        """The same as a path."""
+        return Path(self.statistics)
+
+    def written(self) -> str:
+        """One word of a command line."""
+        return msgspec.json.encode(self).decode()
+
+
+def read_plan(word: str) -> Plan:
+    """A plan that was `written`."""
+    return msgspec.json.decode(word, type=Plan)

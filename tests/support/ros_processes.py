@@ -1,0 +1,86 @@
+"""Runs and their ROS 2 nodes as processes, in a domain of DDS that no other test uses."""
+
+import os
+import signal
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from tests.support.bridged_run import line
+from tests.support.waiting import PATIENCE_S
+
+ROOT = Path(__file__).parents[2]
+PYTHON = os.environ.get("FIRMWARE_RUNTIME_TEST_PYTHON", str(ROOT / ".venv/bin/python"))
+"""The interpreter of the runs; that of these tests has rclpy, and a run refuses it."""
+ROS_VENV = Path(os.environ.get("FIRMWARE_RUNTIME_ROS_VENV", ROOT / ".venv-ros"))
+_OF_ROS = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
+DOMAINS = range(1, 101)
+"""Above them the ports of DDS are among those that the kernel gives away."""
+
+
+class RosProcesses:
+    """Starts processes that share a directory; all are killed at the end."""
+
+    def __init__(self, directory: Path, stack: ExitStack) -> None:
+        self.statistics = directory / "tachobot.stats"
+        self.directory = directory
+        self._stack = stack
+
+    def start(self, *words: str, **variables: str) -> "subprocess.Popen[bytes]":
+        """A command of the program, without what the tests' own interpreter needs."""
+        inherited = {name: text for name, text in os.environ.items() if name not in _OF_ROS}
+        process = subprocess.Popen(
+            [PYTHON, "-m", "firmware_runtime.cli", *words],
+            env={
+                **inherited,
+                "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self.directory),
+                "PYTHONUNBUFFERED": "1",
+                **variables,
+            },
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            bufsize=0,
+        )
+        self._stack.callback(_end, process)
+        return process
+
+    def run(self, *words: str, board: str = "tachobot") -> "subprocess.Popen[bytes]":
+        """A run on doubles, in real time, until it is stopped."""
+        return self.start("run", board, "--doubles", "--for", "600", *words)
+
+    def node(self, *words: str, board: str = "tachobot") -> "subprocess.Popen[bytes]":
+        """A node that is up."""
+        process = self.start("ros2", board, "--venv", str(ROS_VENV), *words)
+        line(process, "is up")
+        return process
+
+
+def stop(process: "subprocess.Popen[bytes]", number: signal.Signals) -> tuple[int, str]:
+    """Its status, and what it printed since it was read last."""
+    process.send_signal(number)
+    out, _ = process.communicate(timeout=PATIENCE_S)
+    return process.returncode, out.decode()
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    process.kill()
+    process.wait()
+    assert process.stdout is not None
+    process.stdout.close()
+
+
+@contextmanager
+def domain() -> Iterator[int]:
+    """A domain's number that no other test on this machine has until this is left."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as claim:
+        for number in DOMAINS:
+            try:
+                claim.bind(f"\0firmware-runtime-test-domain-{number}")
+            except OSError:
+                continue
+            yield number
+            return
+    raise AssertionError("no domain of DDS is free")
