@@ -15,7 +15,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import firmware_runtime
 from firmware_runtime.errors import ConfigError
 
 PLACE = "FIRMWARE_RUNTIME_ROS_VENV"
@@ -35,7 +34,7 @@ def find_environment(stated: Path | None) -> Path:
         return _checked("--venv", stated)
     if named := os.environ.get(PLACE):
         return _checked(PLACE, Path(named))
-    beside = Path(firmware_runtime.__file__).parents[1] / ".venv-ros"
+    beside = Path(__file__).parents[3] / ".venv-ros"
     for folder in (beside, INSTALLED):
         if python_of(folder).exists():
             return folder
