@@ -23,7 +23,13 @@ def test_no_text_installs_the_project_from_an_index() -> None:
 
 def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert set(project["project"]["optional-dependencies"]) == {"metrics", "gpio", "top", "plot"}
+    assert set(project["project"]["optional-dependencies"]) == {
+        "metrics",
+        "gpio",
+        "top",
+        "plot",
+        "ros",
+    }
     assert set(project["dependency-groups"]) == {"test", "bench"}
     assert {"include-group": "bench"} in project["dependency-groups"]["test"]
 
