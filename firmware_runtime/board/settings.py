@@ -186,6 +186,21 @@ class ExecutiveSettings(Settings, frozen=True):
     """Entries of the flight recorder, one for each function of a model that ran; 0 for none."""
 
 
+class LinkSettings(Settings, frozen=True):
+    """How the two ends of a board that runs in two processes get on, see `roles`."""
+
+    timeout_s: Annotated[float, Meta(ge=0.2, le=10)] = 0.5
+    """So old a command, or so long silent the other end, and outputs go off, s."""
+    good_s: Annotated[float, Meta(ge=0, le=60)] = 0.5
+    """So long the link must have been good before outputs are driven, s."""
+    keep: Annotated[int, Meta(ge=1, le=64)] = 1
+    """How many values of a port are kept where several come at once; older ones are dropped."""
+    limits: dict[str, tuple[float, float]] = {}
+    """By crossing port: least and greatest number that a value may hold."""
+    retain: tuple[str, ...] = ()
+    """Crossing ports whose last value an end gets that comes later, or again."""
+
+
 class BoardSettings(Settings, frozen=True, kw_only=True):
     """What every board's file holds; a board's own schema is derived from it, with `kw_only=True`.
 
@@ -206,4 +221,5 @@ class BoardSettings(Settings, frozen=True, kw_only=True):
     deadlines: tuple[PathDeadlineSettings, ...] = ()
     roles: dict[str, tuple[str, ...]] = {}
     """Components of the top model by role, for runs in two processes, see `roles`."""
+    link: LinkSettings = LinkSettings()
     ros: RosSettings = RosSettings()

@@ -49,10 +49,10 @@ class Report:
             return
         board = self._session.board
         span = "until stopped" if self.until == NEVER else f"for {self.until / 1e9:g} s"
-        tell(
-            f"{board.name} on {self._chips}, {self._clock} time, {span}; Ctrl-C stops it",
-            sys.stdout,
-        )
+        end = self._session.end_of_board
+        what = board.name if end is None else f"role {end.role} of {board.name}"
+        where = f" on {self._chips}" if self._session.has_hardware else ""
+        tell(f"{what}{where}, {self._clock} time, {span}; Ctrl-C stops it", sys.stdout)
         for warning in board.warnings:
             tell(f"warning: {warning}", sys.stdout)
 

@@ -11,6 +11,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.listening import Listening
+from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.trace import path_below
 from firmware_runtime.links.datagrams import Refusal
@@ -37,6 +38,13 @@ class Ports:
             for component in _components(root)
             for port in component.out_ports.values()
         }
+
+    def of_part(self, part: Part) -> "Ports":
+        """Those of them that are in a part of this model; where it was cut is no port of it."""
+        found = Ports(part.model)
+        found.entries = {name: each for name, each in found.entries.items() if name in self.entries}
+        found.outputs = {name: each for name, each in found.outputs.items() if name in self.outputs}
+        return found
 
     def arrival(self, name: str, value: Raw) -> tuple[InPort[Any], object]:
         """An input port, and the value for it that a datagram bears. Raises Refusal."""

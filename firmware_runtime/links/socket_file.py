@@ -12,10 +12,16 @@ from firmware_runtime.errors import ConfigError
 class SocketFile:
     """A socket that never blocks, bound to a path; its mode is as stated, less the umask.
 
-    One that an earlier process left there is replaced. Raises ConfigError if it cannot be made.
+    One that an earlier process left there is replaced. Raises ConfigError if it cannot be made,
+    which ends with what is `expected`.
     """
 
-    def __init__(self, path: Path, mode: int = 0o660) -> None:
+    def __init__(
+        self,
+        path: Path,
+        mode: int = 0o660,
+        expected: str = "expected another place for the statistics",
+    ) -> None:
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         try:
             os.fchmod(self.socket.fileno(), mode)  # from this mode `bind` takes the umask off
@@ -25,7 +31,6 @@ class SocketFile:
         except OSError as error:
             self.socket.close()
             fault = f"{path}: no socket can be made here ({error.strerror or error})"
-            expected = "expected another place for the statistics"
             raise ConfigError(path.name, [f"{fault}; {expected}"]) from error
         self._end = weakref.finalize(self, _unbind, self.socket, path, _identity(path))
 

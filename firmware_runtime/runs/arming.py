@@ -14,6 +14,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import TypeAlias
 
+from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import text_of
@@ -44,16 +45,25 @@ class Permission:
 
 
 def permission_for(
-    board: Board, *, doubles: bool | Path, arm: bool, supervised: bool
+    board: Board,
+    *,
+    doubles: bool | Path,
+    arm: bool,
+    supervised: bool,
+    end: BoardEnd | None = None,
 ) -> Permission | None:
     """The terms on which outputs may be driven; None for doubles within this process.
 
     Those that another process serves can be switched off by a third: then it takes the run's right
-    to drive. `supervised` treats doubles as chips; `arm` wants it armed, whatever the board says.
+    to drive. An end with the hardware drives while its link is good, also on doubles of its own,
+    and the other one has nothing to drive. `supervised` treats doubles as chips; `arm` wants it
+    armed, whatever the board says.
     """
+    if end is not None and not end.has_hardware:
+        return None
     if doubles and not supervised:
         served = Permission(at_start=True, demand_guard=False, free=True)
-        return None if doubles is True else served
+        return None if doubles is True and end is None else served
     settings = board.settings.arming
     return Permission(settings.at_start or arm, settings.demand_guard)
 
@@ -61,7 +71,8 @@ def permission_for(
 class Arming:
     """A hook of the run, and the interlock that its outputs obey.
 
-    Any of the `checks` that fails keeps it disarmed. `make_safe` switches outputs off, `enable`
+    Any of the `checks` that fails keeps it disarmed; `link` is that of the link to a controller in
+    another process, which holds whatever the permission. `make_safe` switches outputs off, `enable`
     lets them through before the first write to them, and raises HalError. `log` gets every
     change, in a sentence.
     """
@@ -73,6 +84,7 @@ class Arming:
         make_safe: Callable[[], list[str]],
         checks: Sequence[PrearmCheck] = (),
         *,
+        link: PrearmCheck | None = None,
         enable: Callable[[], None] = lambda: None,
         log: Callable[[str], None] = lambda _: None,
     ) -> None:
@@ -86,7 +98,10 @@ class Arming:
         self._make_safe = make_safe
         self._enable = enable
         self._log = log
+        self._is_quiet = self.is_free and link is None
         self._checks = () if self.is_free else (self._check_guard, *checks)
+        if link is not None:
+            self._checks = (link, *self._checks)
         self._epoch = 0
         self._acknowledged = 0
         self._try_at = 0
@@ -115,7 +130,7 @@ class Arming:
             self._is_wanted = False
             self._off_again_at = NEVER
             self._acknowledge()
-            if not self.is_free:
+            if not self._is_quiet:
                 self._log("armed")
         return against
 
@@ -127,6 +142,14 @@ class Arming:
         failed = self._withdraw(reason)
         self._log("; ".join([f"disarmed: {reason}", *failed]))
         return failed
+
+    def suspend(self, reason: str) -> None:
+        """Disarm, and arm again as soon as all pre-arm checks pass, if it is armed."""
+        self._notice()
+        if self.armed:
+            self.disarm(reason)
+            self._is_wanted = True
+            self._try_at = 0
 
     def pause(self) -> list[str]:
         """Make the outputs safe while the run stands still; it is armed again when it goes on.

@@ -1,10 +1,11 @@
 """What a board's settings set in the loop: policies, deadlines, buses to count, the process."""
 
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.settings import ModelPolicy, StopPolicy
+from firmware_runtime.board.settings import ModelPolicy, PathDeadlineSettings, StopPolicy
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -18,15 +19,33 @@ from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 
 
-def configuration_of(board: Board, model: Component, lines: Lines) -> Configuration:
+def configuration_of(
+    board: Board, model: Component, lines: Lines, elsewhere: Collection[str] = ()
+) -> Configuration:
     """What the loop that runs this model on these lines is given.
 
-    Raises ConfigError, listing all deadlines that name what the model has not.
+    What names a component that runs `elsewhere`, in another process, is left to that. Raises
+    ConfigError, listing all deadlines that name what the model has not.
     """
     settings = board.settings
+
+    def is_here(path: str) -> bool:
+        return path.split(".", maxsplit=1)[0] not in elsewhere
+
     return Configuration(
-        policies={path: _activation_policy(each) for path, each in settings.overruns.items()},
-        deadlines=_deadlines(model, settings),
+        policies={
+            path: _activation_policy(each)
+            for path, each in settings.overruns.items()
+            if is_here(path)
+        },
+        deadlines=_deadlines(
+            model,
+            [
+                each
+                for each in settings.deadlines
+                if is_here(each.source) and is_here(each.actuator)
+            ],
+        ),
         buses=tuple(bus for bus in lines.buses.values() if isinstance(bus, AccountedBus)),
         process=_process(settings.executive),
         switch_off_for=seconds(settings.executive.switch_off_s),
@@ -51,10 +70,10 @@ def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
     return None if component is None else component.out_ports.get(name)
 
 
-def _deadlines(root: Component, settings: Any) -> tuple[PathDeadline, ...]:  # noqa: ANN401
+def _deadlines(root: Component, stated: Iterable[PathDeadlineSettings]) -> tuple[PathDeadline, ...]:
     deadlines: list[PathDeadline] = []
     faults: list[str] = []
-    for each in settings.deadlines:
+    for each in stated:
         port, actuator = find_out_port(root, each.source), find_component(root, each.actuator)
         if port is None:
             faults.append(f"deadlines.source: {each.source!r}: the model has no such output port")

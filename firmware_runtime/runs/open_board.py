@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.in_force import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
@@ -20,6 +21,7 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.choices import (
     ClockName,
@@ -163,19 +165,23 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     set: Settings = _AS_IT_IS,  # noqa: A002 -- as the command has it
     arm: bool = False,
     supervised: bool = False,
+    role: str | None = None,
+    link: str | None = None,
     statistics: str | PathLike[str] | None = None,
     log: Callable[[str], None] = lambda _: None,
 ) -> OpenBoard:
     """A robot ready to run, by the choices of the command `run`; close it, or use it in a `with`.
 
     `board` is a board's name, which means its settings in force on this machine, or the path of a
-    board.toml or its folder; `set` overrides single
-    numbers of it: `set={"controller.yaw.kp": 0.8}`. `doubles` are made for the run (True) or served
-    at a path. The outputs of a real robot (`doubles=False`) are driven only while it is armed: by
-    `arm=True`, by the board's `[arming] at_start`, or by `firmware-runtime arm` while it runs, and
-    each time only once nothing speaks against it. `statistics` are kept in a file where it is
-    given, and where outputs are outside this process: the guard looks there. `log` gets what the
-    command would print on the way. Raises ConfigError, and HalError when a bus or chip is missing.
+    board.toml or its folder; `set` overrides single numbers of it: `set={"controller.yaw.kp":
+    0.8}`. `doubles` are made for the run (True) or served at a path. The outputs of a real robot
+    (`doubles=False`) are driven only while it is armed: by `arm=True`, by the board's `[arming]
+    at_start`, or by `firmware-runtime arm` while it runs, and each time only once nothing speaks
+    against it. With a `role` only that part of the model runs, and `link` says over what it speaks
+    with the rest, in another process, see docs/two-machines.md; a role without hardware has no
+    doubles. `statistics` are kept in a file where it is given, and where outputs are outside this
+    process: the guard looks there. `log` gets what the command would print on the way. Raises
+    ConfigError, and HalError when a bus or chip is missing.
     """
     name = clock_name(clock, speed)
     where = _doubles(doubles)
@@ -188,12 +194,18 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     found = board_in_force(str(board), assignments_of(set))
     if (copy := settings_in_force(str(board))) is not None:
         log(f"{board} has its settings from {copy}")
+    end = None if role is None else end_of(found, role)
+    has_file = where is not True and (end is None or end.has_hardware)
     session = Session(
         found,
         clock_of(clock, speed),
         doubles=where,
-        statistics_path=_statistics_path(kept_at, found, is_outside=where is not True),
-        permission=permission_for(found, doubles=where, arm=arm, supervised=supervised),
+        statistics_path=_statistics_path(
+            kept_at, found.name if end is None else end.name, is_outside=has_file
+        ),
+        permission=permission_for(found, doubles=where, arm=arm, supervised=supervised, end=end),
+        end=end,
+        link=None if link is None else link_address(link),
         log=log,
     )
     return OpenBoard(session, found.doubles_run_s if where else None)
@@ -208,8 +220,8 @@ def _doubles(stated: bool | str | PathLike[str]) -> bool | Path:  # noqa: FBT001
     raise ConfigError("doubles", [f"{stated!r}: {expected}"])
 
 
-def _statistics_path(stated: Path | None, board: Board, *, is_outside: bool) -> Path | None:
+def _statistics_path(stated: Path | None, name: str, *, is_outside: bool) -> Path | None:
     if stated is None:
-        return default_path(board.name) if is_outside else None
+        return default_path(name) if is_outside else None
     check_ending(stated)
     return stated

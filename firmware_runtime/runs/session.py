@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from firmware_runtime.board.ending import Ending
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.ends import BoardEnd, robot_of
+from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, OutsideClock, WorldClock
@@ -20,13 +22,17 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.links.address import OpenChannel
 from firmware_runtime.links.control import Answer, ControlSocket
+from firmware_runtime.links.greeting import Farewell
+from firmware_runtime.links.link import Link
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
+from firmware_runtime.runs.linking import LinkedPart, check_end, open_link
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
@@ -34,6 +40,7 @@ from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles, shown_by
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.statistics import RunState
 
 
 class Session:
@@ -41,10 +48,11 @@ class Session:
 
     `doubles` are made for the run (True), served at a path, or absent on the real robot (False);
     `rig` is there only if they were made. With a `permission` the run drives its outputs only while
-    it is armed, see `arming`; without one always. `log` prints what happens, in sentences. Raises
-    ConfigError for settings that do not fit the model, StatisticsFileError if another robot's run
-    keeps its statistics at that path, and HalError when a bus or chip is missing; nothing was
-    actuated then.
+    it is armed, see `arming`; without one always. With an `end` it runs that part of the model
+    only, tied to the other by `link`; one without hardware opens no lines. `log` prints what
+    happens, in sentences. Raises ConfigError for settings that do not fit the model,
+    StatisticsFileError if another robot's run keeps its statistics at that path, and HalError when
+    a bus or chip is missing; nothing was actuated then.
     """
 
     def __init__(  # noqa: PLR0913 -- one path for the command and for programs
@@ -55,49 +63,64 @@ class Session:
         doubles: bool | Path,
         statistics_path: Path | None,
         permission: Permission | None = None,
+        end: BoardEnd | None = None,
+        link: OpenChannel | None = None,
         log: Callable[[str], None] = lambda _: None,
     ) -> None:
+        check_end(end, link, clock)
         self.board = board
-        self._doubles = doubles
+        self.end_of_board = end
+        self.has_hardware = end is None or end.has_hardware
+        self._doubles = doubles if self.has_hardware else False
         self._statistics_path = statistics_path
         self._is_safe = False  # by the last attempt to switch off
         # the instant that doubles and their world live in, ns since the start of the run
-        self.world_now = WorldClock() if doubles is True else OutsideClock(clock.now)
-        self.rig: Rig | None = rig_for(board, self.world_now) if doubles is True else None
+        is_own = self._doubles is True
+        self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
+        self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self.doubles: Doubles | None = self.rig
-        self._held: list[ServedDoubles | ControlSocket | PortsSocket] = []
+        self._held: list[ServedDoubles | ControlSocket | PortsSocket | Link] = []
+        self._was_told = False
+        self._log = log
         self._lines = Lines({})
         with ExitStack() as undo:
             undo.callback(self.close)
-            if isinstance(doubles, Path):
-                self.doubles = served = served_doubles(board, doubles)
+            if isinstance(self._doubles, Path):
+                self.doubles = served = served_doubles(board, self._doubles)
                 self._held.append(served)
-            interlock = always_enabled if permission is None else self._may_drive
-            self._lines = open_lines(board, self.doubles, interlock, self.world_now)
+            self._lines = self._open_lines(permission)
             self.replaced: str | None = None
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
             if statistics_path is not None:
                 self.replaced = keep_clear_of_other_runs(statistics_path)
-            self.robot: Robot = board.build(self._lines)
-            ports = Ports(self.robot.model)  # the world's own are none of them
+            whole = board.build(self._lines)
+            ports = Ports(whole.model)  # the world's own are none of them
             if self.rig is not None:
                 with blamed_on_rig(board, "attach"):
-                    self.rig.attach(self.robot.model)
+                    self.rig.attach(whole.model)
+            self.robot: Robot = whole
+            self.part: Part | None = None
+            if end is not None:
+                self.robot, self.part = robot_of(end, whole)
+                ports = ports.of_part(self.part)
             self.executive = Executive(
                 self.robot.model,
                 clock,
                 self.make_safe,
                 replace(
-                    configuration_of(board, self.robot.model, self._lines),
+                    configuration_of(
+                        board, self.robot.model, self._lines, () if end is None else end.elsewhere
+                    ),
                     statistics_path=statistics_path,
-                    armed_at_start=permission is None,
+                    armed_at_start=permission is None and self.has_hardware,
                     conditions=self._conditions(),
                 ),
                 self.world_now,
             )
             self._serve(ports)
-            self.arming = None if permission is None else self._arming(permission, log)
             self.ending: Ending | None = None
+            self.link = None if link is None else self._open_link(link, log)
+            self.arming = None if permission is None else self._arming(permission, log)
             if self.robot.ended is not None:
                 self.executive.simulator.listen(self.robot.ended, self._end)
             self._watch_load(log)
@@ -112,7 +135,7 @@ class Session:
 
         They stay as they are while nothing runs here, and others can switch them off.
         """
-        return self._doubles is not True
+        return self._doubles is not True and self.has_hardware
 
     @property
     def supervision(self) -> Arming | None:
@@ -137,7 +160,7 @@ class Session:
         self._keep_settings()
         try:
             with quitting_is_a_bug(self.robot.model):
-                return self.executive.run(until)
+                return self._parted(self.executive.run(until))
         finally:
             self._forget_settings()
 
@@ -156,7 +179,7 @@ class Session:
             if self.executive.is_over:
                 self._forget_settings()
         if self.executive.is_over:
-            return outcome
+            return self._parted(outcome)
         if self.arming is not None and self.is_outside and self.arming.pause():
             return self.end() or outcome
         return outcome
@@ -166,6 +189,7 @@ class Session:
         outcome = self.executive.end()
         if outcome is not None:
             self._forget_settings()
+            self._parted(outcome)
         return outcome
 
     def result(self) -> dict[str, object]:
@@ -210,10 +234,52 @@ class Session:
         if self._statistics_path is not None and self.is_outside:
             keep_settings(self.board, self._statistics_path)
 
+    def _parted(self, outcome: Outcome) -> Outcome:
+        """The run is over: the other end learns of it, and why."""
+        if self.link is not None and not self._was_told:
+            is_over = self.ending is not None or outcome.state is RunState.ENDED
+            self.link.say_goodbye(Farewell(outcome.reason, is_over, self.has_failed))
+        return outcome
+
     def _forget_settings(self) -> None:
         """Take that word back if all outputs are off, however the run ended."""
         if self._is_safe and self._statistics_path is not None and self.is_outside:
             forget_settings(self._statistics_path)
+
+    def _open_lines(self, permission: Permission | None) -> Lines:
+        """The robot's lines, or absent ones where the hardware is at the other end."""
+        if not self.has_hardware:
+            return absent_lines(self.board.settings.buses, self.board.ports)
+        interlock = always_enabled if permission is None else self._may_drive
+        return open_lines(self.board, self.doubles, interlock, self.world_now)
+
+    def _open_link(self, open_channel: OpenChannel, log: Callable[[str], None]) -> Link:
+        """The link to the other end; what becomes of it is for arming, and for the run's end."""
+        assert self.end_of_board is not None  # noqa: S101 -- `check_end` has refused it
+        assert self.part is not None  # noqa: S101 -- likewise
+        linked = LinkedPart(self.board, self.end_of_board, self.part, self.executive)
+        link = open_link(linked, open_channel, log)
+        self._held.append(link)
+        link.on_bad = self._link_is_bad
+        link.on_bye = self._other_end_has_ended
+        link.on_closed = partial(
+            self.executive.request_stop, "the carrier of the link has ended", RunState.FAILED
+        )
+        return link
+
+    def _link_is_bad(self, why: str) -> None:
+        """Outputs go off until it has been good again for a while."""
+        if self.arming is None:
+            self._log(f"link: {why}")
+        else:
+            self.arming.suspend(why)
+
+    def _other_end_has_ended(self, farewell: Farewell) -> None:
+        """End with it, if the task is over; otherwise wait for it to come again."""
+        if farewell.is_over and self.ending is None:
+            self._was_told = True
+            self.ending = Ending(farewell.reason, farewell.failed)
+            self.executive.request_stop(farewell.reason)
 
     def _may_drive(self) -> bool:
         """Output interlock of a run that may not drive of itself."""
@@ -238,6 +304,7 @@ class Session:
             permission,
             self.make_safe,
             prearm_checks(self.executive, max_late_percent),
+            link=None if self.link is None else self.link.why_not,
             enable=partial(self._enable, enabled=True),
             log=log,
         )
@@ -274,8 +341,14 @@ class Session:
 
     def _conditions(self) -> dict[str, Any]:
         """The board, and how a guard would switch it off; doubles made for the run have none."""
-        conditions = {"board": self.board.name, "board_sha256": self.board.fingerprint}
-        if self._doubles is True:
+        end = self.end_of_board
+        conditions: dict[str, Any] = {
+            "board": self.board.name if end is None else end.name,
+            "board_sha256": self.board.fingerprint,
+        }
+        if end is not None:
+            conditions["role"] = end.role
+        if not self.is_outside:
             return conditions
-        served = self._doubles or None
+        served = self._doubles if isinstance(self._doubles, Path) else None
         return {**conditions, "switched_off": switched_off(self.board, served)}

@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from firmware_runtime.board import registry
+from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.clock import choose_clock, clock_of
@@ -16,7 +17,9 @@ from firmware_runtime.cli.progress_line import Messages, progress_shown
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
@@ -72,6 +75,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--supervised", action="store_true", help="on doubles too, drive outputs only when armed"
     )
+    _add_link(verb)
     verb.add_argument(
         "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
     )
@@ -91,6 +95,22 @@ def add_to(verbs: SubParsers) -> None:
     add_event_options(verb)
 
 
+def _add_link(verb: argparse.ArgumentParser) -> None:
+    """Add --role and --link."""
+    verb.add_argument(
+        "--role",
+        metavar="NAME",
+        help="run only the part of the model that plays this role by the board's [roles]; the "
+        "rest runs in another process, at the other end of --link",
+    )
+    verb.add_argument(
+        "--link",
+        type=link_address,
+        metavar="ADDRESS",
+        help="the way to the other part: unix:PATH",
+    )
+
+
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
     choose_clock(arguments)
@@ -98,7 +118,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.events is not None:
         return run_event_file(arguments, board)
     messages = Messages()
-    path, notices = _statistics_path(arguments, board), Notices.from_environment()
+    end = _end_of(arguments, board)
+    path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
 
     def run(restarts: Restarts | None) -> int:
@@ -113,7 +134,10 @@ def execute(arguments: argparse.Namespace) -> int:
                 doubles=arguments.doubles,
                 arm=arguments.arm,
                 supervised=arguments.supervised,
+                end=end,
             ),
+            end=end,
+            link=arguments.link,
             log=messages,
         )
         notices.progress("starts: takes its first step", within)
@@ -154,13 +178,31 @@ def _run(
     return status
 
 
-def _statistics_path(arguments: argparse.Namespace, board: registry.Board) -> Path | None:
+def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | None:
+    """The end that is to be run; None for the whole robot. Raises ConfigError."""
+    if arguments.role is None and arguments.link is None:
+        return None
+    if arguments.role is None or arguments.link is None:
+        fault = "--role and --link belong together; expected both or neither"
+        raise ConfigError("run", [fault])
+    end = end_of(board, arguments.role)
+    if not end.has_hardware:
+        idle = [name for name in ("doubles", "arm", "supervised") if getattr(arguments, name)]
+        faults = [f"--{name}: role {end.role} has no hardware: leave it out" for name in idle]
+        if faults:
+            raise ConfigError("run", faults)
+    return end
+
+
+def _statistics_path(
+    arguments: argparse.Namespace, board: registry.Board, end: BoardEnd | None
+) -> Path | None:
     if arguments.statistics is not None or arguments.clock == "virtual":
         path: Path | None = arguments.statistics
         if path is not None:
             check_ending(path)
         return path
-    return default_path(board.name)
+    return default_path(board.name if end is None else end.name)
 
 
 def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:

@@ -1,0 +1,72 @@
+"""A board in two processes: it works as in one, and is driven only while both are there."""
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.support.linked_runs import linked
+
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+
+
+def test_tachobot_settles_with_its_controller_in_another_process(tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+        robot, controller = runs.robot("--for", "10"), runs.controller()
+        ended, other = robot.report(), controller.report()
+    assert ended["status"] == other["status"] == 0
+    assert ended["result"]["settled"] is True
+    assert ended["outputs_on"] == {"thrust_pairs": 0}
+    assert other["ended"]["reason"] == ended["ended"]["reason"]
+    assert "controller.yaw" in other["statistics"]["models"]
+    assert "controller.yaw" not in ended["statistics"]["models"]
+    assert other["statistics"]["bus"] == {}
+
+
+def test_the_detective_s_own_end_ends_both(tmp_path: Path) -> None:
+    with linked(tmp_path, "detective", f"unix:{tmp_path}/link") as runs:
+        controller, robot = runs.controller(), runs.robot()
+        ended, other = robot.report(), controller.report()
+    assert ended["result"]["found"] is True
+    assert ended["ended"]["reason"] == other["ended"]["reason"] == "the target was reached"
+    assert other["result"] == {}, "what only the other end knows"
+
+
+def test_a_controller_that_stands_still_disarms_the_robot_until_it_is_back(tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+        robot, controller = runs.robot("--for", "600"), runs.controller()
+        robot.wait_until_armed()
+        controller.process.send_signal(signal.SIGSTOP)
+        robot.wait_until_armed(armed=False)
+        controller.process.send_signal(signal.SIGCONT)
+        robot.wait_until_armed()
+        robot.process.send_signal(signal.SIGTERM)
+        said = robot.report()["said"]
+    assert "disarmed: the controller has been silent" in said
+
+
+def test_either_end_may_be_killed_and_started_again(tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+        robot, controller = runs.robot("--for", "600"), runs.controller()
+        robot.wait_until_armed()
+        controller.kill()
+        robot.wait_until_armed(armed=False)
+        controller = runs.controller()
+        robot.wait_until_armed()
+        robot.kill()
+        robot = runs.robot("--for", "600")
+        robot.wait_until_armed()
+        assert controller.process.poll() is None
+
+
+def test_a_controller_that_is_stopped_says_so(tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+        robot, controller = runs.robot("--for", "600"), runs.controller()
+        robot.wait_until_armed()
+        controller.process.send_signal(signal.SIGTERM)
+        controller.report()
+        robot.wait_until_armed(armed=False)
+        assert robot.process.poll() is None, "it waits for the next"
+        robot.process.send_signal(signal.SIGTERM)
+        said = robot.report()["said"]
+    assert "disarmed: the controller has ended: SIGTERM" in said
