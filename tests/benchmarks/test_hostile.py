@@ -1,0 +1,46 @@
+"""Hostile datagrams, fewer than the bench sends: every one is judged as the document says."""
+
+from collections.abc import Callable
+
+import pytest
+
+from benchmarks.hostile.bridge import BridgeTarget
+from benchmarks.hostile.sweep import ACCEPTED, Attempt, Result, Target, result_text, sweep
+from firmware_runtime.cli.main import main
+
+TARGETS: list[Callable[[int], Target]] = [BridgeTarget]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_every_datagram_is_judged_as_the_document_says(
+    target: Callable[[int], Target], seed: int
+) -> None:
+    result = sweep(target(seed), 10_000)
+    assert result.is_clean, result_text("sweep", result)
+    assert result.verdicts[ACCEPTED] > 1_000
+    assert len(result.verdicts) > 8
+
+
+class Careless(BridgeTarget):
+    """Takes everything, and raises for some."""
+
+    def judge(self, attempt: Attempt) -> str:
+        if attempt.what == "noise":
+            raise LookupError
+        return ACCEPTED
+
+
+def test_a_careless_judge_is_found_out() -> None:
+    result: Result = sweep(Careless(1), 300)
+    assert not result.is_clean
+    assert min(len(result.crashes), result.accepted_hostile) > 0
+
+
+@pytest.mark.slow
+def test_the_bench_prints_what_it_found(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "hostile", "--datagrams", "2000"]) == 0
+    printed = capsys.readouterr().out
+    assert "bridge with a key: 2000 datagrams" in printed
+    assert "crashes 0, values accepted that should not be 0, verdicts that differ 0" in printed
