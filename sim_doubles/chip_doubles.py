@@ -6,7 +6,7 @@ An entry point of the group `firmware_runtime.chip_doubles` is a function, or th
     make(now)                  a chip on a serial line: a serial target
 
 The default of `address` is where a new chip is. One that has a fixed address, or only some, raises
-ValueError for another.
+ValueError for another. An address that the class of a serial target has is none on a bus.
 """
 
 import inspect
@@ -90,7 +90,8 @@ def _loaded(entry_point: EntryPoint) -> ChipDouble:
     except Exception as error:
         fault = f"its double cannot be loaded from {entry_point.value}: {error}"
         raise ConfigError(name, [fault]) from error
-    address = None if parameter is None else parameter.default
+    is_serial = isinstance(make, type) and issubclass(make, SerialTarget)
+    address = None if parameter is None or is_serial else parameter.default
     if address is not None and not isinstance(address, int):
         fault = f"{entry_point.value}: its address has no default; expected that of a new chip"
         raise ConfigError(name, [fault])

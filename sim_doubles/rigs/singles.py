@@ -1,12 +1,14 @@
 """One chip alone, as a double: on a bus or port of its own, in a world that swings gently.
 
 For trying a chip's driver out with no hardware. These are entry points, by the names of the command
-line's chips; what needs no world is its class.
+line's chips; what needs no world is its class. What a chip senses can be stated instead, as its
+double's class takes it.
 """
 
 import math
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.chip_doubles import chip_double
@@ -16,7 +18,6 @@ from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.mpu9250 import Mpu9250Double
-from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import Now
 from sim_doubles.i2c_bus import I2cBusDouble
@@ -24,6 +25,8 @@ from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
 from sim_doubles.serial_line import SerialLineDouble
 from sim_doubles.served.server import RealClock
+
+Vector: TypeAlias = tuple[float, float, float]
 
 BUS_HZ: Final = 400_000
 PERIOD_S: Final = 10.0
@@ -40,7 +43,7 @@ def _rate(at: int) -> float:
     return 0.5 * math.tau / PERIOD_S * math.cos(math.tau * at / SECOND / PERIOD_S)
 
 
-def _field(at: int) -> tuple[float, float, float]:
+def _field(at: int) -> Vector:
     angle = _angle(at)
     return (FIELD_LEVEL_T * math.cos(angle), -FIELD_LEVEL_T * math.sin(angle), FIELD_UP_T)
 
@@ -57,10 +60,26 @@ def _distance_m(at: int) -> float:
     return 1.0 + _angle(at)
 
 
-def mpu9250(now: Now, address: int = 0x68) -> Sequence[Target]:
+def _echoes(at: int) -> Sequence[float]:
+    return [_distance_m(at)]
+
+
+def _bearing_deg(at: int) -> float:
+    return 90 - math.degrees(_angle(at))
+
+
+def mpu9250(
+    now: Now,
+    address: int = 0x68,
+    *,
+    inertia: Callable[[int], InertialTruth] = _inertia,
+    who_am_i: int = 0x71,
+) -> Sequence[Target]:
     """An MPU-9250 with its magnetometer, which answers while the bypass is open."""
-    magnetometer = Ak8963Double(now, _field)
-    return Mpu9250Double(now, _inertia, address, magnetometer=magnetometer).targets
+    magnetometer = Ak8963Double(now, lambda at: inertia(at).field)
+    return Mpu9250Double(
+        now, inertia, address, who_am_i=who_am_i, magnetometer=magnetometer
+    ).targets
 
 
 def ak8963(now: Now, address: int = 0x0C) -> Sequence[Target]:
@@ -69,35 +88,22 @@ def ak8963(now: Now, address: int = 0x0C) -> Sequence[Target]:
     return mpu9250(now)
 
 
-def srf08(now: Now, address: int = 0x70) -> Srf08Double:
-    """A sonar before a wall that comes and goes."""
-    return Srf08Double(now, address, echoes=lambda at: [_distance_m(at)])
-
-
-def cmps12(now: Now, address: int = 0x60) -> Cmps12Double:
-    """A compass on a turntable that turns to and fro about west."""
-    return Cmps12Double(now, address, bearing_deg=lambda at: 90 - math.degrees(_angle(at)))
-
-
-def hmc5883l(now: Now, address: int = 0x1E) -> Hmc5883lDouble:
-    """A magnetometer on the same turntable."""
+def hmc5883l(
+    now: Now, address: int = 0x1E, *, field: Callable[[int], Vector] = _field
+) -> Hmc5883lDouble:
+    """A magnetometer on a turntable that turns to and fro."""
     _only_at(0x1E, address)
-    return Hmc5883lDouble(now, _field)
+    return Hmc5883lDouble(now, field)
 
 
-def ads1115(now: Now, address: int = 0x48) -> Ads1115Double:
-    """A converter with two voltages about 1 V, 3.3 V and ground at its inputs."""
-    return Ads1115Double(now, address, inputs=_voltages)
-
-
-def maxbotix(now: Now) -> MaxbotixDouble:
-    """A sonar on a serial line before the same wall."""
-    return MaxbotixDouble(now, _distance_m)
-
-
-def sabertooth(now: Now) -> SabertoothDouble:
-    """A motor driver with its switches as shipped."""
-    return SabertoothDouble(now)
+srf08 = partial(Srf08Double, echoes=_echoes)
+"""A sonar before a wall that comes and goes."""
+cmps12 = partial(Cmps12Double, bearing_deg=_bearing_deg)
+"""A compass on the same turntable, which turns about west."""
+ads1115 = partial(Ads1115Double, inputs=_voltages)
+"""A converter with two voltages about 1 V, 3.3 V and ground at its inputs."""
+maxbotix = partial(MaxbotixDouble, distance=_distance_m)
+"""A sonar on a serial line before the same wall."""
 
 
 def _only_at(address: int, wanted: int) -> None:

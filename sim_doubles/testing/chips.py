@@ -15,47 +15,21 @@ from msgspec import ValidationError, convert
 
 from firmware_runtime.errors import ConfigError
 from sim_doubles.chip_doubles import chip_double
-from sim_doubles.chips.ads1115 import Ads1115Double
-from sim_doubles.chips.ak8963 import Ak8963Double
-from sim_doubles.chips.cmps12 import Cmps12Double
-from sim_doubles.chips.hmc5883l import Hmc5883lDouble
-from sim_doubles.chips.maxbotix import MaxbotixDouble
-from sim_doubles.chips.md25 import Md25Double
-from sim_doubles.chips.mpu9250 import Mpu9250Double
-from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.chips.sabertooth import SabertoothDouble
-from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import Now
 from sim_doubles.inertial_truth import InertialTruth
 
 FIELD_T: Final = (20e-6, 0.0, -40e-6)
 LEVEL: Final = InertialTruth((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), FIELD_T, 25.0)
 
-
-def _mpu9250(
-    now: Now,
-    address: int = 0x68,
-    *,
-    inertia: Callable[[int], InertialTruth],
-    who_am_i: int = 0x71,
-) -> Mpu9250Double:
-    magnetometer = Ak8963Double(now, lambda at: inertia(at).field)
-    return Mpu9250Double(now, inertia, address, who_am_i=who_am_i, magnetometer=magnetometer)
-
-
-_CHIPS: Final[Mapping[str, tuple[Callable[..., object], Mapping[str, object]]]] = {
-    "ads1115": (Ads1115Double, {"inputs": (0.0, 0.0, 0.0, 0.0)}),
-    "cmps12": (Cmps12Double, {"bearing_deg": 0.0}),
-    "h_bridge": (Pca9685Double, {}),
-    "hmc5883l": (Hmc5883lDouble, {"field": FIELD_T}),
-    "maxbotix": (MaxbotixDouble, {"distance": 1.0}),
-    "md25": (Md25Double, {}),
-    "mpu9250": (_mpu9250, {"inertia": LEVEL}),
-    "pca9685": (Pca9685Double, {}),
-    "sabertooth": (SabertoothDouble, {}),
-    "srf08": (Srf08Double, {"echoes": (1.0,)}),
+_AT_REST: Final[Mapping[str, Mapping[str, object]]] = {
+    "ads1115": {"inputs": (0.0, 0.0, 0.0, 0.0)},
+    "cmps12": {"bearing_deg": 0.0},
+    "hmc5883l": {"field": FIELD_T},
+    "maxbotix": {"distance": 1.0},
+    "mpu9250": {"inertia": LEVEL},
+    "srf08": {"echoes": (1.0,)},
 }
-"""Each double, and what it senses unless a test says otherwise."""
+"""What a chip senses unless a test says otherwise; as entry points they are in a world."""
 _SENSES: Final = frozenset(
     {"bearing_deg", "distance", "echoes", "field", "inertia", "inputs", "pitch_roll_deg"}
 )
@@ -67,10 +41,10 @@ def make(name: str, now: Now, /, **settings: object) -> object:
 
     An `address` of None is the chip's own as shipped.
     """
-    double, at_rest = _CHIPS[name] if name in _CHIPS else (chip_double(name).make, {})
+    double = chip_double(name).make
     given = {key: value for key, value in settings.items() if value is not None}
     _check(name, double, given)
-    stated = {**at_rest, **given}
+    stated = {**_AT_REST.get(name, {}), **given}
     for sense in _SENSES & stated.keys():
         if not callable(stated[sense]):
             stated[sense] = partial(_always, stated[sense])
