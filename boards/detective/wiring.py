@@ -14,6 +14,7 @@ from drivers.tables.sonar import SonarTable
 from drivers.treads import Treads
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
 
 
@@ -64,15 +65,9 @@ class DetectiveRobot(Coupled):
         self.couple(self.radar_compass.heading_out, model.in3)
         self.couple(self.body_compass.heading_out, model.in4)
         self.couple(self.body_sonar.detected_out, model.in5)
-        for name, command, motor in (
-            ("radar_gate", model.out1, self.radar_motor.turn),
-            ("right_gate", model.out2, self.treads.right),
-            ("left_gate", model.out3, self.treads.left),
-        ):
-            gate = self.add(Gate(name))
-            self.couple(command, gate.command)
-            self.couple(mission.failed, gate.failed)
-            self.couple(gate.passed, motor)
+        self._add_gate("radar_gate", model.out1, self.radar_motor.turn)
+        self._add_gate("right_gate", model.out2, self.treads.right)
+        self._add_gate("left_gate", model.out3, self.treads.left)
         self.couple(model.out2, mission.right)
         self.couple(model.out3, mission.left)
         sonars = (self.radar_sonar, self.body_sonar)
@@ -83,6 +78,13 @@ class DetectiveRobot(Coupled):
             self.couple(mission.compasses, compass.request)
         for device in (self.radar_motor, self.treads, *sonars, *compasses):
             self.couple(device.fault_out, mission.fault)
+
+    def _add_gate(self, name: str, command: OutPort[int], motor: InPort[int]) -> None:
+        """Command -> gate -> motor, until the mission has failed."""
+        gate = self.add(Gate(name))
+        self.couple(command, gate.command)
+        self.couple(self.mission.failed, gate.failed)
+        self.couple(gate.passed, motor)
 
 
 def _bridge_chip(table: RadarMotorTable, lines: Lines) -> Pca9685:

@@ -9,6 +9,7 @@ from boards.tachobot.settings import ControllerSettings, FreeSettings, PidSettin
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.thrust_pairs import Forces
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.delay import Delay
 from firmware_runtime.models.motion import Motion
@@ -41,12 +42,7 @@ class Controller(Coupled):
         self.couple(self.yaw_reference, yaw.reference_in)
         self.couple(attitude.yaw, yaw.measurement)
         self.couple(attitude.yaw, allocation.yaw)
-        if settings.yaw.delay_s:
-            delay = self.add(Delay("yaw_delay", float, seconds(settings.yaw.delay_s)))
-            self.couple(yaw.command, delay.entrance)
-            self.couple(delay.delayed, allocation.yaw_n)
-        else:
-            self.couple(yaw.command, allocation.yaw_n)
+        self.couple(self._delayed(yaw.command, settings.yaw.delay_s), allocation.yaw_n)
         self.couple(allocation.forces_out, self.forces)
         self._limit_n = limit_n
         self._pids = {"yaw": yaw}
@@ -57,6 +53,14 @@ class Controller(Coupled):
         """Take up new gains; integrals stay, so nothing jumps."""
         for name, pid in self._pids.items():
             pid.gains = _gains(getattr(settings, name), self._limit_n)
+
+    def _delayed(self, command: OutPort[float], delay_s: float) -> OutPort[float]:
+        """The port at which a command leaves after the delay; its own where there is none."""
+        if not delay_s:
+            return command
+        delay = self.add(Delay("yaw_delay", float, seconds(delay_s)))
+        self.couple(command, delay.entrance)
+        return delay.delayed
 
     def _add_position(self, settings: FreeSettings, limit_n: float, allocation: Allocation) -> None:
         """PIDs for x and y, fed from outside: nothing on board measures where the robot is."""

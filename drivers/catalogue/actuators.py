@@ -1,7 +1,7 @@
 """Everything with a driver that moves something: one output or both motors, and off again."""
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 from drivers.catalogue.identity import MD25_IDENTITY, PCA9685_IDENTITY
 from drivers.catalogue.trial import Actuator, OnBus, OnPort, Option, Options, Quantity, Reading
@@ -55,32 +55,46 @@ class _Kept:
         self._kept = self._read()
 
 
-def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
-    duty, pulse_us, channel = options["duty"], options["pulse_us"], options["channel"]
+class _Wave(NamedTuple):
+    """What a PWM output is to carry: a share of each cycle, at the rate asked for."""
+
+    share: float
+    frequency_hz: float
+    what: str
+
+
+def _wave(options: Options) -> _Wave:
+    """The wave that the options state. Raises SettingError."""
+    duty, pulse_us = options["duty"], options["pulse_us"]
     if (duty is None) == (pulse_us is None):
         raise SettingError("expected either --duty or --pulse-us")
     frequency_hz = options["frequency_hz"] or (DUTY_HZ if pulse_us is None else PULSE_HZ)
     prescale = pca9685_rate.prescale_for(frequency_hz, options["osc_hz"])
     true_hz = pca9685_rate.actual_frequency_hz(prescale, options["osc_hz"])
-    share = duty if pulse_us is None else pulse_us * 1e-6 * true_hz
+    if pulse_us is None:
+        return _Wave(duty, frequency_hz, f"duty {duty:g} at {true_hz:.0f} Hz")
+    share = pulse_us * 1e-6 * true_hz
     if share > 1:
         raise SettingError(f"--pulse-us {pulse_us:g}: longer than a cycle of {1e6 / true_hz:.0f}")
-    chip = Pca9685(bus, address, osc_hz=options["osc_hz"])
-    what = f"duty {duty:g}" if pulse_us is None else f"pulses of {pulse_us:g} us"
+    return _Wave(share, frequency_hz, f"pulses of {pulse_us:g} us at {true_hz:.0f} Hz")
 
+
+def _pwm_output(bus: I2cBus, address: int, options: Options) -> Actuator:
+    channel, wave = options["channel"], _wave(options)
+    chip = Pca9685(bus, address, osc_hz=options["osc_hz"])
     kept = _Kept(chip.place, lambda: chip.read_outputs(channel, 1))
 
     def move() -> Reading:
         chip.poll()
         if kept.is_first():
-            chip.set_duties(channel, (share,))
+            chip.set_duties(channel, (wave.share,))
             kept.remember()
-        return (Quantity("duty", share, "duty", "", 4),)
+        return (Quantity("duty", wave.share, "duty", "", 4),)
 
     return Actuator(
         place=chip.place,
-        promise=f"channel {channel} goes to {what} at {true_hz:.0f} Hz, its other 15 go off",
-        bring_up=lambda: chip.bring_up(frequency_hz),
+        promise=f"channel {channel} goes to {wave.what}, its other 15 go off",
+        bring_up=lambda: chip.bring_up(wave.frequency_hz),
         move=move,
         off=chip.stop_all,
         repeat_ns=POLL_NS,

@@ -3,7 +3,6 @@
 import argparse
 import json
 from collections.abc import Sequence
-from typing import Any
 
 from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
@@ -133,38 +132,40 @@ def _sentence(fitted: Fit) -> str:
     return f"{fitted.board} does not fit: {len(fitted.missing)} of {total} chips missing: {chips}"
 
 
-def _document(probed: Sequence[ProbedBus], fits: Sequence[Fit]) -> dict[str, Any]:
+def _document(probed: Sequence[ProbedBus], fits: Sequence[Fit]) -> dict[str, object]:
     return {
-        "buses": [
+        "buses": [_bus(each) for each in probed],
+        "boards": {each.board: _fit(each) for each in fits},
+    }
+
+
+def _bus(bus: ProbedBus) -> dict[str, object]:
+    return {
+        "device": bus.device,
+        "name": bus.name,
+        "asked": bus.was_asked,
+        "why_not": bus.why_not,
+        "found": [
             {
-                "device": bus.device,
-                "name": bus.name,
-                "asked": bus.was_asked,
-                "why_not": bus.why_not,
-                "found": [
-                    {
-                        "address": found.address,
-                        "state": found.state.value,
-                        "chips": list(found.chips),
-                        "certain": found.certain,
-                        "what": found.what,
-                    }
-                    for found in bus.found
-                ],
+                "address": found.address,
+                "state": found.state.value,
+                "chips": list(found.chips),
+                "certain": found.certain,
+                "what": found.what,
             }
-            for bus in probed
+            for found in bus.found
         ],
-        "boards": {
-            each.board: {
-                "fits": each.fits,
-                "devices": each.devices,
-                "assignments": each.assignments,
-                "present": [_place(device) for device in each.present],
-                "missing": [_place(device) for device in each.missing],
-                "unasked": each.unasked,
-            }
-            for each in fits
-        },
+    }
+
+
+def _fit(fitted: Fit) -> dict[str, object]:
+    return {
+        "fits": fitted.fits,
+        "devices": fitted.devices,
+        "assignments": fitted.assignments,
+        "present": [_place(device) for device in fitted.present],
+        "missing": [_place(device) for device in fitted.missing],
+        "unasked": fitted.unasked,
     }
 
 

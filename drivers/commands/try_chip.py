@@ -3,7 +3,7 @@
 import argparse
 import signal as signals
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -117,15 +117,20 @@ def _move(actuator: Actuator, arguments: argparse.Namespace, now: Now) -> int:
         finally:
             still_on = switch_off(actuator)
     readings.end()
-    for each in still_on:
-        tell(f"firmware-runtime: not made safe: {each}", sys.stderr)
     if still_on:
-        return Status.NOT_SAFE
+        return _not_safe(still_on)
     if failed is not None:
         raise failed
     if not arguments.json:
         tell(f"{actuator.place}: off", sys.stdout)
     return _stopped_by(signal) if signal.came else Status.OK
+
+
+def _not_safe(still_on: Sequence[str]) -> int:
+    """Say what could not be switched off."""
+    for each in still_on:
+        tell(f"firmware-runtime: not made safe: {each}", sys.stderr)
+    return Status.NOT_SAFE
 
 
 def _is_agreed(actuator: Actuator, arguments: argparse.Namespace) -> bool:

@@ -147,17 +147,9 @@ def _board(
     source: Path, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
 ) -> Board:
     """The board of a table; raises ConfigError with every fault, those found before included."""
-    kind = table.get("board")
-    if kind not in names():
-        found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
-        fault = f"{found}: expected one of {', '.join(names())}"
-        raise ConfigError(str(source), [*faults, fault])
+    kind = _kind_in(source, table, faults)
+    name = _name_in(table, kind, faults)
     defined = definition(kind)
-    name = table.get("name", kind)
-    if not (isinstance(name, str) and is_name(name)):
-        faults.append(
-            f"name: {strict.shown(name)}: expected small letters, digits, - and _, 63 at most"
-        )
     stated = {key: value for key, value in table.items() if key != "name"}
     settings = strict.convert(stated, defined.settings, faults)
     if settings is None:
@@ -186,6 +178,26 @@ def _board(
         retunable=defined.retunable,
         fingerprint=_fingerprint(source, assignments),
     )
+
+
+def _kind_in(source: Path, table: Mapping[str, Any], faults: Sequence[str]) -> str:
+    """The kind of board that a table is of. Raises ConfigError where that is not one."""
+    kind: str | None = table.get("board")
+    if kind is None or kind not in names():
+        found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
+        fault = f"{found}: expected one of {', '.join(names())}"
+        raise ConfigError(str(source), [*faults, fault])
+    return kind
+
+
+def _name_in(table: Mapping[str, Any], kind: str, faults: list[str]) -> str:
+    """A robot's own name, or that of its kind; one that cannot be a name is among the faults."""
+    name = table.get("name", kind)
+    if isinstance(name, str) and is_name(name):
+        return name
+    expected = "expected small letters, digits, - and _, 63 at most"
+    faults.append(f"name: {strict.shown(name)}: {expected}")
+    return kind
 
 
 def _faults_of(

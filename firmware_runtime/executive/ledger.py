@@ -53,25 +53,14 @@ class Ledger:
         self._step = profiler.step
         self._accounting = profiler.accounting
         self._progress = progress
-        self._inbox = inbox
-        self._watches = [
-            (layout.deadline(index), watch) for index, watch in enumerate(profiler.watches)
-        ]
         self._garbage = profiler.garbage
-        self._faults = profiler.faults
+        self._counters = _Counters(file, profiler, inbox)
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
         self._worst = WorstList(cells, layout)
-        self._meters = [
-            BusMeter(bus, cells, layout, index) for index, bus in enumerate(profiler.buses)
-        ]
         self._steps = 0
         self._previous_end = 0
-        # in virtual time equal runs have equal statistics, whatever they cost
-        self._cpu_time = process_time_ns if isinstance(clock, MonotonicClock) else _nothing
-        self._cpu_time_before = self._cpu_time()
-        self._paused_with: int | None = None
+        self._cpu_time = _CpuTime(clock)
         profiler.accounting.count_in(cells, layout)
-        profiler.faults.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
 
     def commit(self, ended: int, next_at: Callable[[], int]) -> int:
@@ -85,7 +74,7 @@ class Ledger:
         latest = self._accounting.settle(ended if ended <= until else until + 1)
         self._step_times.record(step_time)
         self._steps = file.cells[STEPS] = self._steps + 1
-        self._read_counters()
+        self._counters.read()
         if step_time > timeline.step_max:
             timeline.step_max = step_time
         if latest is not None and (
@@ -129,9 +118,9 @@ class Ledger:
     def pause(self, now: int) -> None:
         """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""
         file = self.file
-        self._paused_with = self._cpu_time()
+        self._cpu_time.pause()
         file.open_section()
-        self._read_counters()
+        self._counters.read()
         file.cells[ELAPSED] = now
         file.cells[HEARTBEAT] = file.cells[WRITTEN] = 0
         file.close_section_as_it_was()
@@ -139,18 +128,14 @@ class Ledger:
     def go_on(self, until: int) -> None:
         """The run goes on, or begins, to instant `until`; processor time of a pause is not its."""
         self._until = until
-        if self._paused_with is not None:
-            self._cpu_time_before += self._cpu_time() - self._paused_with
-            self._paused_with = None
+        self._cpu_time.go_on()
 
     def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
         file.open_section()
         self._accounting.end(min(now, self._until))
-        for _, watch in self._watches:
-            watch.end()
-        self._read_counters()
+        self._counters.end()
         self._timeline.close(now)
         file.cells[ARMED] = False
         file.cells[STATE] = state
@@ -167,23 +152,11 @@ class Ledger:
         if latest.lateness + step_time > self._worst.smallest:
             self._keep(latest, step_time, garbage)
 
-    def _read_counters(self) -> None:
-        cells = self.file.cells
-        if self._faults.pending:
-            self._faults.write()
-        cells[INPUTS_DROPPED] = self._inbox.dropped
-        for meter in self._meters:
-            meter.read()
-        for first, watch in self._watches:
-            cells[first] = watch.misses
-            cells[first + 1] = watch.samples
-            cells[first + 2] = watch.answers
-
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""
         cells = self.file.cells
-        cells[CPU] = self._cpu_time() - self._cpu_time_before
-        busy = sum(meter.busy_ns for meter in self._meters)
+        cells[CPU] = self._cpu_time.spent()
+        busy = sum(meter.busy_ns for meter in self._counters.meters)
         return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
 
     def _cause_of(self, latest: ModelAccount, garbage: int) -> str:
@@ -203,9 +176,72 @@ class Ledger:
         wake = max(step.started - step.at - behind, 0)
         row = [step.at, latest.number, latest.lateness, step_time, wake, behind, garbage]
         row += step.own_times
-        for meter in self._meters:
+        for meter in self._counters.meters:
             row += meter.devices()
         self._worst.keep(row)
+
+
+class _Counters:
+    """What others count, copied into the file after every step."""
+
+    def __init__(self, file: StatisticsFile, profiler: Profiler, inbox: Inbox) -> None:
+        cells, layout = file.cells, file.layout
+        self.meters = [
+            BusMeter(bus, cells, layout, index) for index, bus in enumerate(profiler.buses)
+        ]
+        self._cells = cells
+        self._inbox = inbox
+        self._faults = profiler.faults
+        self._watches = [
+            (layout.deadline(index), watch) for index, watch in enumerate(profiler.watches)
+        ]
+        self._faults.count_in(cells, layout)
+
+    def read(self) -> None:
+        """Copy them."""
+        cells = self._cells
+        if self._faults.pending:
+            self._faults.write()
+        cells[INPUTS_DROPPED] = self._inbox.dropped
+        for meter in self.meters:
+            meter.read()
+        for first, watch in self._watches:
+            cells[first] = watch.misses
+            cells[first + 1] = watch.samples
+            cells[first + 2] = watch.answers
+
+    def end(self) -> None:
+        """Copy them for the last time: what is not answered will not be."""
+        for _, watch in self._watches:
+            watch.end()
+        self.read()
+
+
+class _CpuTime:
+    """Processor time of the run, without that of its pauses, ns.
+
+    None passes on a clock that is not the machine's: in virtual time equal runs have equal
+    statistics, whatever they cost.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._now = process_time_ns if isinstance(clock, MonotonicClock) else _nothing
+        self._began_with = self._now()
+        self._paused_with: int | None = None
+
+    def spent(self) -> int:
+        """So far."""
+        return self._now() - self._began_with
+
+    def pause(self) -> None:
+        """Count no more for a while."""
+        self._paused_with = self._now()
+
+    def go_on(self) -> None:
+        """Count again after a pause, if there was one."""
+        if self._paused_with is not None:
+            self._began_with += self._now() - self._paused_with
+            self._paused_with = None
 
 
 def _nothing() -> int:

@@ -73,10 +73,11 @@ class Executive:
         self._readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock() if world_now is None else world_now
         self.world_now.tolerance = self._profiler.accounting.tolerance
-        self._switching_off = SwitchOffRetry(
-            make_safe, clock, configuration.switch_off_for, self._go_on_ending
+        self._ending = Ending(
+            self.simulator,
+            self._readiness,
+            SwitchOffRetry(make_safe, clock, configuration.switch_off_for, self._go_on_ending),
         )
-        self._ending = Ending(self.simulator, self._readiness, self._switching_off.run)
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
@@ -142,7 +143,7 @@ class Executive:
 
     def give_up(self) -> None:
         """Switch outputs off once at the end, and not again if that fails; safe as above."""
-        self._switching_off.give_up()
+        self._ending.give_up()
 
     def run(self, until: int = NEVER) -> Outcome:
         """Run up to and including instant `until`; when it returns, outputs have been made safe.

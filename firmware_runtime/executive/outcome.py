@@ -178,19 +178,23 @@ class Ending:
     """Ends a run: outputs off, the models' exit, and off again where that failed half way."""
 
     def __init__(
-        self, simulator: Engine, readiness: Readiness, switch_off: Callable[[], list[str]]
+        self, simulator: Engine, readiness: Readiness, switching_off: SwitchOffRetry
     ) -> None:
         self._simulator = simulator
         self._readiness = readiness
-        self._switch_off = switch_off
+        self._switching_off = switching_off
+
+    def give_up(self) -> None:
+        """Switch off once, and not again if that fails; safe in a signal handler, in any thread."""
+        self._switching_off.give_up()
 
     def __call__(self, outcome: Outcome) -> Outcome:
         """The outcome in the light of what devices say of themselves, and what goes wrong here."""
-        faults = self._switch_off()
+        faults = self._switching_off.run()
         outcome = self._readiness.judged(outcome)
         failures = self._simulator.exit()
         if failures:  # an exit that failed half way may have switched something on
-            faults = self._switch_off()
+            faults = self._switching_off.run()
         faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
         return replace(outcome, faults=tuple(faults))
 

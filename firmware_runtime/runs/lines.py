@@ -1,5 +1,8 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles
@@ -16,6 +19,8 @@ from firmware_runtime.hal.on_demand import open_i2c, open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.timed_port import TimedPort
+
+Line = TypeVar("Line", I2cBus, SerialPort)
 
 
 def open_lines(
@@ -51,27 +56,33 @@ def reach_lines(board: Board, doubles: Doubles | None, held: Lines | None = None
     out, and the enable line belongs to the process that drives.
     """
     held = held or Lines({})
-    buses: dict[str, I2cBus] = {}
-    ports: dict[str, SerialPort] = {}
-    for name in board.settings.buses:
-        before = held.buses.get(name)
-        try:
-            buses[name] = _bus(board, doubles, name, NO_TIME, alone=False)
-        except (HalError, OSError) as error:
-            buses[name] = before or AbsentBus(name, text_of(error).removeprefix(f"{name}: "))
-        else:
-            if before is not None:
-                before.close()
-    for name in board.ports:
-        held_port = held.ports.get(name)
-        try:
-            ports[name] = _port(board, doubles, name, NO_TIME, alone=False)
-        except (HalError, OSError) as error:
-            ports[name] = held_port or AbsentPort(name, text_of(error).removeprefix(f"{name}: "))
-        else:
-            if held_port is not None:
-                held_port.close()
-    return Lines(buses, ports)
+
+    def bus(name: str) -> I2cBus:
+        return _bus(board, doubles, name, NO_TIME, alone=False)
+
+    def port(name: str) -> SerialPort:
+        return _port(board, doubles, name, NO_TIME, alone=False)
+
+    return Lines(
+        {
+            name: _reached(name, bus, AbsentBus, held.buses.get(name))
+            for name in board.settings.buses
+        },
+        {name: _reached(name, port, AbsentPort, held.ports.get(name)) for name in board.ports},
+    )
+
+
+def _reached(
+    name: str, opened: Callable[[str], Line], absent: Callable[[str, str], Line], held: Line | None
+) -> Line:
+    """A line opened again; where that fails the one that is held, or one that says why not."""
+    try:
+        line = opened(name)
+    except (HalError, OSError) as error:
+        return held or absent(name, text_of(error).removeprefix(f"{name}: "))
+    if held is not None:
+        held.close()
+    return line
 
 
 def _bus(

@@ -34,6 +34,11 @@ def counted(
     if _is_stopped(restarts, notices, within, meanwhile):
         _forget(restarts)
         return Status.TERMINATED
+    return _counted(run, restarts)
+
+
+def _counted(run: Callable[[Restarts | None], int], restarts: Restarts) -> int:
+    """Run, and forget the starts that failed if this one did not."""
     with suppress(OSError):  # no place for statistics either: the run says so itself
         restarts.begin()
     try:

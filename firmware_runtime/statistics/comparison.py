@@ -91,26 +91,15 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
     not the same models, buses and deadlines, or count overruns by other periods, tolerances or
     policies.
     """
+    _demand_alike(runs)
     runs = sorted(runs, key=_gravity, reverse=True)
     first = runs[0]
-    layout, stated = first.layout, first.header.models
-    if any(run.layout != layout for run in runs):
-        raise StatisticsFileError(
-            "these runs have different models, buses or deadlines; expected runs of one board"
-        )
-    if any(run.header.models != stated for run in runs):
-        raise StatisticsFileError(
-            "these runs have different periods, tolerances or policies of models; "
-            "expected runs with the same settings"
-        )
+    layout = first.layout
     cells = _copy_of(first)
     cells[layout.timeline] = empty_cells(TIMELINE)
     cells[YIELDED] = max(run.cells[YIELDED] for run in runs)  # that one was must not be lost
     for run in runs[1:]:
-        for index in _counters(layout):
-            cells[index] += run.cells[index]
-        for part in _histograms(layout):
-            Histogram(cells[part]).merge(Histogram(run.cells[part]))
+        _add(cells, run)
     for index in range(len(layout.models)):
         cells[layout.model(index) + _LAST_LATE] = NO_INSTANT
         cells[layout.model(index) + _DUE] = NEVER
@@ -130,6 +119,28 @@ def differing_conditions(runs: Sequence[Statistics]) -> dict[str, list[Any]]:
 
 
 # -------------------------------------------------------------------------------------------------
+
+
+def _demand_alike(runs: Sequence[Statistics]) -> None:
+    """Raise StatisticsFileError for runs that cannot be added up."""
+    first = runs[0]
+    if any(run.layout != first.layout for run in runs):
+        raise StatisticsFileError(
+            "these runs have different models, buses or deadlines; expected runs of one board"
+        )
+    if any(run.header.models != first.header.models for run in runs):
+        raise StatisticsFileError(
+            "these runs have different periods, tolerances or policies of models; "
+            "expected runs with the same settings"
+        )
+
+
+def _add(cells: Cells, run: Statistics) -> None:
+    """Add what counts up in a run."""
+    for index in _counters(run.layout):
+        cells[index] += run.cells[index]
+    for part in _histograms(run.layout):
+        Histogram(cells[part]).merge(Histogram(run.cells[part]))
 
 
 def _copy_of(statistics: Statistics) -> Cells:

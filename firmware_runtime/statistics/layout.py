@@ -157,6 +157,14 @@ class Layout:
             **{field.name: getattr(self, field.name) for field in fields(self)},
             "cells": self.cells,
             "histogram": {"buckets": BUCKETS, "sub_buckets": SUB_BUCKETS, "then": ["max", "sum"]},
+            **self._counter_blocks(),
+            **self._kept_blocks(),
+            **self._fault_block(),
+        }
+
+    def _counter_blocks(self) -> dict[str, Any]:
+        """What counts up: the run, its models, buses and deadlines."""
+        return {
             "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
             "model_block": {
                 "at": _MODELS,
@@ -170,6 +178,11 @@ class Layout:
                 "stride": len(DEADLINE),
                 "fields": DEADLINE,
             },
+        }
+
+    def _kept_blocks(self) -> dict[str, Any]:
+        """What is kept of single events: the worst, how the run ended, how it went over time."""
+        return {
             "worst_block": {
                 "at": self.place(0),
                 "stride": self.place_cells,
@@ -184,6 +197,10 @@ class Layout:
                 "slots": SLOTS,
                 "widths_ns": WIDTHS,
             },
+        }
+
+    def _fault_block(self) -> dict[str, Any]:
+        return {
             "fault_block": {
                 "at": self.faults.start,
                 "stride": fault_table.ROW_CELLS,

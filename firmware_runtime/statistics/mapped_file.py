@@ -104,25 +104,30 @@ class ReadableFile:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
             raise self.damaged("it is no regular file")
-        prefix = os.pread(descriptor, PREFIX.size, 0)
-        if prefix[: len(kind.magic)] != kind.magic:
-            raise self.damaged(f"it starts with {prefix[:8]!r}, expected {kind.magic!r}")
-        if len(prefix) < PREFIX.size:
-            raise self.damaged(f"{len(prefix)} bytes, expected at least {PREFIX.size}")
-        schema: int
-        header_size: int
-        self._size: int
-        _, schema, self._size, header_size = PREFIX.unpack(prefix)
-        if schema != kind.schema:
-            raise StatisticsFileError(
-                f"{path}: schema {schema}; this program reads schema {kind.schema}"
-            )
+        self._size, header_size = self._read_prefix()
         if status.st_size != self._size:
             raise self.damaged(f"{status.st_size} bytes, expected {self._size}")
         self._first = PREFIX.size + header_size
         if not PREFIX.size <= self._first <= min(self._size, _LONGEST_HEADER):
             raise self.damaged(f"a header of {header_size} bytes in a file of {self._size}")
         self.header: dict[str, Any] = self._read_header(header_size)
+
+    def _read_prefix(self) -> tuple[int, int]:
+        """How many bytes the file has, and how many of them its header."""
+        kind, prefix = self._kind, os.pread(self._descriptor, PREFIX.size, 0)
+        if prefix[: len(kind.magic)] != kind.magic:
+            raise self.damaged(f"it starts with {prefix[:8]!r}, expected {kind.magic!r}")
+        if len(prefix) < PREFIX.size:
+            raise self.damaged(f"{len(prefix)} bytes, expected at least {PREFIX.size}")
+        schema: int
+        size: int
+        header_size: int
+        _, schema, size, header_size = PREFIX.unpack(prefix)
+        if schema != kind.schema:
+            raise StatisticsFileError(
+                f"{self.path}: schema {schema}; this program reads schema {kind.schema}"
+            )
+        return size, header_size
 
     @property
     def cell_bytes(self) -> int:

@@ -24,19 +24,7 @@ def stop_on_signals(
     With `reload`, SIGHUP calls that instead: a service has no terminal that could go. `give_up` is
     called from the second SIGINT on. Main thread only, as Python allows no other to handle signals.
     """
-    interrupts = 0
-
-    def handle(number: int, _frame: FrameType | None) -> None:
-        nonlocal interrupts
-        if number == signal.SIGHUP and reload is not None:
-            reload()
-            return
-        request_stop(signal.Signals(number).name)
-        if number == signal.SIGINT:
-            interrupts += 1
-            if interrupts > 1:
-                give_up()
-
+    handle = _Handler(request_stop, reload, give_up)
     before = {number: signal.signal(number, handle) for number in STOPS}
     try:
         yield
@@ -44,3 +32,29 @@ def stop_on_signals(
         for number, handler in before.items():
             # None: set by something that is not Python, and out of reach
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
+
+
+class _Handler:
+    """What a signal leads to."""
+
+    def __init__(
+        self,
+        request_stop: Callable[[str], None],
+        reload: Callable[[], None] | None,
+        give_up: Callable[[], None],
+    ) -> None:
+        self._request_stop = request_stop
+        self._reload = reload
+        self._give_up = give_up
+        self._interrupts = 0
+
+    def __call__(self, number: int, _frame: FrameType | None) -> None:
+        """Reload, or ask for the end; from the second SIGINT on, give up as well."""
+        if number == signal.SIGHUP and self._reload is not None:
+            self._reload()
+            return
+        self._request_stop(signal.Signals(number).name)
+        if number == signal.SIGINT:
+            self._interrupts += 1
+            if self._interrupts > 1:
+                self._give_up()

@@ -1,6 +1,6 @@
 """The buses of one test: doubles on them, and what the doubles warned of."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.line_time import WireClock
@@ -57,22 +57,29 @@ class TestBuses:
         if isinstance(address, int) and not 0 <= address <= LARGEST_ADDRESS:
             fault = f"address 0x{address:02x}; expected seven bits, 0x00 to 0x{LARGEST_ADDRESS:02x}"
             raise ConfigError(str(chip), [fault])
+        double = self._made(chip, address, settings)
+        line, targets = self.bus(bus), _targets(chip, double)
+        _demand_free(str(chip), targets, line)
+        line.connect(*targets)
+        return double[0] if isinstance(double, Sequence) else double
+
+    def _made(
+        self,
+        chip: str | Target | Callable[..., object],
+        address: int | None,
+        settings: Mapping[str, object],
+    ) -> object:
+        """The double of a chip that has had power for a while."""
+        if isinstance(chip, Target):
+            return chip
         powered = _PoweredBefore(self._clock)
         if isinstance(chip, str):
             double = make(chip, powered, address=address, **settings)
-        elif isinstance(chip, Target):
-            double = chip
         else:
             stated = settings if address is None else {"address": address, **settings}
             double = chip(powered, **stated)
         powered.is_connected = True
-        line, targets = self.bus(bus), _targets(chip, double)
-        for target in targets:
-            if (taken := _address(target)) in map(_address, line.targets) and taken is not None:
-                fault = f"another chip has the address 0x{taken:02x} on {line.name} already"
-                raise ConfigError(str(chip), [f"{fault}; expected a free one"])
-        line.connect(*targets)
-        return double[0] if isinstance(double, Sequence) else double
+        return double
 
     def warnings(self) -> list[str]:
         """What the doubles were asked that a real chip would not take as meant."""
@@ -107,6 +114,14 @@ def _address(target: Target) -> int | None:
     """Where a target answers, if it says so."""
     address = getattr(target, "address", None)
     return address if isinstance(address, int) else None
+
+
+def _demand_free(chip: str, targets: Sequence[Target], line: I2cBusDouble) -> None:
+    """Raise ConfigError for a target whose address another one on the bus has."""
+    for target in targets:
+        if (taken := _address(target)) in map(_address, line.targets) and taken is not None:
+            fault = f"another chip has the address 0x{taken:02x} on {line.name} already"
+            raise ConfigError(chip, [f"{fault}; expected a free one"])
 
 
 def _targets(chip: object, double: object) -> Sequence[Target]:

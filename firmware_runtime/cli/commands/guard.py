@@ -24,7 +24,7 @@ from firmware_runtime.statistics.text.sentences import refusals
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.sentences import Sentences
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 START_WITHIN: Final = 60 * SECOND
 """How long a start may take, ns: `TimeoutStartSec=` of the unit."""
@@ -81,19 +81,25 @@ def _watch(
             say(refusal)
         say(f"watching {path}")
         notices.ready()
-        begun_at = monotonic_ns()
-        while not signal.came:
-            guard.look()
-            with suppress(MemoryError):
-                notices.alive()
-                if restarts is not None:
-                    restarts.attend(monotonic_ns() - begun_at, SECOND)
-            guard.wait(signal.fileno())
+        _look_until(signal, guard, notices, restarts)
     notices.stopping()
     outputs.close()
     for failure in guard.failed:
         errors.say(f"firmware-runtime: not made safe: {failure}")
     return Status.NOT_SAFE if guard.failed else Status.OK
+
+
+def _look_until(
+    signal: UntilSignal, guard: Guard, notices: Notices, restarts: Restarts | None
+) -> None:
+    begun_at = monotonic_ns()
+    while not signal.came:
+        guard.look()
+        with suppress(MemoryError):
+            notices.alive()
+            if restarts is not None:
+                restarts.attend(monotonic_ns() - begun_at, SECOND)
+        guard.wait(signal.fileno())
 
 
 def _asked(board: Board) -> ProcessSettings:

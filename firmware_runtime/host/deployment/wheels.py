@@ -51,22 +51,26 @@ def collect(
         _download(commands, platform, ours, into)
         return ""
     project_wheel.demand_ours(wheel)
-    wanted = [*EXTRAS, *(each for made in ours for each in project_wheel.requirements(made))]
-    cache = cache_directory() / str(platform)
-    kept = _is_kept(cache, wanted)
-    if kept:
-        for file in cache.glob("*.whl"):
-            shutil.copy2(file, into)
-    else:
-        _download(commands, platform, ours, into)
-    files = sorted(into.iterdir())
-    _demand_fitting(platform, files)
-    if not kept:
-        _keep(cache, wanted, [file for file in files if file not in ours])
+    source = _add_others(commands, platform, ours, into)
+    files = list(into.iterdir())
     size = sum(file.stat().st_size for file in files)
-    source = "from the cache" if kept else "downloaded"
     made = " and ".join(each.name for each in ours)
     return f"{made} and {len(files) - len(ours)} others {source}, {size / 1e6:.1f} MB"
+
+
+def _add_others(commands: Commands, platform: Platform, ours: Sequence[Path], into: Path) -> str:
+    """Add what our wheels depend on, from the cache if it has all; return where it came from."""
+    wanted = [*EXTRAS, *(each for made in ours for each in project_wheel.requirements(made))]
+    cache = cache_directory() / str(platform)
+    if _is_kept(cache, wanted):
+        for file in cache.glob("*.whl"):
+            shutil.copy2(file, into)
+        _demand_fitting(platform, into)
+        return "from the cache"
+    _download(commands, platform, ours, into)
+    _demand_fitting(platform, into)
+    _keep(cache, wanted, [file for file in sorted(into.iterdir()) if file not in ours])
+    return "downloaded"
 
 
 def _download(commands: Commands, platform: Platform, ours: Sequence[Path], into: Path) -> None:
@@ -78,8 +82,8 @@ def _download(commands: Commands, platform: Platform, ours: Sequence[Path], into
     commands.demand(download, f"no wheels for {platform}")
 
 
-def _demand_fitting(platform: Platform, files: Sequence[Path]) -> None:
-    for file in files:
+def _demand_fitting(platform: Platform, folder: Path) -> None:
+    for file in sorted(folder.iterdir()):
         if not platform.takes(file.name):
             raise DeploymentError(f"{file.name}: does not fit; expected a wheel for {platform}")
 

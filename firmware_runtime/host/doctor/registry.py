@@ -53,21 +53,17 @@ def demands_of(board: Board) -> Demands:
     """Everything the checks compare the machine with."""
     settings: BoardSettings = board.settings
     executive = settings.executive
-    nodes = {name: bus.device for name, bus in settings.buses.items()}
+    on_node = {
+        bus.device: [each for each in board.devices if each.bus == name]
+        for name, bus in settings.buses.items()
+    }
     return Demands(
         board=board.name,
         bus_hz={bus.device: round(bus.speed_hz) for bus in settings.buses.values()},
-        addresses={
-            node: [each.address for each in board.devices if each.bus == name]
-            for name, node in nodes.items()
-        },
+        addresses={node: [each.address for each in devices] for node, devices in on_node.items()},
         stretching={
-            node: [
-                each.chip.lower()
-                for each in board.devices
-                if each.bus == name and each.stretches_clock
-            ]
-            for name, node in nodes.items()
+            node: [each.chip.lower() for each in devices if each.stretches_clock]
+            for node, devices in on_node.items()
         },
         ports=[port.device for port in board.ports.values()],
         fifo_priority=executive.fifo_priority,

@@ -46,24 +46,17 @@ def table(
         element("tr", element("th", first, scope="row"), *(element("td", cell) for cell in cells))
         for first, *cells in rows
     ]
-    return element(
-        "div",
-        element("p", caption, class_="caption"),
-        element(
-            "div",
-            element(
-                "table",
-                element("thead", element("tr", *columns)),
-                element("tbody", *body),
-                class_=css,
-                aria_label=caption,
-            ),
-            class_="scroll",
-            role="region",
-            aria_label=caption,
-            tabindex=0,
-        ),
+    rows_in_columns = element(
+        "table",
+        element("thead", element("tr", *columns)),
+        element("tbody", *body),
+        class_=css,
+        aria_label=caption,
     )
+    scrolling = element(
+        "div", rows_in_columns, class_="scroll", role="region", aria_label=caption, tabindex=0
+    )
+    return element("div", element("p", caption, class_="caption"), scrolling)
 
 
 def chart(svg: Element, caption: str, legend: Element | None, *numbers: Element) -> Element:
