@@ -28,7 +28,7 @@ def choose_clock(arguments: argparse.Namespace) -> None:
 
 def _not_for_a_model_alone(arguments: argparse.Namespace) -> Iterator[str]:
     """The options that say something about hardware, or the end twice."""
-    for option in ("doubles", "plot", "arm", "supervised"):
+    for option in ("doubles", "plot", "arm", "supervised", "record"):
         if getattr(arguments, option):
             yield f"--events runs the model alone: leave --{option} out"
     if arguments.until is not None and arguments.duration_s is not None:

@@ -43,6 +43,7 @@ VERBS = {
     "report": "report",
     "perfetto": "perfetto",
     "record": "record",
+    "replay": "replay",
     "arm": "arm",
     "disarm": "arm",
     "guard": "guard",

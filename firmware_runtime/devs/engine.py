@@ -1,7 +1,7 @@
 """What the parallel and the classic simulator share: the flat model, its agenda, its entrances."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
@@ -47,6 +47,10 @@ class Engine(ABC):
     ) -> None:
         self.root = root
         self.now = 0
+        self.visit = -1
+        """Which advance to the present instant is under way, from 0; a listener may read it."""
+        self.on_postponed: Callable[[Atomic, int], None] | None = None
+        """Called with a model whose event was postponed, and until when."""
         self.internal_transitions = 0
         self.external_transitions = 0
         self._zero_time_limit = zero_time_limit
@@ -120,6 +124,7 @@ class Engine(ABC):
                 f"{self.root.path}: cannot advance to {format_time(at)}, expected an instant from "
                 f"{format_time(self.now)} (now) to {format_time(next_at)} (next event)"
             )
+        self.visit = self.visit + 1 if at == self.now else 0
         self.now = at
         if self._injected:
             self._send_injected()
@@ -138,10 +143,12 @@ class Engine(ABC):
             )
         next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
         at, until = self.now, min(until, NEVER - 1)
+        self.visit += 1
         self._send_injected()
         while at <= until:
             self.now = at
             work_off(at, take(at))
+            self.visit = 0
             self._run_alone(until)
             at = next_at()
 
@@ -160,6 +167,8 @@ class Engine(ABC):
         number = self._number(atomic)
         atomic.sigma = at - self._last[number]
         self._agenda.book(number, at)
+        if self.on_postponed is not None:
+            self.on_postponed(atomic, at)
 
     def listen(self, port: OutPort[T], listener: Listener[T]) -> Listening:
         """Call `listener(now, value)` for all that leaves by an output port of any model.

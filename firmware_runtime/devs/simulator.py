@@ -34,7 +34,7 @@ class Simulator(Engine):
     """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
 
     round = 0
-    """Which round of the present instant is under way, from 0; a listener may ask."""
+    """Which round of the present instant is under way, from 0; a listener may read it."""
 
     def _connect(self, feeds: Iterable[Feed]) -> None:
         self._delivery = Delivery(self._numbers, feeds)

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
 
@@ -78,6 +78,12 @@ def add_to(verbs: SubParsers) -> None:
     _add_link(verb)
     verb.add_argument(
         "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
+    )
+    verb.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE",
+        help="record what enters the board's controller and what leaves it, for `replay`",
     )
     verb.add_argument(
         "--statistics",
@@ -156,6 +162,7 @@ def _run(
         draw = _plotting(session, arguments.plot)
         report = Report(session, arguments, messages)
         with (
+            _recording(session, arguments.record, messages) as ended,
             tracing(session.executive.simulator, arguments.trace),
             _serving(session, notices, messages) as reload,
             progress_shown(session, report.until, messages, wanted=not arguments.json),
@@ -163,6 +170,7 @@ def _run(
         ):
             report.begin()
             outcome = session.run(report.until)
+            ended(outcome)
         if isinstance(outcome.error, StatisticsFileError):
             raise outcome.error  # the run never began: bad input, like a board's
         status: int = _status(outcome, session)
@@ -215,6 +223,21 @@ def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
     plot = import_module("firmware_runtime.cli.plot")
     plot.check_plot(session, path)
     return lambda reason: plot.write_plot(session, path, reason)
+
+
+def _recording(
+    session: Session, path: Path | None, messages: Messages
+) -> AbstractContextManager[Callable[[Outcome], None]]:
+    """What records the run and is called with how it ended.
+
+    What records is imported only if there is something to record.
+    """
+    if path is None:
+        return nullcontext(lambda _outcome: None)
+    module = import_module("firmware_runtime.runs.recorded_run")
+    recorded: AbstractContextManager[Callable[[Outcome], None]]
+    recorded = module.recorded(session, path, messages)
+    return recorded
 
 
 @contextmanager

@@ -1,0 +1,114 @@
+"""`firmware-runtime replay FILE [BOARD]`: run what entered a controller again, and compare."""
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.time import format_time
+from firmware_runtime.recording.comparison import Comparison
+from firmware_runtime.recording.of_board import board_of, code_changes, part_code, replay_of
+from firmware_runtime.recording.recording import Recording, read_recording
+from firmware_runtime.status import Status
+
+_ABOUT = """
+The recording is one of `run --record`. What entered the board's controller enters it again, in
+virtual time, at the same instants and rounds; every output event is compared, floats to the bit.
+Exit status 0: all are equal; 1: some differ, or the recording is not whole.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Replay a recorded run; compare every output event of its controller."
+    verb = add_verb(verbs, "replay", summary, execute)
+    verb.epilog = _ABOUT
+    verb.add_argument("file", type=Path, metavar="FILE", help="a recording, of `run --record`")
+    verb.add_argument(
+        "board",
+        metavar="BOARD",
+        nargs="?",
+        help="replay by this board's settings; default: those that the recording holds",
+    )
+    verb.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="assignments",
+        help="override one number of BOARD's; may be repeated",
+    )
+    verb.add_argument("--json", action="store_true", help="print the comparison as JSON")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Replay, and print what differs."""
+    recording = read_recording(arguments.file)
+    board = _board(arguments, recording)
+    changes = code_changes(recording, part_code(board, recording.header.components))
+    comparison = replay_of(recording, board)
+    if arguments.json:
+        print(json.dumps(_as_json(recording, board, comparison, changes), allow_nan=False))
+    else:
+        print("\n".join(_as_text(recording, board, comparison, changes)))
+    return Status.OK if comparison.is_equal else Status.MODEL_ERROR
+
+
+def _board(arguments: argparse.Namespace, recording: Recording) -> Board:
+    if arguments.board is None and not arguments.assignments:
+        return board_of(recording.header)
+    return chosen_board(arguments.board or recording.header.kind, arguments.assignments)
+
+
+def _as_json(
+    recording: Recording, board: Board, comparison: Comparison, changes: list[str]
+) -> dict[str, Any]:
+    header = recording.header
+    return {
+        "board": header.board,
+        "role": header.role,
+        **comparison.as_json(),
+        "equal": comparison.is_equal,
+        "code_sha256": header.code_sha256,
+        "code_changed": changes,
+        "settings_changed": board.table != header.table,
+    }
+
+
+def _as_text(
+    recording: Recording, board: Board, comparison: Comparison, changes: list[str]
+) -> Iterator[str]:
+    header = recording.header
+    if comparison.fault is not None:
+        yield f"not compared as a whole: {comparison.fault}"
+    if comparison.differences:
+        yield from _difference(comparison)
+    elif comparison.fault is None:
+        yield f"equal: {comparison.events} output events of the {header.role} of {header.board}"
+    yield f"  {comparison.inputs} values entered, {comparison.events} left"
+    if changes:
+        yield f"  code that has changed since: {', '.join(changes)}"
+    if board.table != header.table:
+        yield f"  settings are not those of the run: {board.source}"
+
+
+def _difference(comparison: Comparison) -> Iterator[str]:
+    first, state = comparison.first, comparison.state
+    if first is None:
+        return
+    yield f"{comparison.differences} of {comparison.events} output events differ; the first:"
+    said = first.as_json(state)
+    yield f"  at {format_time(first.at)}, port {first.port}"
+    yield f"    recorded: {json.dumps(said['recorded'])}"
+    yield f"    replayed: {json.dumps(said['replayed'])}"
+    if state is None:
+        yield "    no recorded field of its state differed"
+        return
+    field = said["state"]
+    yield f"  first field of its state that differed: {state.field}, at {format_time(state.at)}"
+    yield f"    recorded: {json.dumps(field['recorded'])}"
+    yield f"    replayed: {json.dumps(field['replayed'])}"

@@ -1,0 +1,162 @@
+"""The recorder: listens at the cut around a part while its run goes on.
+
+In a step it appends to a list. Between two steps it writes what the step has left behind as one
+batch, with the fields of the part's atomics that have changed, and hands it to a `Sink`. What the
+sink does not take is dropped and counted: a batch says how many records there were before it.
+"""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from msgspec import to_builtins
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.listening import Listening
+from firmware_runtime.devs.ports import AnyPort, OutPort
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.recording.cut import Cut
+from firmware_runtime.recording.frames import frame
+from firmware_runtime.recording.records import (
+    Batch,
+    Ended,
+    Entered,
+    Header,
+    Left,
+    Postponed,
+    Record,
+    Retuned,
+    Shown,
+    State,
+)
+from firmware_runtime.recording.sink import Sink
+from firmware_runtime.recording.states import States
+from firmware_runtime.recording.values import UnknownValue, pack, plain
+
+MOST: Final = 10_000
+"""Records of one step that are kept; further ones are dropped and counted."""
+STATES_NEED: Final = 300 * MICROSECOND
+"""Ns to the next event without which the fields are left for the next batch, in real time."""
+
+_WITH_VALUE: Final = (Entered, Left, Retuned)
+
+
+class Recorder:
+    """A hook of the executive that records one part of its model.
+
+    `dropped` counts records that are not in the file; `fault` says of the first why, if it is a
+    value that cannot be recorded.
+    """
+
+    def __init__(
+        self, simulator: Simulator, cut: Cut, header: Header, sink: Sink, *, is_real_time: bool
+    ) -> None:
+        self.dropped = 0
+        self.fault: str | None = None
+        self._simulator = simulator
+        self._sink = sink
+        self._needed = STATES_NEED if is_real_time else -1
+        self._states = States(cut.atomics)
+        self._paths = {atomic: _path(simulator, atomic) for atomic in cut.atomics}
+        self._pending: list[tuple[type[Any], Any]] = []
+        self._records = 0
+        self._listenings: list[Listening] = []
+        sink.take(frame(pack(to_builtins(header))))
+        for number, entrance in enumerate(cut.entrances.values()):
+            self._listen(entrance.port, Entered, number)
+        for number, port in enumerate(cut.leaving.values()):
+            self._listen(port, Left, number)
+        simulator.on_postponed = self._postponed
+
+    def show(self, port: OutPort[float]) -> None:
+        """Record what leaves this port too, for a picture."""
+
+        def remember(at: int, value: object) -> None:
+            if isinstance(value, float):
+                self._remember(Shown, (at, value))
+
+        self._listenings.append(self._simulator.listen(port, remember))
+
+    def retuned(self, settings: Any) -> None:  # noqa: ANN401 -- the board's own class
+        """Record that the part was given these gains and limits now, between two steps."""
+        self._remember(Retuned, (self._simulator.now, self._simulator.visit, settings))
+
+    def attend(self, _now: int, left: int) -> None:
+        """Write down the step that is over."""
+        if self._pending:
+            self._write(with_states=left >= self._needed)
+
+    def close(self, state: str, reason: str) -> str | None:
+        """Record the end of the run; return what is wrong with the recording, if something is."""
+        for listening in self._listenings:
+            listening.end()
+        self._simulator.on_postponed = None
+        self._write(with_states=True)
+        simulator = self._simulator
+        ended = Ended(simulator.now, simulator.visit, state, reason, self._records)
+        self._send([ended])
+        return self._sink.close() or self.fault or self._dropped()
+
+    def _listen(self, port: AnyPort, kind: type[Any], name: int) -> None:
+        simulator, remember = self._simulator, self._remember
+
+        def cross(at: int, value: object) -> None:
+            remember(kind, (at, simulator.visit, simulator.round, name, value))
+
+        self._listenings.append(_listening(simulator, port, cross))
+
+    def _postponed(self, atomic: Atomic, until: int) -> None:
+        path = self._paths.get(atomic)
+        if path is not None:
+            now, visit = self._simulator.now, self._simulator.visit
+            self._remember(Postponed, (now, visit, path, until))
+
+    def _remember(self, kind: type[Any], fields: tuple[Any, ...]) -> None:
+        if len(self._pending) < MOST:
+            self._pending.append((kind, fields))
+        else:
+            self._records += 1
+            self.dropped += 1
+
+    def _write(self, *, with_states: bool) -> None:
+        pending, self._pending = self._pending, []
+        records = [made for kind, fields in pending if (made := self._made(kind, fields))]
+        if with_states and (changed := self._states.changed()):
+            now, visit = self._simulator.now, self._simulator.visit
+            records.append(State(now, visit, changed))
+        self._send(records)
+
+    def _made(self, kind: type[Any], fields: tuple[Any, ...]) -> Record | None:
+        if kind not in _WITH_VALUE:
+            made: Record = kind(*fields)
+            return made
+        try:
+            crossed: Record = kind(*fields[:-1], plain(fields[-1]))
+        except UnknownValue as error:
+            self.fault = self.fault or str(error)
+            self._records += 1
+            self.dropped += 1
+            return None
+        return crossed
+
+    def _send(self, records: list[Record]) -> None:
+        if not self._sink.take(frame(pack(Batch(self._records, records)))):
+            self.dropped += len(records)
+        self._records += len(records)
+
+    def _dropped(self) -> str | None:
+        if self.dropped == 0:
+            return None
+        return f"{self.dropped} records were dropped: they came faster than they could be written"
+
+
+def _path(engine: Engine, atomic: Atomic) -> str:
+    return atomic.path.removeprefix(f"{engine.root.path}.")
+
+
+def _listening(
+    simulator: Simulator, port: AnyPort, listener: Callable[[int, object], None]
+) -> Listening:
+    """Listen to any port; those of a root that runs alone are input ports."""
+    return simulator.listen(port, listener)  # type: ignore[arg-type]

@@ -1,0 +1,69 @@
+"""The recording of one run: begun before it, closed when it is over."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.recording.of_board import cut_of, header_of
+from firmware_runtime.recording.recorder import Recorder
+from firmware_runtime.recording.sink import PipeSink
+from firmware_runtime.runs.session import Session
+
+
+class RecordedRun:
+    """Records what enters and leaves a role's part in the run of a session, into a file.
+
+    Raises ConfigError for a role that the board has not, and a file that cannot be made.
+    """
+
+    def __init__(self, session: Session, path: Path, role: str = CONTROLLER) -> None:
+        executive, board, shown = session.executive, session.board, session.shown
+        is_real_time = isinstance(executive.clock, MonotonicClock)
+        cut = cut_of(board, role, session.robot.model)
+        header = header_of(
+            board, role, cut, type(executive.clock).__name__, None if shown is None else shown.path
+        )
+        sink = PipeSink(path, waits=not is_real_time)
+        self._recorder = Recorder(executive.simulator, cut, header, sink, is_real_time=is_real_time)
+        if shown is not None:
+            self._recorder.show(shown)
+        executive.hooks.append(self._recorder)
+        self._retune = session.robot.retune
+        session.robot = replace(session.robot, retune=self._retuned)
+        self._is_closed = False
+
+    def close(self, outcome: Outcome | None = None) -> str | None:
+        """Record how the run ended; return what is wrong with the recording. Again does nothing."""
+        if self._is_closed:
+            return None
+        self._is_closed = True
+        if outcome is None:
+            return self._recorder.close("failed", "the run did not begin")
+        return self._recorder.close(outcome.state.name.lower(), outcome.reason)
+
+    def _retuned(self, settings: Any) -> None:  # noqa: ANN401 -- the board's own class
+        self._retune(settings)
+        self._recorder.retuned(settings)
+
+
+@contextmanager
+def recorded(
+    session: Session, path: Path, log: Callable[[str], None], role: str = CONTROLLER
+) -> Iterator[Callable[[Outcome], None]]:
+    """Record a session's run within the block; call what it yields with how the run ended.
+
+    `log` gets what is wrong with the recording, a sentence. Raises ConfigError as `RecordedRun`.
+    """
+    recording = RecordedRun(session, path, role)
+    outcomes: list[Outcome] = []
+    try:
+        yield outcomes.append
+    finally:
+        fault = recording.close(*outcomes[-1:])
+        if fault is not None:
+            log(f"warning: {fault}")

@@ -1,0 +1,96 @@
+"""The same value comes back, floats to the bit; nothing of a file is run."""
+
+import struct
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.fault import Fault
+from drivers.thrust_pairs import Forces
+from firmware_runtime.models.motion import Motion
+from firmware_runtime.recording.values import UnknownValue, encoded, made, unpack
+
+
+class Colour(Enum):
+    RED = 1
+
+
+class Pair(NamedTuple):
+    left: object
+    right: object
+
+
+floats = st.integers(0, 2**64 - 1).map(lambda bits: struct.unpack("<d", struct.pack("<Q", bits))[0])
+leaves = (
+    st.none() | st.booleans() | st.integers() | floats | st.text(max_size=5) | st.binary(max_size=5)
+)
+values = st.recursive(
+    leaves | st.just(Colour.RED),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.lists(inner, max_size=3).map(tuple)
+        | st.tuples(inner, inner).map(lambda both: Pair(*both))
+        | st.dictionaries(st.text(max_size=3), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+
+
+@pytest.mark.slow
+@given(values)
+def test_what_is_read_back_is_the_same_to_the_bit(value: object) -> None:
+    back = made(unpack(encoded(value)))
+    assert type(back) is type(value)
+    assert encoded(back) == encoded(value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [Forces(1.0, -0.0, 2.0, 3.0), Motion(1.0, 2.0), np.float64(0.1), np.arange(6.0).reshape(2, 3)],
+)
+def test_what_ports_of_boards_carry_comes_back_as_its_own_type(value: object) -> None:
+    back = made(unpack(encoded(value)))
+    assert type(back) is type(value)
+    assert encoded(back) == encoded(value)
+
+
+def test_zero_and_minus_zero_are_not_the_same() -> None:
+    assert encoded(0.0) != encoded(-0.0)
+    assert encoded(1) != encoded(1.0)
+
+
+@pytest.mark.parametrize("value", [object(), lambda: 1, {1, 2}, np.array([object()])])
+def test_what_cannot_be_written_down_is_refused(value: object) -> None:
+    with pytest.raises(UnknownValue):
+        encoded(value)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        {"os:system": ["true"]},
+        {"subprocess:Popen": ["true"]},
+        {"sys:modules.os.system": ["true"]},
+        {"drivers.thrust_pairs:Forces": [1.0]},
+        {"drivers.thrust_pairs:math.pi": []},
+        {"no_such_module:Thing": []},
+        {"array": ["|O", [1], b"\0" * 8]},
+        {"tests.recording:Colour": ["BLUE"]},
+        {},
+        {7: []},
+        {"int": 7},
+        {"list": [], "dict": []},
+    ],
+)
+def test_a_file_makes_only_records_that_the_model_knows(form: object) -> None:
+    with pytest.raises(UnknownValue):
+        made(form)
+
+
+def test_a_fault_comes_back() -> None:
+    fault = Fault("NoAcknowledge", "no answer", 1)
+    assert made(unpack(encoded(fault))) == fault
