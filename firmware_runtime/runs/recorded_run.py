@@ -18,10 +18,13 @@ from firmware_runtime.runs.session import Session
 class RecordedRun:
     """Records what enters and leaves a role's part in the run of a session, into a file.
 
+    Without a role it is the one that the session plays, and the controller in a whole model.
     Raises ConfigError for a role that the board has not, and a file that cannot be made.
     """
 
-    def __init__(self, session: Session, path: Path, role: str = CONTROLLER) -> None:
+    def __init__(self, session: Session, path: Path, role: str | None = None) -> None:
+        end = session.end_of_board
+        role = role or (CONTROLLER if end is None else end.role)
         executive, board, shown = session.executive, session.board, session.shown
         is_real_time = isinstance(executive.clock, MonotonicClock)
         cut = cut_of(board, role, session.robot.model)
@@ -53,7 +56,7 @@ class RecordedRun:
 
 @contextmanager
 def recorded(
-    session: Session, path: Path, log: Callable[[str], None], role: str = CONTROLLER
+    session: Session, path: Path, log: Callable[[str], None], role: str | None = None
 ) -> Iterator[Callable[[Outcome], None]]:
     """Record a session's run within the block; call what it yields with how the run ended.
 
