@@ -280,9 +280,11 @@ def _why_no_file(path: str) -> str:
 
 def _read(source: Path) -> str:
     try:
-        return read_file(source).decode()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(source), [f"cannot be read: {error}"]) from error
+        return read_file(source).decode("utf-8-sig")
+    except OSError as error:
+        raise ConfigError(str(source), [f"cannot be read: {error.strerror}"]) from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(str(source), ["cannot be read: not UTF-8; expected text"]) from error
 
 
 def _fingerprint(source: Path, assignments: Sequence[str]) -> str:

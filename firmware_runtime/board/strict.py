@@ -8,7 +8,7 @@ import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from types import NoneType, UnionType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
@@ -22,6 +22,8 @@ DEEPEST = 32
 """Levels of tables and lists within each other: far more than any board has, far fewer than
 Python's own recursion bears."""
 _LONGEST_SHOWN = 200
+_TOML_WORDS = {"object": "a table", "array": "a list", "null": "nothing"}
+"""What msgspec calls as JSON does."""
 _TOO_DEEP = f"nested more than {DEEPEST} deep; expected the tables of a board"
 
 
@@ -209,7 +211,7 @@ def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
     try:
         return msgspec.convert(value, type_)
     except (msgspec.ValidationError, OverflowError) as error:
-        faults.append(f"{path}: {shown(value)}: {_sentence(str(error))}")
+        faults.append(f"{path}: {shown(value)}: {_sentence(str(error), type_)}")
         return None
 
 
@@ -237,13 +239,30 @@ def _wanted(type_: Any) -> str:
     if _is_table(type_) or get_origin(type_) is dict:
         return "a table"
     base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
+    if get_origin(base) in {tuple, list}:
+        return "a list"
+    if choices := _choices(type_):
+        return f"one of {', '.join(map(str, choices))}"
     return {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}.get(
         base, "a value"
     )
 
 
-def _sentence(text: str) -> str:
+def _sentence(text: str, type_: Any) -> str:
+    """What msgspec says, in the words of TOML."""
+    if text.startswith("Invalid enum value") and (choices := _choices(type_)):
+        return f"expected one of {', '.join(map(str, choices))}"
+    for of_json, of_toml in _TOML_WORDS.items():
+        text = text.replace(f"`{of_json}`", of_toml)
     return text[:1].lower() + text[1:].replace("`", "")
+
+
+def _choices(type_: Any) -> Sequence[object]:
+    """The values that a type has, if it is one of stated values, also among other types."""
+    if get_origin(type_) is Literal:
+        return get_args(type_)
+    inner = get_args(type_)[:1] if hasattr(type_, "__metadata__") else get_args(type_)
+    return [choice for each in inner for choice in _choices(each)]
 
 
 def _join(path: str, key: str) -> str:

@@ -15,7 +15,7 @@ def check_plot(session: Session, path: Path) -> None:
     """Refuse, before the run, a picture that cannot be made. Raises ConfigError."""
     faults = []
     if not isinstance(session.rig, Drawn):
-        faults.append("--plot: there is no picture of this run; expected the detective on doubles")
+        faults.append("--plot: no picture of this run; expected doubles whose rig draws one")
     if path.suffix not in ENDINGS:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
     if path.is_dir():

@@ -4,8 +4,12 @@ Sums are exact, so two events are simultaneous when their instants are equal and
 drifts. "Never" is one named constant, an integer too, later than any instant.
 """
 
+from math import isfinite
+from numbers import Real
 from operator import index
 from typing import Final
+
+from firmware_runtime.errors import SettingError
 
 NEVER: Final = (1 << 63) - 1
 """The instant that does not come, and the duration of a passive state."""
@@ -30,7 +34,9 @@ def whole(number: object) -> int | None:
 
 
 def seconds(value: float) -> int:
-    """Seconds as the nearest whole number of nanoseconds."""
+    """Seconds as the nearest whole number of nanoseconds. Raises SettingError for no number."""
+    if not (isinstance(value, Real) and isfinite(value)):
+        raise SettingError(f"{value!r} seconds; expected a finite number")
     return round(value * SECOND)
 
 

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import Component, check_constructed
 from firmware_runtime.devs.coupled import Coupled
 
 
 def tree(root: Component, *, couplings: bool = True) -> str:
     """One line a component, a port and (on request) a coupling, in order of declaration."""
+    check_constructed(root)
     return "\n".join(_lines(root, "", couplings=couplings))
 
 

@@ -107,8 +107,9 @@ class ScaledClock(MonotonicClock):
 
     def __init__(self, speed: float) -> None:
         super().__init__()
-        if not 0 < speed < inf:
-            raise ValueError(f"scaled clock: speed {speed}, expected a positive number")
+        stated: object = speed
+        if not (isinstance(stated, float | int) and 0 < stated < inf):
+            raise ValueError(f"scaled clock: speed {speed!r}, expected a positive number")
         self.speed = speed
         self._gained, self._spent = speed.as_integer_ratio()
         self._at = 0

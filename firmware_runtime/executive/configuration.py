@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.executive.bus_meter import Bus
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
@@ -46,3 +47,12 @@ class Configuration:
     """How many entries the flight recorder keeps beside the statistics; 0: there is none."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     """What else a reader of the statistics should know: board, hash of its file, arguments."""
+
+    def __post_init__(self) -> None:
+        """Raise SettingError for policies and deadlines of another type."""
+        for path, policy in self.policies.items():
+            if not isinstance(policy, ActivationPolicy):
+                raise SettingError(f"policy of {path}: {policy!r}; expected an ActivationPolicy")
+        for deadline in self.deadlines:
+            if not isinstance(deadline, PathDeadline):
+                raise SettingError(f"deadlines: {deadline!r}; expected a PathDeadline")

@@ -23,6 +23,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import SettingError
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,17 @@ class PathDeadline:
     from_port: OutPort[Any]
     to_model: Atomic
     within_ns: int
+
+    def __post_init__(self) -> None:
+        """Raise SettingError for ends that are none, or no time within which to answer."""
+        source: object = self.from_port
+        actuator: object = self.to_model
+        within: object = self.within_ns
+        if not (isinstance(source, OutPort) and isinstance(actuator, Atomic)):
+            ends = f"{source!r} -> {actuator!r}"
+            raise SettingError(f"deadline {self.name}: {ends}; expected an OutPort and an Atomic")
+        if not (isinstance(within, int) and within > 0):
+            raise SettingError(f"deadline {self.name}: {self.within_ns!r} ns; expected 1 or more")
 
     def missing_from(self, atomics: Sequence[Atomic]) -> list[str]:
         """Which of its ends are no part of these models, as faults."""

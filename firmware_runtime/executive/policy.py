@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from math import inf
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from firmware_runtime.devs.time import MICROSECOND, NEVER
 
 Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
+POLICIES: tuple[str, ...] = get_args(Policy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class ActivationPolicy:
       and outputs are made safe.
 
     Lateness up to `tolerance_us` (default a tenth of the period) is no overrun. Raises ValueError
-    when `stop` has no limit, another policy has one, or a number is not positive.
+    for another policy, when `stop` has no limit or another one has, or a number is not positive.
     """
 
     policy: Policy = "skip"
@@ -29,6 +30,8 @@ class ActivationPolicy:
     stop_after_us: float | None = None
 
     def __post_init__(self) -> None:
+        if self.policy not in POLICIES:
+            raise ValueError(f"policy {self.policy!r}: expected one of {', '.join(POLICIES)}")
         if (self.policy == "stop") != (self.stop_after_us is not None):
             raise ValueError(f"policy {self.policy}: stop_after_us belongs to policy stop, always")
         for name in ("tolerance_us", "stop_after_us"):

@@ -133,7 +133,7 @@ def _what_to_do(error: OSError) -> str:
         found = ", ".join(sorted(map(str, Path("/dev").glob("i2c-*")))) or "none"
         return (
             f"does not exist (this machine has {found}); enable the I2C controller, load the "
-            "module i2c-dev, or give the board another bus"
+            "module i2c-dev, or name another bus"
         )
     if error.errno in (errno.EACCES, errno.EPERM):
         return (
@@ -141,13 +141,13 @@ def _what_to_do(error: OSError) -> str:
             "sudo usermod -aG i2c $USER, then log in again"
         )
     if error.errno == errno.ENOTTY:
-        return "is not an I2C bus; give the board another bus"
+        return "is not an I2C bus; name another bus"
     if error.errno == errno.EOPNOTSUPP:
         return (
             "does not say that it can do plain I2C transfers: it is another kind of bus, or its "
-            "adapter does not answer; give the board another bus, or repair the adapter"
+            "adapter does not answer; name another bus, or repair the adapter"
         )
-    return f"cannot be opened ({error.strerror}); give the board another bus"
+    return f"cannot be opened ({error.strerror}); name another bus"
 
 
 def check_node(name: str, path: str) -> None:

@@ -92,11 +92,11 @@ def _what_to_do(error: Exception, baud: int) -> str:
         found = ", ".join(
             sorted({str(each) for kind in CANDIDATES for each in Path("/dev").glob(kind)})
         )
-        return f"does not exist (this machine has {found or 'none'}); give the board another port"
+        return f"does not exist (this machine has {found or 'none'}); name another port"
     if number in (errno.EACCES, errno.EPERM):
         return "may not be opened by this user; add the user to the group of the device (dialout)"
     if number in (errno.EAGAIN, errno.EBUSY):
         return "is in use by another program, expected it free; end that program"
     if isinstance(error, ValueError | OverflowError):
-        return f"cannot be set to {baud} baud; give the board another rate"
-    return "cannot be opened as a serial port; give the board another port"
+        return f"cannot be set to {baud} baud; name another rate"
+    return "cannot be opened as a serial port; name another port"

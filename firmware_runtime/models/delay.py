@@ -4,6 +4,8 @@ from collections import deque
 from typing import Generic, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import whole
 
 T = TypeVar("T")
 
@@ -16,9 +18,11 @@ class Delay(Atomic, Generic[T]):
 
     def __init__(self, name: str, type_: type[T], duration: int) -> None:
         super().__init__(name)
+        if (ns := whole(duration)) is None or ns < 0:
+            raise ModelError(f"{self.path}: a delay of {duration!r}; expected whole ns, 0 or more")
         self.entrance = self.in_port("in", type_)
         self.delayed = self.out_port("out", type_)
-        self.duration = duration
+        self.duration = ns
         self.held: deque[tuple[int, T]] = deque()
         self._age = 0
         """Ns of this model's own time, against which the held values' due times are kept."""

@@ -24,8 +24,10 @@ MOST_SPEED = 1e6
 def clock_faults(clock: str, speed: float | None, *, doubles: bool | Path) -> list[str]:
     """What contradicts itself in the choice of a robot's clock, one sentence each."""
     faults = []
-    if (clock == "scaled") != (speed is not None):
-        faults.append("a speed belongs to the scaled clock, and only to it")
+    if clock == "scaled" and speed is None:
+        faults.append("clock scaled: expected a speed too")
+    if clock != "scaled" and speed is not None:
+        faults.append(f"speed {speed:g}: expected with clock scaled only")
     if clock != "monotonic" and not doubles:
         faults.append(f"clock {clock} needs doubles: chips live in real time")
     if clock != "monotonic" and isinstance(doubles, Path):

@@ -10,8 +10,8 @@ from typing import Final, NoReturn, Self, TypeVar
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import InPort, OutPort
-from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.devs.time import NEVER, format_time, seconds
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.choices import end_after, positive
@@ -40,6 +40,7 @@ class OpenRun:
         self._executive = executive
         self._until = 0
         self._is_closed = False
+        self._running = threading.Lock()
 
     @property
     def statistics(self) -> Figures:
@@ -56,7 +57,11 @@ class OpenRun:
             raise RuntimeError("the run is over; expected one that is open, and not stopped")
         until = end_after(self._until, for_s)
         model = self._executive.simulator.root
-        with _signals_taken(self._executive) as taken, quitting_is_a_bug(model):
+        with (
+            self._alone(),
+            _signals_taken(self._executive) as taken,
+            quitting_is_a_bug(model),
+        ):
             outcome = self._run_to(until)
         self._raise_what_failed(outcome)
         if taken and for_s is not None:
@@ -85,6 +90,9 @@ class OpenRun:
         """
         self._executive.simulator.check_input(port, value)
         at = 0 if at_s == 0 else seconds(positive("at_s", at_s))
+        if at < self._until:
+            passed = f"the run is at {format_time(self._until)}"
+            raise ConfigError("at_s", [f"{at_s!r}: {passed}; expected an instant from there on"])
         self._executive.plan(at, port, value)
 
     def listen(self, port: OutPort[T], listener: Listener[T]) -> Listening:
@@ -118,6 +126,16 @@ class OpenRun:
         self.close()
 
     # ---------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Refuse a run from within a run, as by a listener or another thread."""
+        if not self._running.acquire(blocking=False):
+            raise RuntimeError("the run is under way; expected one that stands still")
+        try:
+            yield
+        finally:
+            self._running.release()
 
     def _run_to(self, until: int) -> Outcome:
         return self._executive.run_on(until)

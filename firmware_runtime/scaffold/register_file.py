@@ -28,7 +28,8 @@ def load_table(path: Path | Traversable) -> RegisterTable:
 def read_text(path: Path | Traversable) -> str:
     """The text of a table's file. Raises ConfigError if it cannot be read."""
     try:
-        return read_file(path).decode() if isinstance(path, Path) else path.read_text("utf-8")
+        held = read_file(path) if isinstance(path, Path) else path.read_bytes()
+        return held.decode("utf-8-sig")
     except OSError as error:
         raise ConfigError(str(path), [f"cannot be read: {error.strerror}"]) from error
     except UnicodeDecodeError as error:

@@ -9,6 +9,7 @@ tachobot.control    a socket: requests to arm and disarm
 tachobot.ports      a socket: values for input ports, and from output ports
 """
 
+import os
 from enum import StrEnum
 from pathlib import Path
 
@@ -31,7 +32,12 @@ class Companion(StrEnum):
 
 
 def check_ending(statistics: Path) -> None:
-    """Raise StatisticsFileError for a path of statistics that ends as a companion does."""
+    """Raise StatisticsFileError for a path that no statistics can have.
+
+    That is one of a directory or without a name, or one that ends as a companion does.
+    """
+    if not statistics.name or "\0" in statistics.name or os.path.isdir(statistics):  # noqa: PTH112
+        raise StatisticsFileError(f"{str(statistics)!r}: expected the path of a file")
     if statistics.suffix in set(Companion):
         raise StatisticsFileError(
             f"{statistics}: expected another ending; {statistics.suffix} is for a file beside "

@@ -38,6 +38,9 @@ LONG = "x" * 5000
         ("world.coulomb_friction_nm=1", "world.static_friction_nm", "expected at least"),
         ("board=submarine", "board", "detective"),
         ("=1", "--set", "expected KEY=VALUE"),
+        ("executive.overload=explode", "executive.overload", "expected one of yield, stop"),
+        ("imu=3", "imu", "expected a table"),
+        ("executive.cpus=3", "executive.cpus", "expected a list"),
     ],
 )
 @pytest.mark.parametrize("verb", [VIRTUAL, ("check", "tachobot")])
@@ -174,6 +177,47 @@ def test_malformed_toml_is_refused_with_its_line(
     assert ended.status == 2
     assert "not valid TOML" in ended.error
     assert "line" in ended.error
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe", b'board = "t\xe4chobot"', bytes(range(128, 192))])
+def test_a_board_file_that_is_no_text_is_refused_as_such(
+    command: Callable[..., Any], tmp_path: Path, text: bytes
+) -> None:
+    (tmp_path / "board.toml").write_bytes(text)
+    ended = command("check", tmp_path)
+    assert ended.status == 2
+    assert "not UTF-8" in ended.error
+
+
+def test_a_board_file_may_begin_with_a_byte_order_mark(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    original = kinds.shipped_file("tachobot").read_bytes()
+    (tmp_path / "board.toml").write_bytes(b"\xef\xbb\xbf" + original)
+    assert command("check", tmp_path).status == 0
+
+
+@pytest.mark.parametrize("path", [".", "", "folder"])
+def test_statistics_are_not_kept_in_what_is_no_file(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    ended = command(*VIRTUAL, "--statistics", path)
+    assert (ended.status, ended.out) == (2, "")
+    assert "expected the path of a file" in ended.error
+
+
+@pytest.mark.parametrize(
+    ("clock", "named"),
+    [(("--clock", "scaled"), "expected a speed"), (("--speed", "2"), "with clock scaled only")],
+)
+def test_a_speed_and_the_scaled_clock_belong_together(
+    command: Callable[..., Any], clock: tuple[str, ...], named: str
+) -> None:
+    ended = command("run", "tachobot", "--doubles", *clock)
+    assert ended.status == 2
+    assert named in ended.error
 
 
 def test_a_users_own_copy_of_a_board_file_is_taken(

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +14,24 @@ from firmware_runtime import (
     MILLISECOND,
     NEVER,
     SECOND,
+    ActivationPolicy,
     Atomic,
     ConfigError,
+    Configuration,
     Coupled,
+    Delay,
     ModelError,
     ModelFailure,
+    PathDeadline,
     PortTypeError,
     RunState,
+    ScaledClock,
     StatisticsFileError,
     VirtualClock,
     open_model,
     read_statistics,
     run,
+    seconds,
 )
 from tests.support.periodic_models import PERIOD, Actuator, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -63,7 +70,8 @@ def test_a_clock_of_ones_own_is_taken_as_it_is(clock: Any) -> None:  # noqa: ANN
 @pytest.mark.real_time
 def test_real_time_gives_the_values_of_virtual_time() -> None:
     robot = Robot()
-    result = run(robot, for_s=0.05)
+    every = Configuration(policies={"imu": ActivationPolicy("catch-up")})
+    result = run(robot, for_s=0.05, configuration=every)
     assert robot.thrust.told == [0, 1, 2, 3, 4, 5]
     assert result.at == 5 * PERIOD
 
@@ -158,6 +166,7 @@ def test_an_exit_that_fails_is_a_bug_of_the_model() -> None:
         {"listen": {"speed": 3}},
         {"statistics": 3},
         {"statistics": b"bytes"},
+        {"configuration": Configuration},
         {"configuration": "fast"},
     ],
     ids=" ".join,
@@ -174,9 +183,15 @@ def test_what_is_no_model_is_refused() -> None:
         run(Sampler)  # type: ignore[arg-type]
 
 
-def test_statistics_do_not_go_into_a_file_that_belongs_beside_them(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["sampler.spans", "", "a\0b"])
+def test_statistics_go_into_a_file_of_their_own(tmp_path: Path, name: str) -> None:
     with pytest.raises(StatisticsFileError):
-        virtual(Sampler("sampler"), 0.01, statistics=tmp_path / "sampler.spans")
+        virtual(Sampler("sampler"), 0.01, statistics=tmp_path / name)
+
+
+def test_statistics_need_a_path_with_a_name() -> None:
+    with pytest.raises(StatisticsFileError):
+        virtual(Sampler("sampler"), 0.01, statistics=".")
 
 
 def test_an_input_that_does_not_fit_is_refused_before_the_run() -> None:
@@ -312,6 +327,55 @@ def test_what_is_no_port_is_refused_to_speak_and_to_listen_at() -> None:
             opened.post("speed", 1)  # type: ignore[arg-type]
         with pytest.raises(ModelError, match="'speed'"):
             opened.listen("speed", print)  # type: ignore[arg-type]
+
+
+def test_a_run_within_a_run_is_refused() -> None:
+    model = Sampler("sampler")
+    with open_model(model, clock="virtual") as opened:
+
+        def run_on(_at: int, _value: int) -> None:
+            opened.run(1.0)
+
+        opened.listen(model.sample, run_on)
+        with pytest.raises(ModelFailure, match="under way"):
+            opened.run(1.0)
+
+
+def test_a_value_cannot_arrive_in_the_past() -> None:
+    model = Actuator("thrust")
+    with open_model(model, clock="virtual") as opened:
+        opened.run(1.0)
+        opened.plan(1.0, model.command, 1)
+        with pytest.raises(ConfigError, match=r"0\.5: the run is at 1\.0"):
+            opened.plan(0.5, model.command, 2)
+        opened.run(1.0)
+    assert model.told == [1]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: seconds(float("nan")),
+        lambda: seconds("1"),  # type: ignore[arg-type]
+        lambda: ScaledClock("2"),  # type: ignore[arg-type]
+        lambda: ActivationPolicy("late"),  # type: ignore[arg-type]
+        lambda: Configuration(policies={"imu": "skip"}),  # type: ignore[dict-item]
+        lambda: Configuration(deadlines=["imu"]),  # type: ignore[list-item]
+        lambda: PathDeadline("imu", Robot().imu.sample, Robot().imu, 0),
+        lambda: PathDeadline("imu", None, None, 1),  # type: ignore[arg-type]
+    ],
+)
+def test_a_setting_of_a_run_that_is_none_is_refused_where_it_is_made(
+    make: Callable[[], object],
+) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        make()
+
+
+@pytest.mark.parametrize("duration", [-1, 0.5, "1"])
+def test_a_delay_is_whole_ns(duration: Any) -> None:  # noqa: ANN401
+    with pytest.raises(ModelError, match="network"):
+        Delay("network", int, duration)
 
 
 def test_every_input_that_is_none_is_listed() -> None:

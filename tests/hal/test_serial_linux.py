@@ -116,7 +116,7 @@ def test_a_closed_port_says_so_and_closing_twice_is_harmless(port: LinuxSerialPo
 
 
 def test_an_absent_port_names_those_that_are_there() -> None:
-    expected = r"^sonar: /dev/ttyNONE does not exist \(this machine has .+\); give"
+    expected = r"^sonar: /dev/ttyNONE does not exist \(this machine has .+\); name"
     with pytest.raises(BusAbsent, match=expected):
         open_serial("sonar", "/dev/ttyNONE")
 
