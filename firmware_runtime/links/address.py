@@ -1,18 +1,21 @@
 """What `--link` says: over what the two ends of a cut speak with each other.
 
-    unix:PATH    two runs on one machine
+    unix:PATH                                      two runs on one machine
+    udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]    over a network, by a carrier (`udp`)
 
-PATH is of the end that has the hardware, at both ends alike: it listens there, and the other one
-speaks to it.
+PATH and HOST:PORT are of the end that has the hardware, at both ends alike: it listens there, and
+the other one speaks to it. With `listen` an end listens there, and HOST:PORT is the other end.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.channel import Channel, PathChannel
+from firmware_runtime.links.channel import CarrierChannel, Channel, PathChannel
+from firmware_runtime.links.key_file import read_key
+from firmware_runtime.links.route import endpoint
 
 OPTION: Final = "--link"
 _LONGEST_PATH: Final = 90
@@ -37,7 +40,7 @@ def link_address(text: str) -> OpenChannel:
     """Read what `--link` says. Raises ConfigError."""
     scheme, _, rest = text.partition(":")
     if scheme not in _SCHEMES or (rest == "" and ":" in text):
-        expected = "expected unix:PATH"
+        expected = "expected unix:PATH or udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]"
         raise ConfigError.of_one(OPTION, f"{text!r}: {expected}")
     return _SCHEMES[scheme](rest)
 
@@ -55,4 +58,34 @@ def _unix(rest: str) -> OpenChannel:
     return open_path
 
 
-_SCHEMES: Final[dict[str, Callable[[str], OpenChannel]]] = {"unix": _unix}
+def _udp(rest: str) -> OpenChannel:
+    where, *options = rest.split(",")
+    stated = dict(option.partition("=")[::2] for option in options)
+    if unknown := stated.keys() - {"listen", "key"}:
+        fault = f"udp:{rest}: {min(unknown)!r}: expected listen=HOST:PORT or key=FILE"
+        raise ConfigError.of_one(OPTION, fault)
+    peer = endpoint(OPTION, where)
+    own = endpoint(OPTION, stated["listen"]) if "listen" in stated else None
+    if "key" in stated:
+        read_key(Path(stated["key"]), OPTION)
+    elif outside := [each for each in (peer, own) if each is not None and not each.is_loopback]:
+        fault = f"udp:{rest}: {outside[0]} can be reached from elsewhere; expected key=FILE"
+        raise ConfigError.of_one(OPTION, f"{fault}, or an address of the loopback")
+
+    def open_carrier(end: End) -> Channel:
+        return CarrierChannel("firmware_runtime.links.udp", _arguments(end, where, stated))
+
+    return open_carrier
+
+
+def _arguments(end: End, where: str, stated: Mapping[str, str]) -> list[str]:
+    """What the carrier is started with."""
+    listens = where if end.has_hardware else None
+    own, peer = (stated["listen"], where) if "listen" in stated else (listens, where)
+    words = [] if own is None else ["--listen", own]
+    if not end.has_hardware or "listen" in stated:
+        words += ["--peer", peer]
+    return [*words, "--key", stated["key"]] if "key" in stated else words
+
+
+_SCHEMES: Final[dict[str, Callable[[str], OpenChannel]]] = {"unix": _unix, "udp": _udp}

@@ -1,13 +1,27 @@
-"""What an end of a link counts."""
+"""What an end of a link counts, and how its carrier reports what that counts."""
 
+from collections import Counter
 from dataclasses import dataclass, field
 
-from firmware_runtime.links.refusal import Reason
+import msgspec
+
+from firmware_runtime.links.refusal import Reason, Refused
+from firmware_runtime.links.wire import Frame, Kind, encoded
+
+
+class Carried(msgspec.Struct):
+    """What a carrier counts: datagrams since it was started."""
+
+    refused: dict[Reason, int] = {}
+    dropped: int = 0
+    """Those that came faster than the run takes them."""
+    unsent: int = 0
+    """Those for which there was no room, no way, or nobody yet."""
 
 
 @dataclass(slots=True)
 class Counts:
-    """Values and frames since the start of the run; what a carrier counts is added to it."""
+    """Values and frames since the start of the run."""
 
     sent: int = 0
     """Values that were sent, each once."""
@@ -16,13 +30,32 @@ class Counts:
     received: int = 0
     """Values that entered the model."""
     dropped: int = 0
-    """Values that a newer one of their port replaced, here, before they were sent or taken."""
+    """Values that a newer one of their port replaced, here, before they were taken."""
     unsent: int = 0
     """Frames for which there was no room, or no other end."""
-    silences: int = 0
-    """How often the other end fell silent."""
-    refused: dict[Reason, int] = field(default_factory=lambda: dict.fromkeys(Reason, 0))
+    own: Counter[Reason] = field(default_factory=Counter)
+    """What the run itself has refused."""
+    carried: Carried = field(default_factory=Carried)
+    """What the carrier has counted by its last report."""
 
-    def refuse(self, reason: Reason) -> None:
-        """Count one refusal."""
-        self.refused[reason] += 1
+    @property
+    def refused(self) -> dict[Reason, int]:
+        """All refusals, by every reason there is."""
+        return {each: self.own[each] + self.carried.refused.get(each, 0) for each in Reason}
+
+
+_encode = msgspec.msgpack.Encoder().encode
+_decode = msgspec.msgpack.Decoder(Carried).decode
+
+
+def report(carried: Carried) -> bytes:
+    """A carrier's frame to its run."""
+    return encoded(Frame(Kind.REPORT, 1, 0, 1, 0, body=_encode(carried)))
+
+
+def report_of(body: bytes) -> Carried:
+    """What a carrier reports. Raises Refused."""
+    try:
+        return _decode(body)
+    except msgspec.MsgspecError as error:
+        raise Refused(Reason.MALFORMED, str(error)) from error

@@ -17,7 +17,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links.channel import Channel, ChannelClosed
-from firmware_runtime.links.counts import Counts
+from firmware_runtime.links.counts import Counts, report_of
 from firmware_runtime.links.cut import Crossing, Cut
 from firmware_runtime.links.greeting import Farewell, Greeting
 from firmware_runtime.links.outbox import Message, Outbox
@@ -178,7 +178,10 @@ class Link:
         """Raises Refused."""
         clock = monotonic_ns()
         session = self.peer.session_of_peer
-        if frame.kind is Kind.REPORT or not self.peer.accept(frame, clock):
+        if frame.kind is Kind.REPORT:
+            self.counts.carried = report_of(frame.body)
+            return
+        if not self.peer.accept(frame, clock):
             return
         if self.peer.session_of_peer != session:
             self._meet()
@@ -229,8 +232,9 @@ class Link:
             self._log(f"link: {self.peer.greeting.role} of {self.peer.greeting.board} is there")
 
     def _refuse(self, refusal: Refused) -> None:
-        self.counts.refuse(refusal.reason)
+        self.counts.own[refusal.reason] += 1
         if refusal.reason is Reason.WENT_BACK:
+            self.peer.interrupt()
             self._turn_bad(f"a counter went back: {refusal}")
         elif refusal.reason is Reason.OTHER_CUT and str(refusal) != self._refused_cut:
             self._refused_cut = str(refusal)

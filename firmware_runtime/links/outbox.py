@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.links.peer import WINDOW
+from firmware_runtime.links.window import was_accepted
 from firmware_runtime.links.wire import Frame
 
 _UNANSWERED = 100 * MILLISECOND
@@ -74,8 +74,7 @@ class Outbox:
         for port, message in list(self._open.items()):
             if message.counter == 0 or message.counter > frame.seen:
                 continue
-            behind = frame.seen - message.counter
-            if behind == 0 or (behind <= WINDOW and frame.seen_before >> (behind - 1) & 1):
+            if was_accepted(message.counter, frame.seen, frame.seen_before):
                 del self._open[port]
             else:
                 message.counter = 0

@@ -19,11 +19,9 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
 from firmware_runtime.links.peer_clock import PeerClock
 from firmware_runtime.links.refusal import Reason, Refused
+from firmware_runtime.links.window import Window
 from firmware_runtime.links.wire import Frame, Kind
 
-WINDOW: Final = 64
-"""How many counters below the highest are remembered one by one."""
-_MASK: Final = (1 << WINDOW) - 1
 _FORMER: Final = 256
 """How many former sessions of the other end are remembered."""
 
@@ -50,11 +48,9 @@ class Peer:
         """Whether a hello is to be sent at once: somebody greeted."""
         self.session_of_peer = 0
         self.clock = PeerClock(is_same=False)
-        self.seen = 0
-        self.seen_before = 0
+        self._window = Window()
         self._counter = 0
         self._heard_at = 0
-        self._latest_sent_at = 0
         self._candidate: tuple[int, Greeting] | None = None
         self._greeted: tuple[int, int] = (0, 0)
         self._former: deque[int] = deque(maxlen=_FORMER)
@@ -112,28 +108,19 @@ class Peer:
         self._candidate = None
         is_same = self.greeting.machine == self.own.machine != ""
         self.clock = PeerClock(is_same=is_same)
-        self.seen = self.seen_before = self._latest_sent_at = 0
+        self._window = Window()
         self.wants_hello = True
 
     def _judge(self, frame: Frame, now: int) -> None:
         """Raise Refused unless a frame of the peer is later than all before it, and not old."""
-        if frame.counter <= self.seen:
-            if frame.sent_at > self._latest_sent_at:
-                self.good_since = None
-                raise Refused(Reason.WENT_BACK, f"{frame.counter} after {self.seen}")
-            behind = self.seen - frame.counter
-            was_seen = behind == 0 or (behind <= WINDOW and self.seen_before >> (behind - 1) & 1)
-            raise Refused(Reason.REPLAYED if was_seen else Reason.STALE)
+        self._window.judge(frame.counter, frame.sent_at)
         age = self.clock.age(now, frame.sent_at)
         if age is not None and age > self.timeout:
             raise Refused(Reason.TOO_OLD, f"sent {age / SECOND:.3f} s ago")
 
     def _note(self, frame: Frame, now: int) -> None:
         """A frame of the peer is accepted."""
-        ahead = frame.counter - self.seen
-        if self.seen > 0:
-            self.seen_before = (self.seen_before << ahead | 1 << ahead - 1) & _MASK
-        self.seen, self._latest_sent_at = frame.counter, frame.sent_at
+        self._window.note(frame.counter, frame.sent_at)
         self.clock.note(now, frame.sent_at, frame.echo, frame.held)
         if self.good_since is None:
             self.good_since = now
@@ -182,7 +169,8 @@ class Peer:
     ) -> Frame:
         """The next frame to the peer."""
         self._counter += 1
-        echo, held = (self._latest_sent_at, now - self._heard_at) if self.seen > 0 else (0, 0)
+        window = self._window
+        echo, held = (window.sent_at, now - self._heard_at) if window.highest > 0 else (0, 0)
         return Frame(
             kind,
             self.session,
@@ -191,8 +179,8 @@ class Peer:
             now,
             echo,
             held,
-            self.seen,
-            self.seen_before,
+            window.highest,
+            window.before,
             port,
             origin,
             sequence,

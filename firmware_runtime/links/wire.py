@@ -18,12 +18,9 @@ MAGIC: Final = b"FWL1"
 LONGEST: Final = 8192
 """Bytes of the longest frame, its authentication code included."""
 TAG: Final = sha256().digest_size
-KEY: Final = 32
-"""Bytes of a key."""
 _HEADER: Final = Struct("!4sBBHQQQqqqQQqQ")
 HEADER: Final = _HEADER.size
 LONGEST_BODY: Final = LONGEST - HEADER - TAG
-_NO_TAG: Final = b""
 
 
 class Kind(IntEnum):

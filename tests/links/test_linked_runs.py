@@ -5,13 +5,25 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.linked_runs import linked
+from firmware_runtime.links.key_file import write_key
+from tests.support.linked_runs import free_port, linked
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
-def test_tachobot_settles_with_its_controller_in_another_process(tmp_path: Path) -> None:
-    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+@pytest.fixture(params=["unix", "udp", "udp with a key"])
+def link(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """What both ends are given by `--link`."""
+    if request.param == "unix":
+        return f"unix:{tmp_path}/link"
+    if request.param == "udp":
+        return f"udp:127.0.0.1:{free_port()}"
+    write_key(tmp_path / "key")
+    return f"udp:127.0.0.1:{free_port()},key={tmp_path}/key"
+
+
+def test_tachobot_settles_with_its_controller_in_another_process(link: str, tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", link) as runs:
         robot, controller = runs.robot("--for", "10"), runs.controller()
         ended, other = robot.report(), controller.report()
     assert ended["status"] == other["status"] == 0
@@ -24,7 +36,7 @@ def test_tachobot_settles_with_its_controller_in_another_process(tmp_path: Path)
 
 
 def test_the_detective_s_own_end_ends_both(tmp_path: Path) -> None:
-    with linked(tmp_path, "detective", f"unix:{tmp_path}/link") as runs:
+    with linked(tmp_path, "detective", f"udp:127.0.0.1:{free_port()}") as runs:
         controller, robot = runs.controller(), runs.robot()
         ended, other = robot.report(), controller.report()
     assert ended["result"]["found"] is True
@@ -32,8 +44,10 @@ def test_the_detective_s_own_end_ends_both(tmp_path: Path) -> None:
     assert other["result"] == {}, "what only the other end knows"
 
 
-def test_a_controller_that_stands_still_disarms_the_robot_until_it_is_back(tmp_path: Path) -> None:
-    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+def test_a_controller_that_stands_still_disarms_the_robot_until_it_is_back(
+    link: str, tmp_path: Path
+) -> None:
+    with linked(tmp_path, "tachobot", link) as runs:
         robot, controller = runs.robot("--for", "600"), runs.controller()
         robot.wait_until_armed()
         controller.process.send_signal(signal.SIGSTOP)
@@ -45,8 +59,8 @@ def test_a_controller_that_stands_still_disarms_the_robot_until_it_is_back(tmp_p
     assert "disarmed: the controller has been silent" in said
 
 
-def test_either_end_may_be_killed_and_started_again(tmp_path: Path) -> None:
-    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+def test_either_end_may_be_killed_and_started_again(link: str, tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", link) as runs:
         robot, controller = runs.robot("--for", "600"), runs.controller()
         robot.wait_until_armed()
         controller.kill()

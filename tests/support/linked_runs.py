@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -85,6 +86,14 @@ class LinkedRuns:
         end = RunningEnd(options, self._directory, name)
         self._stack.callback(end.close)
         return end
+
+
+def free_port() -> int:
+    """A UDP port of the loopback that nothing listens at."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+    return port
 
 
 @contextmanager

@@ -113,7 +113,7 @@ def _add_link(verb: argparse.ArgumentParser) -> None:
         "--link",
         type=link_address,
         metavar="ADDRESS",
-        help="the way to the other part: unix:PATH",
+        help="the way to the other part: unix:PATH, or udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]",
     )
 
 
