@@ -13,12 +13,15 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from select import select
 from typing import Final, Protocol
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.socket_file import SocketFile
 from firmware_runtime.links.wire import LONGEST
 
+_BEGINS_WITHIN_S: Final = 30.0
+"""How long a carrier may take to get its sockets."""
 _END_WITHIN_S: Final = 5.0
 """How long a carrier may take to end once the run has closed its socket."""
 
@@ -81,10 +84,10 @@ class CarrierChannel:
     """A carrier of its own: module `carrier` of Python, with these arguments and the pair's end.
 
     It is started at once, at ordinary priority. It ends when the pair is closed, also by the
-    kernel. Raises ConfigError with what it says if it cannot begin.
+    kernel. Raises ConfigError about `where`, with what it says, if it cannot begin.
     """
 
-    def __init__(self, carrier: str, arguments: Sequence[str]) -> None:
+    def __init__(self, carrier: str, arguments: Sequence[str], where: str = "--link") -> None:
         self._socket, theirs = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
         )
@@ -101,7 +104,7 @@ class CarrierChannel:
             )
         finally:
             theirs.close()
-        self._begin()
+        self._begin(where)
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when a frame has come."""
@@ -135,15 +138,17 @@ class CarrierChannel:
             if pipe is not None:
                 pipe.close()
 
-    def _begin(self) -> None:
+    def _begin(self, where: str) -> None:
         """Wait until it has its sockets. Raises ConfigError with its sentence if it has none."""
-        pipe = self.process.stdout
-        said = b"" if pipe is None else pipe.readline()
+        assert self.process.stdout is not None  # noqa: S101 -- it is a pipe
+        ready, _, _ = select([self.process.stdout], (), (), _BEGINS_WITHIN_S)
+        said = self.process.stdout.readline() if ready else b""
         if said.strip() != b"ready":
+            self.process.kill()
             _, failure = self.process.communicate()
             self._socket.close()
-            text = failure.decode(errors="replace").strip() or "the carrier has ended"
-            raise ConfigError.of_one("--link", text.removeprefix("--link: "))
+            text = failure.decode(errors="replace").strip() or "the carrier has not begun"
+            raise ConfigError.of_one(where, text.removeprefix(f"{where}: "))
 
 
 def _is_taken(path: Path) -> bool:

@@ -3,9 +3,9 @@
 One number a signal: each block has a port number of this machine, and a value is the text that
 C's `%f` prints. That text has six decimals: 0.0000004 is sent as 0.000000, so scale what is small.
 
-The blocks only turn numbers into text and back. `runs/dover.py` lets what they say leave, and
-what has come arrive.
-Source: Pecker-Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), Figures 5 to 9.
+The blocks only turn numbers into text and back; `links.dover` lets what they say leave, and what
+has come arrive.
+Source: Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 5 to 9.
 """
 
 import math

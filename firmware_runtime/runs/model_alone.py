@@ -13,6 +13,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import DEFAULT, Executive
+from firmware_runtime.links.dover_blocks import DoverBlocks
 from firmware_runtime.runs.choices import (
     ClockName,
     clock_faults,
@@ -22,6 +23,7 @@ from firmware_runtime.runs.choices import (
     end_after,
     path_of,
 )
+from firmware_runtime.runs.dover import dover_link
 from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.companions import check_ending
@@ -46,8 +48,8 @@ def open_model(
 
     `speed` is how many times as fast the scaled clock goes. `statistics` is where other processes,
     such as `firmware-runtime top FILE`, can watch the run. `configuration` has overrun policies,
-    deadlines and the system settings. Raises ConfigError, and ModelError for a model that
-    cannot be simulated.
+    deadlines and the system settings. Blocks of `models.dover` speak with the network, but in
+    virtual time. Raises ConfigError, and ModelError for a model that cannot be simulated.
     """
     if not isinstance(model, Component):
         raise ConfigError("run", [f"{model!r}: expected a model, atomic or coupled"])
@@ -59,7 +61,10 @@ def open_model(
     if (path := path_of("statistics", statistics)) is not None:
         check_ending(path)
         configuration = replace(configuration, statistics_path=path)
-    return OpenRun(Executive(model, clock_of(clock, speed), configuration=configuration))
+    chosen = clock_of(clock, speed)
+    blocks = DoverBlocks(model, chosen)
+    executive = Executive(model, chosen, configuration=configuration)
+    return OpenRun(executive, dover_link(blocks, executive))
 
 
 def run(  # noqa: PLR0913 -- each may be left out, and has a name

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from signal import Signals
 from types import TracebackType
-from typing import Final, NoReturn, Self, TypeVar
+from typing import TYPE_CHECKING, Final, NoReturn, Self, TypeVar
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.listening import Listener, Listening
@@ -20,6 +20,9 @@ from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.signals import stop_on_signals
+
+if TYPE_CHECKING:
+    from firmware_runtime.links.dover import DoverLink
 
 T = TypeVar("T")
 
@@ -36,7 +39,9 @@ class OpenRun:
     end, and the result says which. Signals are taken in the main thread only.
     """
 
-    def __init__(self, executive: Executive) -> None:
+    def __init__(self, executive: Executive, dover: "DoverLink | None" = None) -> None:
+        self.dover = dover
+        """What the model's blocks of `models.dover` have said and heard; None if it has none."""
         self._executive = executive
         self._until = 0
         self._is_closed = False
@@ -109,6 +114,8 @@ class OpenRun:
         """
         self._is_closed = True
         outcome = self._end()
+        if self.dover is not None:
+            self.dover.close()
         if outcome is None:
             return None
         self._raise_what_failed(outcome)

@@ -5,7 +5,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd, robot_of
@@ -16,7 +16,12 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
-from firmware_runtime.executive.clocks import Clock, MonotonicClock, OutsideClock, WorldClock
+from firmware_runtime.executive.clocks import (
+    Clock,
+    MonotonicClock,
+    OutsideClock,
+    WorldClock,
+)
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
@@ -24,12 +29,14 @@ from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.links.address import OpenChannel
 from firmware_runtime.links.control import Answer, ControlSocket
+from firmware_runtime.links.dover_blocks import DoverBlocks
 from firmware_runtime.links.greeting import Farewell
 from firmware_runtime.links.link import Link
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
+from firmware_runtime.runs.dover import dover_link
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.linking import LinkedPart, check_end, open_link
@@ -41,6 +48,9 @@ from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles, s
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.statistics import RunState
+
+if TYPE_CHECKING:
+    from firmware_runtime.links.dover import DoverLink
 
 
 class Session:
@@ -55,7 +65,7 @@ class Session:
     a bus or chip is missing; nothing was actuated then.
     """
 
-    def __init__(  # noqa: PLR0913 -- one path for the command and for programs
+    def __init__(  # noqa: PLR0913, PLR0915 -- one path for the command and for programs
         self,
         board: Board,
         clock: Clock,
@@ -79,7 +89,7 @@ class Session:
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self.doubles: Doubles | None = self.rig
-        self._held: list[ServedDoubles | ControlSocket | PortsSocket | Link] = []
+        self._held: list[ServedDoubles | ControlSocket | PortsSocket | Link | DoverLink] = []
         self._was_told = False
         self._log = log
         self._lines = Lines({})
@@ -103,6 +113,7 @@ class Session:
             if end is not None:
                 self.robot, self.part = robot_of(end, whole)
                 ports = ports.of_part(self.part)
+            blocks = DoverBlocks(self.robot.model, clock)
             self.executive = Executive(
                 self.robot.model,
                 clock,
@@ -118,6 +129,9 @@ class Session:
                 self.world_now,
             )
             self._serve(ports)
+            self.dover = dover_link(blocks, self.executive)
+            """What the model's blocks of `models.dover` say and hear; None if it has none."""
+            self._held += [] if self.dover is None else [self.dover]
             self.ending: Ending | None = None
             self.link = None if link is None else self._open_link(link, log)
             self.arming = None if permission is None else self._arming(permission, log)
