@@ -112,8 +112,8 @@ class OutPort(Generic[T]):
         self.name = name
         self.type = type_
         self.bag: InPort[T] | StandIn[T] = NOWHERE
-        self.register: Register
-        self.entry: object
+        self.register: Register = NOWHERE
+        self.entry: object = None
 
     def send(self, value: T) -> None:
         """Deliver one value to every port coupled to this one."""
@@ -135,9 +135,7 @@ class OutPort(Generic[T]):
 
     def _as_it_was(self) -> "OutPort[T]":
         inner = OutPort(self.owner, self.name, self.type)
-        inner.bag = self.bag
-        if isinstance(self.bag, InPort):
-            inner.register, inner.entry = self.register, self.entry
+        inner.bag, inner.register, inner.entry = self.bag, self.register, self.entry
         return inner
 
     @property

@@ -7,6 +7,8 @@ tachobot.settings   the settings that the outputs are driven by
 tachobot.starts     how the last starts of the service went
 tachobot.control    a socket: requests to arm and disarm
 tachobot.ports      a socket: values for input ports, and from output ports
+
+tachobot-guard.starts   how the last starts of its guard went
 """
 
 import os
@@ -29,6 +31,11 @@ class Companion(StrEnum):
     def beside(self, statistics: Path) -> Path:
         """Where a run keeps it that keeps its statistics at this path."""
         return statistics.with_suffix(self)
+
+
+def of_guard(statistics: Path) -> Path:
+    """The path that a guard's own companions stand beside, given the statistics of its run."""
+    return statistics.with_stem(f"{statistics.stem}-guard")
 
 
 def check_ending(statistics: Path) -> None:

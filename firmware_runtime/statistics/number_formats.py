@@ -80,7 +80,17 @@ def passed(ns: int) -> str:
 
 def instant(t_ns: int | None) -> str:
     """A moment of the run, in seconds since its start."""
-    return NOTHING if t_ns is None else f"{t_ns / 1e9:.3f} s"
+    return instant_s(None if t_ns is None else t_ns / 1e9)
+
+
+def instant_s(at_s: float | None) -> str:
+    """The same, of a number in seconds."""
+    return NOTHING if at_s is None else f"{at_s:.3f} s"
+
+
+def seconds(at_s: float) -> str:
+    """A moment of the run, or its length, in a terminal: `12.34 s`."""
+    return f"{at_s:.2f} s"
 
 
 def share(part: float | None) -> str:

@@ -18,6 +18,7 @@ from firmware_runtime.runs.guard import Guard
 from firmware_runtime.runs.outputs import Outputs
 from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
+from firmware_runtime.statistics.companions import of_guard
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.takeovers import TakeoverFile
 from firmware_runtime.statistics.text.sentences import refusals
@@ -57,8 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
     path = arguments.statistics or default_path(board.name)
     notices = Notices.from_environment()
     watch = partial(_watch, board, path, arguments.doubles, notices)
-    counted_at = path.with_stem(f"{path.stem}-guard")  # its starts, not those of the run
-    return counted(watch, counted_at, notices, START_WITHIN, "nothing is watched")
+    return counted(watch, of_guard(path), notices, START_WITHIN, "nothing is watched")
 
 
 def _watch(

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 from firmware_runtime.statistics.conditions import Conditions, Request, Settings
 from firmware_runtime.statistics.figures import SCHEMA, BusFigures, FaultFigures, Figures
-from firmware_runtime.statistics.number_formats import NOTHING, plain, share
+from firmware_runtime.statistics.number_formats import instant_s, plain, share
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.rows import DeadlineRow
 
@@ -36,8 +36,8 @@ def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Iterator
             path,
             kind,
             f"{counted.count:,}",
-            _instant(counted.first_s),
-            _instant(counted.last_s),
+            instant_s(counted.first_s),
+            instant_s(counted.last_s),
             counted.last,
         ]
         for path, kinds in faults.items()
@@ -132,7 +132,3 @@ def glossary(figures: Figures) -> Iterator[Element]:
         "The page holds all it needs and asks nothing of any network.",
         class_="quiet",
     )
-
-
-def _instant(at_s: float | None) -> str:
-    return NOTHING if at_s is None else f"{at_s:.3f} s"

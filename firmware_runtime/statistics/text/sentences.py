@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from firmware_runtime.statistics.conditions import Settings
 from firmware_runtime.statistics.figures import FaultFigures, Figures
+from firmware_runtime.statistics.number_formats import seconds
 
 
 def fault_lines(figures: Figures) -> Iterator[str]:
@@ -41,6 +42,6 @@ def _when(counted: FaultFigures) -> str:
     if last is None:
         return ""
     if counted.count == 1:
-        return f" at {last:.2f} s"
-    begun = "" if first is None else f" from {first:.2f} s"
-    return f"{begun} to {last:.2f} s"
+        return f" at {seconds(last)}"
+    begun = "" if first is None else f" from {seconds(first)}"
+    return f"{begun} to {seconds(last)}"

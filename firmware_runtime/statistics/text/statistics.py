@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
 from firmware_runtime.statistics.figures import Causes, Figures, ModelFigures
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate
+from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate, seconds
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.text.sentences import fault_lines, periods_not_kept, refusals
 from firmware_runtime.statistics.text.summary import summary
@@ -56,7 +56,7 @@ def _story(figures: Figures) -> str:
     run = figures.conditions.run
     state = "has run for" if run.state == "running" else f"{_ended(run)} after"
     return (
-        f"{state} {run.elapsed_s:.2f} s: {figures.run} of "
+        f"{state} {seconds(run.elapsed_s)}: {figures.run} of "
         f"{figures.scheduled} activations run, {figures.skipped} skipped, "
         f"{figures.coalesced} coalesced{_waiting(figures)}{_overruns(figures)}"
     )
@@ -119,7 +119,7 @@ def _model(model: ModelFigures) -> tuple[str, ...]:
         percent(model.load),
         str(model.overruns),
         str(model.skipped),
-        "-" if last is None else f"at {last / 1e9:.2f} s",
+        "-" if last is None else f"at {seconds(last / 1e9)}",
     )
 
 

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
-from firmware_runtime.statistics.number_formats import microseconds, percent
+from firmware_runtime.statistics.number_formats import microseconds, percent, seconds
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.text.sentences import fault_lines
 from firmware_runtime.statistics.text.statistics import causes_text, deadline_text
@@ -139,7 +139,7 @@ def _faults(figures: Figures) -> Iterable[Text]:
 def _worst(figures: Figures) -> Iterable[Text]:
     for worst in figures.worst[:_WORST]:
         yield Text(
-            f"{worst.t_ns / 1e9:9.2f} s  {worst.model} {microseconds(worst.lateness_us)}"
+            f"{seconds(worst.t_ns / 1e9):>11}  {worst.model} {microseconds(worst.lateness_us)}"
             f" late, step {microseconds(worst.step_us)}: {causes_text(worst.causes)}",
             overflow="ellipsis",
             no_wrap=True,
