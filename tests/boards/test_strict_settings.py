@@ -47,7 +47,7 @@ def test_a_sound_table_becomes_the_schema() -> None:
         ({"gains": {"kp": float("nan")}}, "gains.kp:", "finite"),
         ({"gains": {"kp": float("inf")}}, "gains.kp:", "finite"),
         ({"gains": {}}, "gains.kp:", "missing"),
-        ({"gains": 3}, "gains:", "object"),
+        ({"gains": 3}, "gains:", "a table"),
         ({"devices": {"imu": {"address": 1.5}}}, "devices.imu.address:", "int"),
         ({"rows": [{"kp": 1}, {"kp": "x"}]}, "rows[1].kp:", "float"),
     ],
