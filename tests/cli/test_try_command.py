@@ -132,15 +132,16 @@ def test_what_stays_on_is_said_and_ends_with_4(
     assert "not made safe: i2c 0x40" in ended.error
 
 
-def test_an_error_while_it_moves_switches_off_and_is_told(
+def test_an_error_while_it_moves_switches_off_and_is_named(
     command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(*_: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr(Readings, "show", fails)
-    with pytest.raises(MemoryError):
-        command(*MOVE, "--yes")
+    ended = command(*MOVE, "--yes")
+    assert ended.status == 2
+    assert "execute: MemoryError" in ended.error
     assert chip.bus.log  # type: ignore[attr-defined]
     assert not any(chip.duties)
 
