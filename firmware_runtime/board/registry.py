@@ -11,9 +11,12 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
@@ -123,6 +126,30 @@ def load_table(kept: Path) -> Board:
     if faults:
         raise ConfigError(str(kept), faults)
     return _board(kept, (), table, [])
+
+
+def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- as `settings`
+    """A board's settings with other values at these keys. Raises ConfigError with every fault."""
+    table = _present(msgspec.json.decode(msgspec.json.encode(board.settings)))
+    faults: list[str] = []
+    for key, value in values.items():
+        *parents, leaf = key.split(".")
+        reduce(getitem, parents, table)[leaf] = value
+    defined = definition(board.kind)
+    settings = strict.convert(table, defined.settings, faults)
+    if settings is not None:
+        with blamed_on(entry_point_of(board.kind), "definition"):
+            faults += defined.faults(settings)
+    if faults:
+        raise ConfigError(board.name, faults)
+    return settings
+
+
+def _present(value: Any) -> Any:  # noqa: ANN401 -- of any type
+    """A table without the keys that have no value."""
+    if not isinstance(value, dict):
+        return value
+    return {key: _present(each) for key, each in value.items() if each is not None}
 
 
 def is_kept_of(kept: Path, board: str) -> bool:

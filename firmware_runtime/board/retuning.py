@@ -24,6 +24,18 @@ def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  #
         yield from changed_keys(tables[0].get(name), tables[1].get(name), path)
 
 
+def retunable_values(settings: Any, retunable: Sequence[str], prefix: str = "") -> dict[str, Any]:  # noqa: ANN401
+    """What may change while a robot runs, by its key in full, as it is in these settings."""
+    tables = _fields(settings) if isinstance(settings, Struct) else settings
+    if not isinstance(tables, dict):
+        is_meant = prefix and not need_restart([prefix], retunable)
+        return {prefix: settings} if is_meant else {}
+    found: dict[str, Any] = {}
+    for name, value in tables.items():
+        found |= retunable_values(value, retunable, _join(prefix, name))
+    return found
+
+
 def need_restart(changed: Sequence[str], retunable: Sequence[str]) -> list[str]:
     """Those of the changed keys that only a new run takes up; `*` stands for any one word."""
     return [key for key in changed if not any(_matches(key, pattern) for pattern in retunable)]

@@ -46,6 +46,8 @@ VERBS = {
     "replay": "replay",
     "arm": "arm",
     "disarm": "arm",
+    "get": "tune",
+    "set": "tune",
     "guard": "guard",
     "bridge": "bridge",
     "ports": "ports",

@@ -1,29 +1,47 @@
 """The control socket: requests to a run, answered by its own loop.
 
-A Unix datagram socket beside the statistics (`BOARD.control`). A request is one word, the answer
-one JSON object, sent back to the socket the request came from. The loop reads it between two steps,
-as it reads any other source, one request a pass, so that a flood of them costs no more than one
-each time, and never waits for a client: an answer that is not fetched is dropped.
+    arm                                  a word, or an object where there is more to say:
+    {"request": "arm", "lease_s": 0.45}  -> {"refused": [], "armed": true, "lease": "5f0c"}
+    {"request": "set", "values": {"controller.yaw.kp": 0.8}}
+
+A Unix datagram socket beside the statistics (`BOARD.control`). The answer is one JSON object, sent
+back to the socket the request came from. The loop reads it between two steps, as it reads any other
+source, one request a pass, so that a flood of them costs no more than one each time, and never
+waits for a client: an answer that is not fetched is dropped. What takes longer than a request may
+(`slow`) waits until the next event is far enough away.
 Only the run's own user and root may ask: reading statistics takes fewer rights than moving motors.
 """
 
 import json
 import os
 import socket
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.links.socket_file import SocketFile
 
 PATIENCE_S = 5.0
 """How long a request waits for its answer."""
-_LONGEST = 4096
+LONGEST: Final = 1 << 16
+"""Bytes of the longest request and the longest answer."""
+SLOW_NEEDS: Final = 5 * MILLISECOND
+"""Ns that a slow request may take; reading a board's settings takes 1.3 ms on a PC."""
+SLOW_PATIENCE: Final = SECOND
+"""Ns after which it is answered all the same: a fast loop never has that much time."""
+_MOST_SLOW = 8
+_TO_SHOW = 200
 
 Answer: TypeAlias = dict[str, Any]
+Request: TypeAlias = dict[str, Any]
+"""What came with the name of a request, by its keys."""
+Respond: TypeAlias = Callable[[Request], Answer]
+"""Raises ConfigError for a request that is refused."""
 
 
 class ControlError(FirmwareRuntimeError):
@@ -31,13 +49,18 @@ class ControlError(FirmwareRuntimeError):
 
 
 class ControlSocket:
-    """The run's end, a source of its loop; `answers` has a function for every request.
+    """The run's end, a source of its loop and a hook; `answers` has a function for every request.
 
     Raises ConfigError if the socket cannot be made.
     """
 
-    def __init__(self, path: Path, answers: Mapping[str, Callable[[], Answer]]) -> None:
+    def __init__(
+        self, path: Path, answers: Mapping[str, Respond], slow: Collection[str] = ()
+    ) -> None:
         self._answers = answers
+        self._slow = slow
+        self._waiting: deque[tuple[Request, Any]] = deque()
+        self._answer_at = 0
         self._file = SocketFile(path, 0o600)
         self._socket = self._file.socket
 
@@ -47,22 +70,65 @@ class ControlSocket:
 
     def receive(self) -> Sequence[tuple[InPort[Any], object]]:
         """Answer the request that waits longest; it is no value for the model."""
-        with suppress(BlockingIOError):
-            request, sender = self._socket.recvfrom(_LONGEST)
-            answer = json.dumps(self._answer(request)).encode()
-            with suppress(OSError, TypeError):  # who asked has gone, or has no address
-                self._socket.sendto(answer, sender)
+        self.answer_next()
         return ()
+
+    def answer_next(self) -> bool:
+        """Answer the request that waits longest; whether there was one."""
+        try:
+            datagram, sender = self._socket.recvfrom(LONGEST)
+        except BlockingIOError:
+            return False
+        request = _request_of(datagram)
+        if request.get("request") in self._slow and len(self._waiting) < _MOST_SLOW:
+            self._waiting.append((request, sender))
+        else:
+            self._send(self._answer(request), sender)
+        return True
+
+    def attend(self, now: int, left: int) -> None:
+        """Answer a slow request, as soon as it makes no activation late."""
+        if not self._waiting:
+            self._answer_at = now + SLOW_PATIENCE
+        elif left >= SLOW_NEEDS or now >= self._answer_at:
+            request, sender = self._waiting.popleft()
+            self._send(self._answer(request), sender)
 
     def close(self) -> None:
         """Stop listening; the socket of another run that has taken this one's place stays."""
         self._file.close()
 
-    def _answer(self, request: bytes) -> Answer:
-        answer = self._answers.get(request.decode(errors="replace"))
-        if answer is None:
+    def _answer(self, request: Request) -> Answer:
+        respond = self._answers.get(request.pop("request", ""))
+        if respond is None:
             return {"refused": [f"unknown request; expected one of {', '.join(self._answers)}"]}
-        return answer()
+        try:
+            return respond(request)
+        except ConfigError as error:
+            return {"refused": list(error.faults)}
+
+    def _send(self, answer: Answer, sender: Any) -> None:  # noqa: ANN401 -- as sockets have it
+        with suppress(OSError, TypeError):  # who asked has gone, or has no address
+            self._socket.sendto(json.dumps(answer).encode(), sender)
+
+
+def _request_of(datagram: bytes) -> Request:
+    """The request of a datagram: an object, or a word alone; what is neither is no request."""
+    text = datagram.decode(errors="replace")
+    if not text.startswith("{"):
+        return {"request": text[:_TO_SHOW]}
+    with suppress(ValueError, RecursionError):
+        found = json.loads(text)
+        if isinstance(found.get("request"), str):
+            return dict(found)
+    return {}
+
+
+def refuse_more(request: Request, *known: str) -> None:
+    """Raise ConfigError for keys of a request that have no effect."""
+    faults = [f"{key}: unknown key of this request" for key in request if key not in known]
+    if faults:
+        raise ConfigError("request", faults)
 
 
 def post(path: Path, request: str) -> None:
@@ -71,17 +137,17 @@ def post(path: Path, request: str) -> None:
         sending.sendto(request.encode(), socket.MSG_DONTWAIT, os.fspath(path))
 
 
-def ask(path: Path, request: str) -> Answer:
+def ask(path: Path, request: str, patience_s: float = PATIENCE_S, **more: object) -> Answer:
     """Send a request to a run and return its answer. Raises ControlError when there is none."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:
         asking.bind("")  # the kernel finds a name for the answer, in no directory
-        asking.settimeout(PATIENCE_S)
+        asking.settimeout(patience_s)
         try:
-            asking.sendto(request.encode(), os.fspath(path))
-            answer: Answer = json.loads(asking.recv(_LONGEST))
+            asking.sendto(written(request, **more), os.fspath(path))
+            answer: Answer = json.loads(asking.recv(LONGEST))
         except TimeoutError as error:
             raise ControlError(
-                f"{path}: no answer within {PATIENCE_S:g} s; expected the run to be alive"
+                f"{path}: no answer within {patience_s:g} s; expected the run to be alive"
             ) from error
         except OSError as error:
             why = error.strerror
@@ -91,3 +157,8 @@ def ask(path: Path, request: str) -> Answer:
     if not isinstance(answer, dict):
         raise ControlError(f"{path}: answered with {answer!r}; expected a JSON object")
     return answer
+
+
+def written(request: str, **more: object) -> bytes:
+    """A request as a datagram."""
+    return json.dumps({"request": request, **more}).encode() if more else request.encode()

@@ -1,15 +1,12 @@
 """Gains and limits, read again while the robot runs: an hook that waits for SIGHUP."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.registry import Board
-from firmware_runtime.board.retuning import changed_keys, need_restart, retuned
-from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.system.notices import Notices
 
 NEEDED = 5 * MILLISECOND
@@ -27,14 +24,12 @@ class Reloading:
 
     def __init__(
         self,
-        board: Board,
-        robot: Robot,
+        tuning: Tuning,
         executive: Executive,
         notices: Notices,
         log: Callable[[str], None],
     ) -> None:
-        self._board = board
-        self._robot = robot
+        self._tuning = tuning
         self._executive = executive
         self._notices = notices
         self._log = log
@@ -57,23 +52,17 @@ class Reloading:
             self._notices.ready()
 
     def _reload(self) -> str:
+        own = self._tuning.board
         try:
-            board = registry.load(str(self._board.source), self._board.assignments)
+            board = registry.load(str(own.source), own.assignments)
         except Exception as error:  # noqa: BLE001 -- whatever the file holds, the run goes on
             said = error if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
             return f"not reloaded, everything stays as it was: {said}"
-        if (board.name, board.kind) != (self._board.name, self._board.kind):
+        if (board.name, board.kind) != (own.name, own.kind):
             now = f"{board.source} is now {board.name}, a {board.kind}"
             return f"not reloaded, everything stays as it was: {now}"
-        before = self._board.settings
-        changed = list(changed_keys(before, board.settings))
-        left = need_restart(changed, board.retunable)
-        taken = [key for key in changed if key not in left]
-        # nothing else: channels that are not written any more would keep their last duties
-        settings = retuned(before, board.settings, board.retunable)
-        self._robot.retune(settings)
-        self._board = replace(board, settings=settings)
-        parts = [f"reloaded {self._board.source}: {', '.join(taken) or 'nothing new'}"]
+        taken, left = self._tuning.take_up(board.settings)
+        parts = [f"reloaded {own.source}: {', '.join(taken) or 'nothing new'}"]
         if left:
             parts.append(f"only a new run takes up {', '.join(left)}")
         return "; ".join(parts)

@@ -28,7 +28,6 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.links.address import OpenChannel
-from firmware_runtime.links.control import Answer, ControlSocket
 from firmware_runtime.links.dover_blocks import DoverBlocks
 from firmware_runtime.links.greeting import Farewell
 from firmware_runtime.links.link import Link
@@ -44,8 +43,10 @@ from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.quitting import quitting_is_a_bug
+from firmware_runtime.runs.requests import Requests
 from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles, shown_by
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
+from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.statistics import RunState
 
@@ -89,7 +90,7 @@ class Session:
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self.doubles: Doubles | None = self.rig
-        self._held: list[ServedDoubles | ControlSocket | PortsSocket | Link | DoverLink] = []
+        self._held: list[ServedDoubles | Requests | PortsSocket | Link | DoverLink] = []
         self._was_told = False
         self._log = log
         self._lines = Lines({})
@@ -135,6 +136,8 @@ class Session:
             self.ending: Ending | None = None
             self.link = None if link is None else self._open_link(link, log)
             self.arming = None if permission is None else self._arming(permission, log)
+            self.tuning = Tuning(board, lambda settings: self.robot.retune(settings))
+            self._take_requests(log)
             if self.robot.ended is not None:
                 self.executive.simulator.listen(self.robot.ended, self._end)
             self._watch_load(log)
@@ -311,9 +314,9 @@ class Session:
             self._held.append(PortsSocket(path, ports, self.executive))
 
     def _arming(self, permission: Permission, log: Callable[[str], None]) -> Arming:
-        """What decides whether outputs may be driven; takes requests where it can be found."""
+        """What decides whether outputs may be driven."""
         max_late_percent = self.board.settings.arming.max_late_percent
-        arming = Arming(
+        return Arming(
             self.executive,
             permission,
             self.make_safe,
@@ -322,22 +325,12 @@ class Session:
             enable=partial(self._enable, enabled=True),
             log=log,
         )
+
+    def _take_requests(self, log: Callable[[str], None]) -> None:
+        """Let other processes arm it, disarm it and change its gains, if they can find it."""
         if self._statistics_path is not None:
-            self._take_requests(arming, Companion.CONTROL.beside(self._statistics_path))
-        return arming
-
-    def _take_requests(self, arming: Arming, path: Path) -> None:
-        """Arm and disarm on request of other processes."""
-
-        def arm() -> Answer:
-            return {"refused": arming.request(self.executive.clock.now()), "armed": arming.armed}
-
-        def disarm() -> Answer:
-            return {"not_safe": arming.disarm("requested"), "armed": arming.armed}
-
-        control = ControlSocket(path, {"arm": arm, "disarm": disarm})
-        self._held.append(control)
-        self.executive.add_source(control)
+            path = Companion.CONTROL.beside(self._statistics_path)
+            self._held.append(Requests(path, self.executive, self.arming, self.tuning, log))
 
     def _watch_load(self, log: Callable[[str], None]) -> None:
         """Keep a run in real time from taking the machine for itself."""

@@ -12,7 +12,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.links.control import Answer, ControlError, ControlSocket, ask
+from firmware_runtime.links.control import Answer, ControlError, ControlSocket, Request, ask
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming, Permission
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
@@ -237,7 +237,7 @@ def test_a_run_that_does_not_answer_is_one_sentence(
 def test_a_flood_of_requests_costs_the_loop_one_answer_a_pass(path: Path) -> None:
     answered = 0
 
-    def arm() -> Answer:
+    def arm(_request: Request) -> Answer:
         nonlocal answered
         answered += 1
         return {"refused": ["not yet"], "armed": False}

@@ -25,9 +25,7 @@ class Rig:
         self.session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
         self.told: list[str] = []
         executive = self.session.executive
-        self.reloading = Reloading(
-            board, self.session.robot, executive, Notices(), self.told.append
-        )
+        self.reloading = Reloading(self.session.tuning, executive, Notices(), self.told.append)
         assert self.reloading in executive.hooks
 
     def change(self, before: str, after: str) -> None:

@@ -250,7 +250,7 @@ def _serving(
     chronicle: Reporter | None = None
     if notices.is_there or journal.is_there:
         chronicle = Reporter(executive, notices, journal, summary)
-    reloading = Reloading(session.board, session.robot, executive, notices, messages)
+    reloading = Reloading(session.tuning, executive, notices, messages)
     try:
         yield None if sys.stdin.isatty() else reloading.request
     finally:

@@ -1,0 +1,100 @@
+"""What a board's schema says of a setting: its type, its range, and what it is, in a sentence."""
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any, get_args, get_type_hints
+
+from msgspec import Meta, Struct
+
+from firmware_runtime.board.retuning import need_restart
+
+
+class Setting(Struct, frozen=True):
+    """One key of a board's settings; bounds are None where there are none."""
+
+    type: str
+    """bool, int, float or str."""
+    text: str
+    least: float | None = None
+    most: float | None = None
+    above: float | None = None
+    """The value itself is outside of the range."""
+    below: float | None = None
+
+    @property
+    def range(self) -> str:
+        """The range in words, such as `above 0, 10 at most`; empty if there is none."""
+        words = (
+            (self.least, "from {:g}"),
+            (self.above, "above {:g}"),
+            (self.most, "{:g} at most"),
+            (self.below, "below {:g}"),
+        )
+        return ", ".join(form.format(bound) for bound, form in words if bound is not None)
+
+
+def described(settings: Any, retunable: Sequence[str]) -> dict[str, Setting]:  # noqa: ANN401
+    """The settings that may change while a robot runs, by their keys."""
+    return {key: each for key, each in _below(settings, "") if not need_restart([key], retunable)}
+
+
+def _below(settings: Any, prefix: str) -> Iterator[tuple[str, Setting]]:  # noqa: ANN401
+    if isinstance(settings, dict):
+        for name, value in settings.items():
+            yield from _below(value, f"{prefix}{name}.")
+    if not isinstance(settings, Struct):
+        return
+    hints = get_type_hints(type(settings), include_extras=True)
+    for name in settings.__struct_fields__:
+        value = getattr(settings, name)
+        if isinstance(value, Struct | dict):
+            yield from _below(value, f"{prefix}{name}.")
+        elif isinstance(value, bool | int | float | str):
+            yield f"{prefix}{name}", _setting(type(settings), name, hints[name], value)
+
+
+def _setting(table: type[Struct], name: str, hint: Any, value: object) -> Setting:  # noqa: ANN401
+    metas = list(_metas(hint))
+    bounds = {
+        ours: next((bound for meta in metas if (bound := getattr(meta, theirs)) is not None), None)
+        for ours, theirs in (("least", "ge"), ("most", "le"), ("above", "gt"), ("below", "lt"))
+    }
+    stated = next((meta.description for meta in metas if meta.description), "")
+    text = stated or _attribute_docstrings(table).get(name) or _first_line(table)
+    return Setting(type(value).__name__, text, **bounds)
+
+
+def _metas(hint: Any) -> Iterator[Meta]:  # noqa: ANN401 -- a type hint
+    yield from (each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Meta))
+    for inner in get_args(hint):
+        yield from _metas(inner)
+
+
+def _first_line(table: type[Struct]) -> str:
+    return (inspect.getdoc(table) or "").partition("\n")[0]
+
+
+@cache
+def _attribute_docstrings(table: type[Struct]) -> dict[str, str]:
+    """The docstrings that stand below the fields of a table, those it inherits too."""
+    found: dict[str, str] = {}
+    for each in reversed(table.__mro__):
+        if each is not Struct and issubclass(each, Struct):
+            found |= dict(_docstrings_in(each))
+    return found
+
+
+def _docstrings_in(table: type[Struct]) -> Iterator[tuple[str, str]]:
+    try:
+        body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0]
+    except (OSError, TypeError, SyntaxError):  # no source: the table's own docstring has to do
+        return
+    fields = body.body if isinstance(body, ast.ClassDef) else []
+    for field, below in pairwise(fields):
+        is_text = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and is_text:
+            yield field.target.id, inspect.cleandoc(str(below.value.value))  # type: ignore[attr-defined] # is_text

@@ -1,0 +1,115 @@
+"""`firmware-runtime get BOARD`, `set BOARD KEY=VALUE`: gains and limits of a run under way."""
+
+import argparse
+import json
+import sys
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from firmware_runtime.board.described import Setting, described
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.control import ask
+from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.status import Status
+
+_ABOUT = """
+All of the values are taken up, or none. They hold until the run ends or its file is read again
+(SIGHUP, `systemctl reload`): the file itself stays as it is.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add both verbs to the command line."""
+    verb = add_verb(verbs, "get", "Show the gains and limits that a run is driven by.", _get)
+    _add_run(verb)
+    verb.add_argument(
+        "keys", metavar="KEY", nargs="*", help="only these, such as controller.yaw.kp"
+    )
+    verb.add_argument("--json", action="store_true", help="print their values as JSON")
+    verb = add_verb(verbs, "set", "Change gains and limits of a run under way.", _set)
+    verb.epilog = _ABOUT
+    _add_run(verb)
+    verb.add_argument(
+        "values", metavar="KEY=VALUE", nargs="+", help="such as controller.yaw.kp=0.8"
+    )
+
+
+def _add_run(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("board", metavar="BOARD", help="a board's name, or the path of a board.toml")
+    verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="of the run that keeps this file"
+    )
+
+
+def _get(arguments: argparse.Namespace) -> int:
+    """Print what the run answers; ControlError says why there is no answer."""
+    board = chosen_board(arguments.board)
+    values = ask(_socket(arguments, board.name), "get")["values"]
+    _refuse_unknown(arguments.keys, values)
+    wanted = {key: values[key] for key in arguments.keys or values}
+    if arguments.json:
+        print(json.dumps(wanted, allow_nan=False))
+    else:
+        for line in _lines(wanted, described(board.settings, board.retunable)):
+            print(line)
+    return Status.OK
+
+
+def _set(arguments: argparse.Namespace) -> int:
+    """Have the run take up the values, and print them as they are then."""
+    board = chosen_board(arguments.board)
+    values = dict(_assignments(arguments.values))
+    answer = ask(_socket(arguments, board.name), "set", values=values)
+    for reason in answer["refused"]:
+        print(f"firmware-runtime: set refused: {reason}", file=sys.stderr)
+    if answer["refused"]:
+        return Status.REFUSED
+    for key in values:
+        print(f"{key} = {json.dumps(answer['values'][key])}")
+    return Status.OK
+
+
+def _socket(arguments: argparse.Namespace, board: str) -> Path:
+    return Companion.CONTROL.beside(arguments.statistics or default_path(board))
+
+
+def _refuse_unknown(keys: Sequence[str], known: Mapping[str, object]) -> None:
+    faults = [
+        f"{key}: unknown key; expected one of {', '.join(known)}{did_you_mean(key, known)}"
+        for key in keys
+        if key not in known
+    ]
+    if faults:
+        raise ConfigError("get", faults)
+
+
+def _lines(values: Mapping[str, object], settings: Mapping[str, Setting]) -> Iterator[str]:
+    """Each value, its range and what it is, in columns."""
+    stated = {key: f"{key} = {json.dumps(value)}" for key, value in values.items()}
+    wide = max(map(len, stated.values()), default=0)
+    ranges = {key: settings[key].range if key in settings else "" for key in stated}
+    broad = max(map(len, ranges.values()), default=0)
+    for key, text in stated.items():
+        about = settings[key].text if key in settings else ""
+        yield f"{text:{wide}}  {ranges[key]:{broad}}  {about}".rstrip()
+
+
+def _assignments(texts: Iterable[str]) -> Iterator[tuple[str, object]]:
+    """Keys and values; these are TOML, or else texts. Raises ConfigError."""
+    faults: list[str] = []
+    for text in texts:
+        key, separator, value = text.partition("=")
+        if not (key.strip() and separator):
+            faults.append(f"{text}: expected KEY=VALUE, such as controller.yaw.kp=0.8")
+            continue
+        try:
+            yield key.strip(), tomllib.loads(f"value = {value}")["value"]
+        except ValueError:
+            yield key.strip(), value.strip()
+    if faults:
+        raise ConfigError("set", faults)

@@ -1,0 +1,71 @@
+"""The settings that a run is driven by, and those of them that change while it does."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from firmware_runtime.board.registry import Board, settings_with
+from firmware_runtime.board.retuning import (
+    changed_keys,
+    need_restart,
+    retunable_values,
+    retuned,
+)
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.spelling import did_you_mean
+
+
+class Tuning:
+    """A robot's gains and limits; `board` has them as they are, `revision` counts the changes.
+
+    `retune` lets the robot take up settings.
+    """
+
+    def __init__(self, board: Board, retune: Callable[[Any], None]) -> None:
+        self.board = board
+        self.revision = 0
+        self._retune = retune
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What may change while the robot runs, by key."""
+        return retunable_values(self.board.settings, self.board.retunable)
+
+    def set(self, values: Mapping[str, object]) -> list[str]:
+        """Take up all of these values, or none; return the keys that changed.
+
+        Raises ConfigError with every fault: an unknown key, one that only a new run takes up, and
+        whatever the board's file would be refused for.
+        """
+        known = self.values
+        faults = [_unknown(key, known) for key in values if key not in known]
+        settings = None
+        try:
+            judged = {key: value for key, value in values.items() if key in known}
+            settings = settings_with(self.board, judged)
+        except ConfigError as error:
+            faults += error.faults
+        if faults:
+            raise ConfigError(self.board.name, faults)
+        return self.take_up(settings)[0]
+
+    def take_up(self, settings: Any) -> tuple[list[str], list[str]]:  # noqa: ANN401 -- any board's
+        """Take up what may change now; return those keys, and those that only a new run takes up.
+
+        Nothing else is touched: channels that are not written any more would keep their last
+        duties.
+        """
+        before, retunable = self.board.settings, self.board.retunable
+        changed = list(changed_keys(before, settings))
+        left = need_restart(changed, retunable)
+        settings = retuned(before, settings, retunable)
+        self._retune(settings)
+        self.board = replace(self.board, settings=settings)
+        self.revision += 1
+        return [key for key in changed if key not in left], left
+
+
+def _unknown(key: str, known: Mapping[str, object]) -> str:
+    expected = ", ".join(known) or "none: this board has no such keys"
+    fault = f"{key}: not to be changed while the robot runs; expected one of {expected}"
+    return fault + did_you_mean(key, known)

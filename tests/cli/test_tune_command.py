@@ -1,0 +1,49 @@
+"""`get` and `set`: gains and limits of a run under way."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.cli.main import main
+from firmware_runtime.status import Status
+from tests.support.bridged_run import BridgedRun, bridged
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def _run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[BridgedRun]:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    with bridged(tmp_path) as robot:
+        robot.run()
+        wait_until((tmp_path / "tachobot.ports").exists, "the run is there")
+        yield robot
+
+
+@pytest.mark.real_time
+@pytest.mark.usefixtures("_run")
+def test_values_are_shown_changed_and_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["set", "tachobot", "controller.yaw.kp=0.5", "controller.yaw.kd=1"]) == Status.OK
+    assert main(["get", "tachobot", "--json"]) == Status.OK
+    values = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (values["controller.yaw.kp"], values["controller.yaw.kd"]) == (0.5, 1.0)
+    refused = main(["set", "tachobot", "controller.yaw.kp=0.7", "controller.yaw.kd=-1"])
+    assert refused == Status.REFUSED
+    assert "controller.yaw.kd" in capsys.readouterr().err
+    assert main(["get", "tachobot", "controller.yaw.kp"]) == Status.OK
+    assert capsys.readouterr().out.startswith("controller.yaw.kp = 0.5  from 0  ")
+
+
+@pytest.mark.parametrize(
+    "words", [["set", "tachobot", "kp"], ["set", "tachobot", "=1"], ["get", "nowhere"]]
+)
+def test_bad_input_is_refused(words: list[str]) -> None:
+    assert main(words) == Status.BAD_INPUT
+
+
+def test_without_a_run_there_is_nothing_to_tune(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    assert main(["get", "tachobot"]) not in {Status.OK, None}

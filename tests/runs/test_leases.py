@@ -1,0 +1,133 @@
+"""A robot that a process armed is disarmed when that process is gone, or stuck."""
+
+import json
+import socket
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.links.control import Answer, ControlSocket, Request
+from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S, Leases
+from tests.support.periodic_models import Robot
+
+
+class Leased:
+    """An armed robot whose leases go by a clock of the test's."""
+
+    def __init__(self) -> None:
+        self.time = 0
+        self.renewals: list[str] = []
+        permission = Permission(at_start=False, demand_guard=False)
+        self.arming = Arming(Executive(Robot(), VirtualClock()), permission, list)
+        self.leases = Leases(self.arming, self._read, lambda: self.time)
+        assert self.arming.request(0) == []
+
+    def _read(self) -> bool:
+        if not self.renewals:
+            return False
+        self.leases.renew(self.renewals.pop(0))
+        return True
+
+    def at(self, seconds: float) -> bool:
+        """Whether it is armed then."""
+        self.time = round(seconds * SECOND)
+        self.leases.attend(0, 0)
+        return self.arming.armed
+
+
+@pytest.fixture
+def robot() -> Leased:
+    return Leased()
+
+
+def test_a_lease_that_runs_out_disarms(robot: Leased) -> None:
+    robot.leases.take(0.5)
+    assert robot.at(0.49)
+    assert not robot.at(0.5)
+    assert "no sign for 0.5 s" in robot.arming.reason
+
+
+def test_a_renewal_begins_the_time_again(robot: Leased) -> None:
+    lease = robot.leases.take(0.5)
+    assert robot.at(0.4)
+    assert robot.leases.renew(lease)
+    assert robot.at(0.8)
+    assert not robot.at(0.9)
+
+
+def test_a_renewal_that_waits_to_be_read_counts(robot: Leased) -> None:
+    robot.renewals.append(robot.leases.take(0.5))
+    assert robot.at(10.0)
+    assert not robot.at(10.5)
+
+
+def test_each_of_several_leases_that_runs_out_disarms(robot: Leased) -> None:
+    robot.leases.take(0.5)
+    other = robot.leases.take(2.0)
+    assert not robot.at(0.6)
+    assert not robot.leases.renew(other)
+
+
+def test_disarming_ends_all_leases(robot: Leased) -> None:
+    lease = robot.leases.take(0.5)
+    robot.arming.disarm("requested")
+    assert not robot.at(0.1)
+    assert not robot.leases.renew(lease)
+    assert robot.arming.request(0) == []
+    assert robot.at(5.0)
+
+
+@pytest.mark.parametrize("lease_s", [0, -1, SHORTEST_S / 2, LONGEST_S * 2, "1", True, None, [1]])
+def test_a_lease_without_a_sensible_time_is_refused(robot: Leased, lease_s: object) -> None:
+    with pytest.raises(ConfigError):
+        robot.leases.take(lease_s)
+
+
+class Control:
+    """A control socket and a client of it."""
+
+    def __init__(self, path: Path) -> None:
+        self.seen: list[Request] = []
+        self.control = ControlSocket(path, {"quick": self._note, "slow": self._note}, ("slow",))
+        self.client = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self.client.bind("")
+        self._path = str(path)
+
+    def _note(self, request: Request) -> Answer:
+        self.seen.append(request)
+        return {"refused": []}
+
+    def say(self, what: bytes) -> None:
+        self.client.sendto(what, self._path)
+        self.control.receive()
+
+    def close(self) -> None:
+        self.client.close()
+        self.control.close()
+
+
+def test_a_slow_request_waits_for_time_enough(tmp_path: Path) -> None:
+    socket_ = Control(tmp_path / "x.control")
+    socket_.control.attend(0, 0)
+    socket_.say(b'{"request": "slow", "values": 1}')
+    socket_.control.attend(0, 0)
+    assert socket_.seen == []
+    socket_.control.attend(0, SECOND)
+    assert socket_.seen == [{"values": 1}]
+    assert json.loads(socket_.client.recv(4096)) == {"refused": []}
+    socket_.close()
+
+
+@pytest.mark.parametrize("what", [b"", b"{", b"{}", b"[1]", b'{"request": 1}', b"\xff", b"no"])
+def test_what_is_no_request_is_refused(tmp_path: Path, what: bytes) -> None:
+    socket_ = Control(tmp_path / "x.control")
+    socket_.say(what)
+    (refusal,) = json.loads(socket_.client.recv(4096))["refused"]
+    assert "quick, slow" in refusal
+    assert socket_.seen == []
+    socket_.close()
