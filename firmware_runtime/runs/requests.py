@@ -20,8 +20,8 @@ from firmware_runtime.runs.leases import Leases, length
 from firmware_runtime.runs.tuning import Tuning
 
 ALWAYS_ARMED = (
-    "this run has no outputs outside of itself, so there is nothing to disarm; on doubles of its own "
-    "`run --supervised` arms and disarms"
+    "this run has no outputs outside of itself, so there is nothing to disarm; on doubles of its "
+    "own `run --supervised` arms and disarms"
 )
 SLOW = ("set",)
 """Judged as a board's file is, which takes longer than there may be between two steps."""

@@ -136,7 +136,7 @@ class Session:
             self.ending: Ending | None = None
             self.link = None if link is None else self._open_link(link, log)
             self.arming = None if permission is None else self._arming(permission, log)
-            self.tuning = Tuning(board, lambda settings: self.robot.retune(settings))
+            self.tuning = Tuning(board, self._retune)
             self._take_requests(log)
             if self.robot.ended is not None:
                 self.executive.simulator.listen(self.robot.ended, self._end)
@@ -331,6 +331,10 @@ class Session:
         if self._statistics_path is not None:
             path = Companion.CONTROL.beside(self._statistics_path)
             self._held.append(Requests(path, self.executive, self.arming, self.tuning, log))
+
+    def _retune(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
+        """Let the robot take up settings, be it recorded or not."""
+        self.robot.retune(settings)
 
     def _watch_load(self, log: Callable[[str], None]) -> None:
         """Keep a run in real time from taking the machine for itself."""
