@@ -13,9 +13,9 @@ import os
 import threading
 from collections.abc import Callable
 from select import select
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
+from firmware_runtime.closing import Closing
 from sim_doubles.clock import Now
 from sim_doubles.serial_line import PtySerialLine
 from sim_doubles.serial_target import SerialTarget
@@ -26,7 +26,7 @@ BOUND_S: Final = 10.0
 """Of a wait for the thread, on a machine however busy."""
 
 
-class SerialPty:
+class SerialPty(Closing):
     """A pseudo-terminal with a double behind it, from construction until `close`."""
 
     def __init__(self, target: SerialTarget, now: Now) -> None:
@@ -75,17 +75,6 @@ class SerialPty:
         if self._thread.is_alive():
             os.eventfd_write(self._wake_up, 1)
             self._thread.join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _serve(self) -> None:
         waited_for = [self._line.fileno(), self._wake_up]

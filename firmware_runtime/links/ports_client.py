@@ -14,11 +14,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from select import select
 from time import monotonic_ns
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import msgspec
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge_end import BridgeEnd
@@ -58,7 +58,7 @@ class _Said(msgspec.Struct):
 _said = msgspec.json.Decoder(_Said).decode
 
 
-class PortsClient:
+class PortsClient(Closing):
     """Speaks with the ports of one run; a context manager.
 
     `where` is a bridge's ADDRESS:PORT, or the path of a run's ports socket. Raises ConfigError for
@@ -121,17 +121,6 @@ class PortsClient:
     def close(self) -> None:
         """Close the socket."""
         self._end.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     # ---------------------------------------------------------------------------------------------
 

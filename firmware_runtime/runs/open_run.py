@@ -4,9 +4,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from signal import Signals
-from types import TracebackType
-from typing import TYPE_CHECKING, Final, NoReturn, Self, TypeVar
+from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import InPort, OutPort
@@ -30,7 +30,7 @@ _BY_SIGNAL: Final = 128
 """An exit status above this says by which signal a program ended."""
 
 
-class OpenRun:
+class OpenRun(Closing):
     """A model on its executive, open until `close`; a context manager.
 
     Between two calls of `run` the run stands still: no time of its own passes. A run that a signal
@@ -120,17 +120,6 @@ class OpenRun:
             return None
         self._raise_what_failed(outcome)
         return self._result(outcome)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     # ---------------------------------------------------------------------------------------------
 

@@ -12,11 +12,11 @@ from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import msgspec
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.statistics.errors import TraceFileError
@@ -24,7 +24,7 @@ from firmware_runtime.statistics.errors import TraceFileError
 _encode = msgspec.json.Encoder().encode
 
 
-class TraceFile:
+class TraceFile(Closing):
     """Writes messages to a file; a context manager that closes it.
 
     Lines are buffered: a run that is killed loses the last few. Raises TraceFileError if the file
@@ -50,15 +50,8 @@ class TraceFile:
         except OSError as error:
             self._failure = error
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Close the file. Raises TraceFileError if it could not take everything."""
         try:
             self._file.close()
         except OSError as error:

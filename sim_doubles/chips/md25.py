@@ -22,7 +22,7 @@ from sim_doubles.chips.command_sequence import (
     changed_address,
     checked_address,
 )
-from sim_doubles.chips.motor_pair import MotorPair
+from sim_doubles.chips.motor_pair import MotorDriverDouble, MotorPair
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
@@ -54,7 +54,7 @@ COUNTS_PER_TURN = 360
 ENCODER = Struct(">I")
 
 
-class Md25Double(RegisterTarget):
+class Md25Double(MotorDriverDouble, RegisterTarget):
     """An MD25 with two EMG30 motors, whose rated speed is 170 rpm.
 
     World face: `motors` (speeds, turns, what will come), `battery_v`, `currents_a`; `regulated`
@@ -81,25 +81,6 @@ class Md25Double(RegisterTarget):
         self._timeout_on = True
         self._speed_written = False  # new speeds wait for STOP
         self._reset()
-
-    # World face
-
-    @property
-    def speeds_rad_s(self) -> tuple[float, float]:
-        """How fast motors 1 and 2 turn now."""
-        return self.motors.speeds_rad_s(self._now())
-
-    def levels(self, at: int) -> dict[str, float]:
-        """How fast motors 1 and 2 turn at an instant, in rad/s."""
-        return dict(zip("12", self.motors.speeds_rad_s(at), strict=True))
-
-    def next_change_at(self, at: int) -> int:
-        """The next step of a ramp, or the instant at which silence stops the motors."""
-        return self.motors.next_change_at(at)
-
-    def turned_rad(self, at: int) -> tuple[float, float]:
-        """Return how far motors 1 and 2 have turned at `at` since the double was made."""
-        return self.motors.turned_rad(at)
 
     def power_cycle(self) -> None:
         """Lose supply and get it back: stopped, mode 0, encoders 0; the address is kept."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from sim_doubles.chips.ramp import Ramp
+from sim_doubles.clock import Now
 
 
 class Stretch(NamedTuple):
@@ -116,3 +117,27 @@ class MotorPair:
                 f"motor pair: read at {format_time(at)}, expected an instant not before the last "
                 f"change at {format_time(self._since)}"
             )
+
+
+class MotorDriverDouble:
+    """The world face of a chip that drives such a pair, at its clock's present instant."""
+
+    motors: MotorPair
+    _now: Now
+
+    @property
+    def speeds_rad_s(self) -> tuple[float, float]:
+        """How fast motors 1 and 2 turn now."""
+        return self.motors.speeds_rad_s(self._now())
+
+    def levels(self, at: int) -> dict[str, float]:
+        """How fast motors 1 and 2 turn at an instant, in rad/s."""
+        return dict(zip("12", self.motors.speeds_rad_s(at), strict=True))
+
+    def next_change_at(self, at: int) -> int:
+        """The next step of a ramp, or the instant at which silence stops the motors."""
+        return self.motors.next_change_at(at)
+
+    def turned_rad(self, at: int) -> tuple[float, float]:
+        """Return how far motors 1 and 2 have turned at `at` since the double was made."""
+        return self.motors.turned_rad(at)

@@ -15,7 +15,7 @@ ramping 0 jumps, above 80 is ignored.
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from sim_doubles.chips.command_sequence import checked_address
-from sim_doubles.chips.motor_pair import MotorPair
+from sim_doubles.chips.motor_pair import MotorDriverDouble, MotorPair
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.serial_target import SerialTarget
@@ -57,7 +57,7 @@ MOST_RAMPING = 80
 DEFAULT_DEADBAND = 3
 
 
-class SabertoothDouble(SerialTarget):
+class SabertoothDouble(MotorDriverDouble, SerialTarget):
     """A Sabertooth with its address switches at `address`, 128 to 135.
 
     `autobaud` False is a model that stores its baud rate. World face: `motors` (speeds, turns, what
@@ -88,23 +88,6 @@ class SabertoothDouble(SerialTarget):
         """How fast motors 1 and 2 turn now, as a share of full speed."""
         first, second = self.motors.units(self._now())
         return first / FULL, second / FULL
-
-    @property
-    def speeds_rad_s(self) -> tuple[float, float]:
-        """How fast motors 1 and 2 turn now."""
-        return self.motors.speeds_rad_s(self._now())
-
-    def levels(self, at: int) -> dict[str, float]:
-        """How fast motors 1 and 2 turn at an instant, in rad/s."""
-        return dict(zip("12", self.motors.speeds_rad_s(at), strict=True))
-
-    def next_change_at(self, at: int) -> int:
-        """The next step of a ramp, or the instant at which silence stops the motors."""
-        return self.motors.next_change_at(at)
-
-    def turned_rad(self, at: int) -> tuple[float, float]:
-        """Return how far motors 1 and 2 have turned at `at` since the double was made."""
-        return self.motors.turned_rad(at)
 
     def power_cycle(self) -> None:
         """Lose supply and get it back: stopped, no timeout, waiting for the autobaud byte."""

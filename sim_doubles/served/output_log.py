@@ -14,18 +14,17 @@ instant at which it happened, even if the server woke later.
 """
 
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import msgspec
 
+from firmware_runtime.closing import Closing
 from sim_doubles.rigs.rig import ServedRig
 from sim_doubles.served.errors import ServingError
 
 _encode = msgspec.json.Encoder().encode
 
 
-class OutputLog:
+class OutputLog(Closing):
     """Writes a line whenever an output of the rig changed; a context manager that closes it.
 
     Raises ServingError if the file cannot be made or written.
@@ -52,15 +51,8 @@ class OutputLog:
         """Write what happened to the server."""
         self._write({"t_ns": at, "event": what, **details})
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Close the file."""
         self._file.close()
 
     def _compare(self, at: int) -> None:

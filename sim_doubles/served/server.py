@@ -19,9 +19,9 @@ from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
 from socket import AF_UNIX, SO_PEERCRED, SOCK_SEQPACKET, SOL_SOCKET, socket
 from time import monotonic_ns
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
@@ -57,7 +57,7 @@ class _Client(NamedTuple):
     connection: socket
 
 
-class DoublesServer:
+class DoublesServer(Closing):
     """Listens at a path from construction on; a context manager that takes the path away again.
 
     `service` and `log` live on `clock`. Raises ServingError if the path cannot be had.
@@ -105,15 +105,8 @@ class DoublesServer:
         """End `serve`; safe in a signal handler."""
         os.eventfd_write(self._wake_up, 1)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Send the clients away and take the path away."""
         for client in self._clients:
             client.connection.close()
         self._resources.close()
