@@ -64,7 +64,7 @@ class Rig:
 def fifo(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """As if SCHED_FIFO were held; what is given up is noted."""
     given_up: list[str] = []
-    module = "firmware_runtime.executive.loop"
+    module = "firmware_runtime.executive.process"
     monkeypatch.setattr(f"{module}.holds_priority", lambda: not given_up)
     monkeypatch.setattr(f"{module}.give_up_priority", lambda: given_up.append("SCHED_FIFO"))
     return given_up  # type: ignore[return-value]
