@@ -83,7 +83,8 @@ class Report:
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
             "result": session.result(),
             **({} if outputs_on is None else {"outputs_on": outputs_on}),
-            "statistics": session.executive.statistics.as_json(),
+            "statistics": (statistics := session.executive.statistics.as_json()),
+            **({"link": statistics["link"]} if "link" in statistics else {}),
         }
 
     def _as_text(self, outcome: Outcome) -> Iterator[str]:

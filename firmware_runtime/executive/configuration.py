@@ -45,6 +45,8 @@ class Configuration:
     """How many of the worst activations are kept."""
     recorded_spans: int = 0
     """How many entries the flight recorder keeps beside the statistics; 0: there is none."""
+    has_link: bool = False
+    """Whether the model is a part, linked to the rest in another process, which is counted."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     """What else a reader of the statistics should know: board, hash of its file, arguments."""
 

@@ -36,7 +36,7 @@ from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.conditions import Settings, settings_after
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.statistics.layout import ELAPSED, YIELDED
+from firmware_runtime.statistics.layout import ELAPSED, YIELDED, Layout
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.timeline import Lately
 
@@ -121,6 +121,11 @@ class Executive:
     def cells(self) -> Cells:
         """The cells of the statistics, live, where other processes see them once the run began."""
         return self._ledger.file.cells
+
+    @property
+    def layout(self) -> Layout:
+        """Where each number stands in the cells."""
+        return self._ledger.file.layout
 
     def arm(self, *, armed: bool, generation: int) -> None:
         """Note in the statistics that outputs may be driven from now on, or may not.

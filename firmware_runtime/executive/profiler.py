@@ -48,6 +48,7 @@ class Profiler:
         self.buses = configuration.buses
         self._worst = configuration.worst
         self._recorded_spans = configuration.recorded_spans
+        self._has_link = configuration.has_link
 
     def open_file(self, header: Mapping[str, Any], path: Path | None) -> StatisticsFile:
         """A statistics file at `path`, or in memory, and what the flight recorder writes beside it.
@@ -72,6 +73,7 @@ class Profiler:
             deadlines=tuple(watch.deadline.name for watch in self.watches),
             fault_models=self.faults.models,
             worst=self._worst,
+            has_link=self._has_link,
         )
 
     def _open_account(self, atomic: Atomic, functions: Functions) -> Functions:

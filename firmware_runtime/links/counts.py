@@ -4,9 +4,11 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import msgspec
+from msgspec import structs
 
 from firmware_runtime.links.refusal import Reason, Refused
 from firmware_runtime.links.wire import Frame, Kind, encoded
+from firmware_runtime.statistics.rows import LinkRow
 
 
 class Carried(msgspec.Struct):
@@ -37,6 +39,21 @@ class Counts:
     """What the run itself has refused."""
     carried: Carried = field(default_factory=Carried)
     """What the carrier has counted by its last report."""
+
+    def row(self, *, is_good: bool, silences: int) -> tuple[int, ...]:
+        """As the statistics of the run have it."""
+        return structs.astuple(
+            LinkRow(
+                is_good,
+                self.sent,
+                self.repeated,
+                self.received,
+                self.dropped + self.carried.dropped,
+                self.unsent + self.carried.unsent,
+                silences,
+                *self.refused.values(),
+            )
+        )
 
     @property
     def refused(self) -> dict[Reason, int]:

@@ -20,6 +20,7 @@ from firmware_runtime.links.channel import Channel, ChannelClosed
 from firmware_runtime.links.counts import Counts, report_of
 from firmware_runtime.links.cut import Crossing, Cut
 from firmware_runtime.links.greeting import Farewell, Greeting
+from firmware_runtime.links.meter import LinkMeter
 from firmware_runtime.links.outbox import Message, Outbox
 from firmware_runtime.links.peer import Peer
 from firmware_runtime.links.refusal import Reason, Refused
@@ -95,6 +96,7 @@ class Link:
         self._sent_at = self._hello_at = 0
         self._owes_answer = False
         self._was_good = False
+        self._meter: LinkMeter | None = None
         self._refused_cut = ""
         self._is_closed = False
         executive.add_source(self)
@@ -134,6 +136,8 @@ class Link:
 
     def attend(self, now: int, _left: int) -> None:
         """Send what has left and what was lost; judge how the link stands."""
+        if self._meter is None:  # the run has begun
+            self._meter = LinkMeter(self._executive)
         clock = monotonic_ns()
         while self._left:
             crossing, at, value = self._left.popleft()
@@ -148,6 +152,7 @@ class Link:
         else:
             self._outbox.discard()
         self._show_presence(clock, is_good=is_good)
+        self._meter.write(self.counts, is_good=is_good, silences=self.peer.silences)
 
     # For arming, and at the end -------------------------------------------------------------------
 
@@ -186,6 +191,9 @@ class Link:
         if self.peer.session_of_peer != session:
             self._meet()
         self._outbox.note(frame)
+        round_trip = self.peer.clock.round_trip
+        if frame.echo != 0 and round_trip is not None and self._meter is not None:
+            self._meter.note_round_trip(round_trip)
         if frame.kind is Kind.VALUE:
             self._owes_answer = True
             arrived += self._value(frame, clock)
@@ -208,6 +216,8 @@ class Link:
             raise Refused(Reason.TOO_OLD, old)
         value = crossing.packing.unpack(frame.body, crossing.limits)
         self._taken[frame.port] = frame.sequence
+        if self._meter is not None:
+            self._meter.note_age(age)
         return [(port, value)]
 
     def _newest(

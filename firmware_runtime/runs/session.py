@@ -125,6 +125,7 @@ class Session:
                     ),
                     statistics_path=statistics_path,
                     armed_at_start=permission is None and self.has_hardware,
+                    has_link=link is not None,
                     conditions=self._conditions(),
                 ),
                 self.world_now,

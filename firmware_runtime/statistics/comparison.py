@@ -32,6 +32,7 @@ from firmware_runtime.statistics.layout import (
     CPU,
     ELAPSED,
     INPUTS_DROPPED,
+    LINK,
     MODEL,
     STEP_HISTOGRAM,
     STEPS,
@@ -40,12 +41,13 @@ from firmware_runtime.statistics.layout import (
     YIELDED,
     Layout,
 )
-from firmware_runtime.statistics.rows import ModelRow, counters
+from firmware_runtime.statistics.rows import LinkRow, ModelRow, counters
 from firmware_runtime.statistics.statistics import NO_INSTANT, RunState, Statistics
 
 _LAST_LATE, _DUE = MODEL.index("last_late_ns"), MODEL.index("due_ns")
 _SCHEDULED, _SKIPPED = MODEL.index("scheduled"), MODEL.index("skipped")
 _OUTCOMES = [MODEL.index(name) for name in ("run", "skipped", "coalesced")]
+_LINK_COUNTERS = [LINK.index(name) for name in counters(LinkRow)]
 _COUNTERS = [MODEL.index(name) for name in counters(ModelRow)]
 _LATENESS, _STEP = WORST.index("lateness_ns"), WORST.index("step_ns")
 
@@ -172,6 +174,8 @@ def _counters(layout: Layout) -> Iterator[int]:
         yield from (layout.model(index) + counter for counter in _COUNTERS)
     yield from range(layout.bus(0), layout.bus(len(layout.buses)))
     yield from range(layout.deadline(0), layout.deadline(len(layout.deadlines)))
+    if layout.has_link:
+        yield from (layout.link + counter for counter in _LINK_COUNTERS)
 
 
 def _histograms(layout: Layout) -> Iterator[slice]:
@@ -179,6 +183,9 @@ def _histograms(layout: Layout) -> Iterator[slice]:
     for index in range(len(layout.models)):
         yield layout.lateness(index)
         yield layout.step(index)
+    if layout.has_link:
+        yield layout.link_age
+        yield layout.round_trip
 
 
 def _subtract(cells: Cells, earlier: Cells) -> None:

@@ -70,6 +70,29 @@ class BusFigures(Struct, frozen=True):
     utilisation: float | None
 
 
+class LinkFigures(Struct, frozen=True):
+    """The link to the other part of a model that runs in two processes, as this end counts it."""
+
+    is_good: bool
+    sent: int
+    """Values, each once."""
+    repeated: int
+    """Values that were sent again, because they had not arrived."""
+    received: int
+    """Values that entered the model."""
+    dropped: int
+    """Values in whose place a newer one of their port was taken, and datagrams a carrier lost."""
+    unsent: int
+    """Datagrams for which there was no room, or no other end."""
+    silences: int
+    """How often the other end fell silent."""
+    refused: dict[str, int]
+    """Datagrams, by reason."""
+    age_us: Distribution
+    """Of values when they arrived, since they left their model at the other end."""
+    round_trip_us: Distribution
+
+
 class FaultFigures(Struct, frozen=True):
     """Faults of one kind that a model reported; `last` is the sentence of the last one."""
 
@@ -115,6 +138,8 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
     worst: list[WorstActivation]
     """The worst first."""
     conditions: Conditions
+    link: LinkFigures | None = None
+    """None for a run of a whole model."""
 
     @property
     def is_virtual(self) -> bool:
@@ -149,7 +174,10 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
 
     def as_json(self) -> dict[str, Any]:
         """The JSON; spelling and meaning of its keys are what other programs rely on."""
-        return {**to_builtins(self), "conditions": self.conditions.as_json()}
+        found = {**to_builtins(self), "conditions": self.conditions.as_json()}
+        if self.link is None:
+            del found["link"]
+        return found
 
 
 class _Printed(Struct, frozen=True):

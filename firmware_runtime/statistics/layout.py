@@ -3,7 +3,8 @@
 In order: the run's own cells, the histogram of step times, one block for each model (its
 counters, then its histograms of lateness and of own time), one block for each bus, one cell for
 each deadline, one block for each place in the list of worst activations, the text that says how
-the run ended, the timeline, and one block for each model that can report faults (`fault_table`).
+the run ended, the timeline, one block for each model that can report faults (`fault_table`), and
+one for the link to the other part of a model that runs in two processes.
 Blocks of a kind have the same length; they stand in the order in which the header names models,
 buses and deadlines.
 
@@ -17,7 +18,7 @@ from typing import Any
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.histogram import BUCKETS, CELLS, SUB_BUCKETS, SUM_CELL
-from firmware_runtime.statistics.rows import BusRow, DeadlineRow, ModelRow, WorstRow
+from firmware_runtime.statistics.rows import BusRow, DeadlineRow, LinkRow, ModelRow, WorstRow
 
 RUN = (
     "sequence",
@@ -39,6 +40,7 @@ MODEL = ModelRow.__struct_fields__
 BUS = BusRow.__struct_fields__
 DEADLINE = DeadlineRow.__struct_fields__
 WORST = WorstRow.__struct_fields__
+LINK = LinkRow.__struct_fields__
 SLOT = (
     "begin_ns",
     "used",
@@ -96,6 +98,7 @@ class Layout:
     worst: int = 16
     fault_models: tuple[str, ...] = ()
     """Models with a port for faults, by path."""
+    has_link: bool = False
 
     def model(self, index: int) -> int:
         """First cell of a model's block."""
@@ -132,7 +135,8 @@ class Layout:
     def cells(self) -> int:
         """How many cells there are in all."""
         faults = len(self.fault_models) * fault_table.MODEL_CELLS
-        return self.place(self.worst) + REASON + TIMELINE + faults
+        link = len(LINK) + 2 * CELLS if self.has_link else 0
+        return self.place(self.worst) + REASON + TIMELINE + faults + link
 
     @property
     def reason(self) -> slice:
@@ -149,7 +153,24 @@ class Layout:
     @property
     def faults(self) -> slice:
         """The faults of each of `fault_models`, see `fault_table`."""
-        return slice(self.timeline.stop, self.cells)
+        return slice(self.timeline.stop, self.link)
+
+    @property
+    def link(self) -> int:
+        """First cell of the link's block, where there is one, behind all others."""
+        timeline_ends: int = self.timeline.stop
+        return timeline_ends + len(self.fault_models) * fault_table.MODEL_CELLS
+
+    @property
+    def link_age(self) -> slice:
+        """The histogram of the ages of values when they arrived."""
+        first = self.link + len(LINK)
+        return slice(first, first + CELLS)
+
+    @property
+    def round_trip(self) -> slice:
+        """The histogram of the link's round trips."""
+        return slice(self.link_age.stop, self.link_age.stop + CELLS)
 
     def describe(self) -> dict[str, Any]:
         """The layout as the file's header carries it, with every offset and stride in cells."""
@@ -211,7 +232,14 @@ class Layout:
                     f"sentence in {fault_table.SENTENCE_CELLS} cells of UTF-8",
                 ],
             },
+            **self._describe_link(),
         }
+
+    def _describe_link(self) -> dict[str, Any]:
+        if not self.has_link:
+            return {}
+        then = ["age histogram", "round trip histogram"]
+        return {"link_block": {"at": self.link, "fields": LINK, "then": then}}
 
 
 STEP_HISTOGRAM = slice(STEP_TIMES, STEP_TIMES + CELLS)

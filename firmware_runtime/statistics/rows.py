@@ -43,6 +43,37 @@ class BusRow(Struct, frozen=True):
     busy_ns: Counter
 
 
+class LinkRow(Struct, frozen=True):
+    """Of a run's link to its other part; its histograms of age and round trip follow in the file.
+
+    The fields from `malformed` on are refusals by reason.
+    """
+
+    is_good: int
+    sent: Counter
+    repeated: Counter
+    received: Counter
+    dropped: Counter
+    unsent: Counter
+    silences: Counter
+    malformed: Counter
+    oversized: Counter
+    forged: Counter
+    replayed: Counter
+    stale: Counter
+    went_back: Counter
+    wrong_session: Counter
+    other_cut: Counter
+    too_old: Counter
+    unknown_port: Counter
+    not_finite: Counter
+    out_of_limits: Counter
+
+
+REFUSALS = LinkRow.__struct_fields__[LinkRow.__struct_fields__.index("malformed") :]
+"""Why datagrams of a link are refused, each with a cell of its own."""
+
+
 class DeadlineRow(Struct, frozen=True):
     """Of one deadline on a path."""
 

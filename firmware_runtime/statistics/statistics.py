@@ -17,6 +17,7 @@ from firmware_runtime.statistics.figures import (
     BusFigures,
     FaultFigures,
     Figures,
+    LinkFigures,
     ModelFigures,
 )
 from firmware_runtime.statistics.header import Header
@@ -36,8 +37,10 @@ from firmware_runtime.statistics.layout import (
 )
 from firmware_runtime.statistics.overdue import waiting
 from firmware_runtime.statistics.rows import (
+    REFUSALS,
     BusRow,
     DeadlineRow,
+    LinkRow,
     ModelRow,
     as_counted,
     read_row,
@@ -144,6 +147,7 @@ class Statistics:
             faults=self.faults(),
             worst=read_worst(self.cells, self.layout),
             conditions=conditions_of(self.header.conditions, self._run(), self.cells[YIELDED]),
+            link=self._link() if self.layout.has_link else None,
         )
 
     def faults(self) -> dict[str, dict[str, FaultFigures]]:
@@ -189,6 +193,18 @@ class Statistics:
     def _bus(self, index: int) -> BusFigures:
         row = read_row(BusRow, self.cells, self.layout.bus(index))
         return BusFigures(**as_counted(row, BusFigures), utilisation=self._share(row.busy_ns))
+
+    def _link(self) -> LinkFigures:
+        row, layout = read_row(LinkRow, self.cells, self.layout.link), self.layout
+        counted = as_counted(row, LinkFigures)
+        is_good = bool(counted.pop("is_good")) and self.writer_alive
+        return LinkFigures(
+            **counted,
+            is_good=is_good,
+            refused={reason: getattr(row, reason) for reason in REFUSALS},
+            age_us=Histogram(self.cells[layout.link_age]).summary_us(),
+            round_trip_us=Histogram(self.cells[layout.round_trip]).summary_us(),
+        )
 
     def _share(self, spent_ns: int) -> float | None:
         """A part of the time of the run; None at its very start."""

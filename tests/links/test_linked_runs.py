@@ -33,6 +33,11 @@ def test_tachobot_settles_with_its_controller_in_another_process(link: str, tmp_
     assert "controller.yaw" in other["statistics"]["models"]
     assert "controller.yaw" not in ended["statistics"]["models"]
     assert other["statistics"]["bus"] == {}
+    for counted in (ended["link"], other["link"]):
+        assert min(counted["sent"], counted["received"]) > 100
+        assert counted["silences"] == 0
+        assert counted["age_us"]["max"] > 0
+        assert sum(counted["refused"].values()) == 0
 
 
 def test_the_detective_s_own_end_ends_both(tmp_path: Path) -> None:

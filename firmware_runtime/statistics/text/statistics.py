@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
-from firmware_runtime.statistics.figures import Causes, Figures, ModelFigures
+from firmware_runtime.statistics.figures import Causes, Figures, LinkFigures, ModelFigures
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate, seconds
 from firmware_runtime.statistics.rows import DeadlineRow
@@ -26,6 +26,7 @@ def statistics_text(figures: Figures, worst: int = _WORST_SHOWN) -> list[str]:
         *_times(figures),
         *_buses(figures),
         *_deadlines(figures),
+        *_link(figures.link),
         *(f"  fault: {line}" for line in fault_lines(figures)),
         *_worst(figures, worst),
         "",
@@ -170,6 +171,28 @@ def deadline_text(counted: DeadlineRow) -> str:
     if counted.answers == 0:
         return f"not enabled, none of {counted.samples} samples has been answered"
     return f"{counted.misses} missed"
+
+
+def _link(link: LinkFigures | None) -> list[str]:
+    """How the link to the other part went, what went wrong first."""
+    return [] if link is None else [f"  link: {link_text(link)}"]
+
+
+def link_text(link: LinkFigures) -> str:
+    """A link in one line."""
+    trip = link.round_trip_us
+    refused = [f"{reason} {count}" for reason, count in link.refused.items() if count > 0]
+    parts = [
+        "good" if link.is_good else "not good",
+        *([f"{_counted(link.silences, 'silence')}"] if link.silences > 0 else []),
+        *([f"refused {', '.join(refused)}"] if refused else []),
+        *([f"dropped {link.dropped}"] if link.dropped > 0 else []),
+        f"sent {link.sent}",
+        f"received {link.received}",
+        f"age p50 {microseconds(link.age_us.p50)} p99 {microseconds(link.age_us.p99)}",
+        f"round trip p50 {microseconds(trip.p50)} p99 {microseconds(trip.p99)}",
+    ]
+    return "; ".join(parts)
 
 
 def _worst(figures: Figures, shown: int) -> list[str]:

@@ -12,7 +12,7 @@ from firmware_runtime.statistics.histogram import Histogram, bucket_of
 from firmware_runtime.statistics.number_formats import microseconds, percent, seconds
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.text.sentences import fault_lines
-from firmware_runtime.statistics.text.statistics import causes_text, deadline_text
+from firmware_runtime.statistics.text.statistics import causes_text, deadline_text, link_text
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.statistics.top.table import models_table
 
@@ -54,6 +54,10 @@ def _parts(
         yield _histogram(now, lately, width, max(room - rows, _FEWEST_BARS))
         yield _sparkline(now, width)
     yield Text()
+    if figures.link is not None:
+        style = "green" if figures.link.is_good else "bold yellow"
+        text = f"link: {link_text(figures.link)}"
+        yield Text(text, style=style, overflow="ellipsis", no_wrap=True)
     yield from _faults(figures)
     yield from _worst(figures)
     yield Text()
