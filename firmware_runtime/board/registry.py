@@ -139,7 +139,7 @@ def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: A
     settings = strict.convert(table, defined.settings, faults)
     if settings is not None:
         with blamed_on(entry_point_of(board.kind), "definition"):
-            faults += defined.faults(settings)
+            faults += _own_faults(defined, settings)
     if faults:
         raise ConfigError(board.name, faults)
     return settings
@@ -220,10 +220,13 @@ def _kind_in(source: Path, table: Mapping[str, Any], faults: Sequence[str]) -> s
 def _name_in(table: Mapping[str, Any], kind: str, faults: list[str]) -> str:
     """A robot's own name, or that of its kind; one that cannot be a name is among the faults."""
     name = table.get("name", kind)
-    if isinstance(name, str) and is_name(name):
+    if not (isinstance(name, str) and is_name(name)):
+        expected = "expected small letters, digits, - and _, 63 at most"
+        faults.append(f"name: {strict.shown(name)}: {expected}")
+    elif name != kind and name in names():
+        faults.append(f"name: {name!r}: a kind of board is called so; expected another name")
+    else:
         return name
-    expected = "expected small letters, digits, - and _, 63 at most"
-    faults.append(f"name: {strict.shown(name)}: {expected}")
     return kind
 
 

@@ -15,6 +15,7 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.statistics.trace_file import plain
 
 
 class Report:
@@ -81,7 +82,7 @@ class Report:
             "board": session.board.name,
             "clock": self._clock,
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
-            "result": session.result(),
+            "result": plain(session.result()),
             **({} if outputs_on is None else {"outputs_on": outputs_on}),
             "statistics": (statistics := session.executive.statistics.as_json()),
             **({"link": statistics["link"]} if "link" in statistics else {}),

@@ -3,10 +3,11 @@
 Only the board's own rig is imported, by its entry point.
 """
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from inspect import getattr_static
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from firmware_runtime.board.kinds import blamed_on, broken
 from firmware_runtime.board.registry import Board
@@ -14,12 +15,17 @@ from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, SettingError
+from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.served.client import ServedDoubles, look
 from firmware_runtime.hal.served.connection import Connection
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
+
+T = TypeVar("T")
 
 GROUP = "firmware_runtime.rigs"
 _DEMANDED = tuple(name for part in (Doubles, Rig) for name in vars(part) if name[0] != "_")
@@ -45,9 +51,29 @@ def rig_for(board: Board, clock: WireClock) -> Rig:
             raise ConfigError(str(board.source), [f"world: {error}"]) from error
     if missing := [name for name in _DEMANDED if getattr_static(rig, name, ...) is ...]:
         raise broken(entry_point, f"no {', '.join(missing)}; see firmware_runtime.board.rig.Rig")
+    with blamed_on(entry_point, "rig"):
+        _check_lines(rig)
     if bare := [*(board.settings.buses.keys() - rig.buses), *(board.ports.keys() - rig.ports)]:
         raise broken(entry_point, f"no doubles of {', '.join(bare)}; expected all lines of a board")
     return rig
+
+
+def _check_lines(rig: Rig) -> None:
+    """Raise SettingError for lines of a rig that are none."""
+    for part, kind in (("buses", I2cBus), ("ports", SerialPort)):
+        lines: object = getattr(rig, part)
+        if not (isinstance(lines, Mapping) and all(isinstance(e, kind) for e in lines.values())):
+            raise SettingError(f"{part} {lines!r}; expected each {kind.__name__} by its name")
+    if not isinstance(rig.enable, EnableLine | None):
+        raise SettingError(f"enable {rig.enable!r}; expected an EnableLine or None")
+
+
+def of_rig(board: Board, part: str, value: Mapping[str, T]) -> dict[str, T]:
+    """What a part of the board's rig returned, by names. Raises ConfigError if that is none."""
+    with blamed_on_rig(board, part):
+        if not isinstance(value, Mapping):
+            raise SettingError(f"{value!r}; expected values by their names")
+    return dict(value)
 
 
 def blamed_on_rig(board: Board, part: str) -> AbstractContextManager[None]:

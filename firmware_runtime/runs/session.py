@@ -44,7 +44,7 @@ from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.requests import Requests
-from firmware_runtime.runs.rigs import blamed_on_rig, rig_for, served_doubles, shown_by
+from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_doubles, shown_by
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.companions import Companion
@@ -215,14 +215,15 @@ class Session:
         own = self.robot.own_result()
         if self.doubles is not None:
             with suppress(HalError), blamed_on_rig(self.board, "result"):  # the server has gone
-                return self.doubles.result(self.world_now.step_at, own)
+                true = self.doubles.result(self.world_now.step_at, own)
+                return of_rig(self.board, "result", true)
         return own
 
     def outputs(self) -> dict[str, int] | None:
         """How many outputs of each chip are on; None where that is unknown."""
         if self.doubles is not None:
             with suppress(HalError), blamed_on_rig(self.board, "outputs"):  # the server has gone
-                return self.doubles.outputs
+                return of_rig(self.board, "outputs", self.doubles.outputs)
         return None
 
     def make_safe(self) -> list[str]:

@@ -1,5 +1,6 @@
 """A board of another package: what its definition may leave out, and how a broken one is named."""
 
+import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -326,6 +327,46 @@ def test_a_part_of_a_rig_that_breaks_is_named(
     said = capsys.readouterr().err
     assert "rig heron of the package heron" in said
     assert f"{part}: ZeroDivisionError" in said
+
+
+@pytest.mark.parametrize(
+    ("defect", "named"),
+    [
+        ("buses = None", "buses None"),
+        ("buses = property(lambda self: {'i2c1': 3})", "buses {'i2c1': 3}"),
+        ("ports = []", "ports []"),
+        ("enable = 3", "enable 3"),
+        ("outputs = [3]", "outputs: [3]"),
+        ("def result(self, elapsed, own):\n        return [3]", "result: [3]"),
+    ],
+)
+def test_a_part_of_a_rig_of_another_type_is_named(
+    heron: Heron, capsys: pytest.CaptureFixture[str], defect: str, named: str
+) -> None:
+    rig = RIG_OF_NOTHING.replace("        self.buses =", "        buses =")
+    lines = rig if defect.startswith("buses") else RIG_OF_NOTHING
+    heron.install(OBJECT, BOARD + RIG, f"{lines}\n    {defect}\n")
+    assert main(["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]) == 2
+    said = capsys.readouterr().err
+    assert "rig heron of the package heron" in said
+    assert named in said
+
+
+def test_a_result_is_json_whatever_it_holds(
+    heron: Heron, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = "    def result(self, elapsed, own):\n        return {'x': float('nan'), 'y': {1j}}\n"
+    heron.install(OBJECT, BOARD + RIG, f"{RIG_OF_NOTHING}\n{result}")
+    words = ["run", "heron", "--doubles", "--clock", "virtual", "--for", "1", "--json"]
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["result"] == {"x": "nan", "y": "{1j}"}
+
+
+def test_a_robot_is_not_called_as_another_kind_of_board(heron: Heron, tmp_path: Path) -> None:
+    heron.install(OBJECT)
+    (tmp_path / "board.toml").write_text(f'name = "tachobot"\n{TOML}')
+    with pytest.raises(ConfigError, match="name: 'tachobot'"):
+        registry.load(str(tmp_path))
 
 
 def test_what_a_rig_shows_is_a_port(heron: Heron, capsys: pytest.CaptureFixture[str]) -> None:
