@@ -7,6 +7,7 @@ import argparse
 from time import perf_counter
 
 from benchmarks.hostile.bridge import BridgeTarget
+from benchmarks.hostile.link import LinkTarget
 from benchmarks.hostile.sweep import result_text, sweep
 from benchmarks.shared.side_by_side import positive
 from firmware_runtime.status import Status
@@ -23,7 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Sweep each target; fail unless all are clean."""
     clean = True
-    for target in (BridgeTarget(arguments.seed),):
+    for target in (LinkTarget(arguments.seed), BridgeTarget(arguments.seed)):
         began = perf_counter()
         result = sweep(target, arguments.datagrams)
         print(result_text(target.name, result))

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple, Protocol
 
 ACCEPTED: Final = "accepted"
+NO_VALUE: Final = "no value"
+"""Neither refused nor a value: a heartbeat, a greeting, a value that has been taken."""
 MOST_SHOWN: Final = 20
 
 
@@ -59,7 +61,7 @@ class Result:
     def is_clean(self) -> bool:
         """Whether nothing crashed, and both judges said the same of everything."""
         refused = Counter(self.verdicts)
-        del refused[ACCEPTED]
+        del refused[ACCEPTED], refused[NO_VALUE]
         exact = +Counter(self.counted) == +refused
         return exact and not (self.crashes or self.disagreements or self.values_differ)
 
@@ -91,7 +93,7 @@ def result_text(name: str, result: Result) -> str:
     total = result.attempts.total()
     lines = [f"{name}: {total} datagrams", "", f"{'verdict':24} {'expected':>9} {'counted':>9}"]
     for verdict, count in sorted(result.verdicts.items()):
-        counted = result.counted.get(verdict, 0) if verdict != ACCEPTED else count
+        counted = count if verdict in {ACCEPTED, NO_VALUE} else result.counted.get(verdict, 0)
         lines.append(f"{verdict:24} {count:9} {counted:9}")
     differ = "some" if result.values_differ else "none"
     summary = (

@@ -66,7 +66,8 @@ class Carrier:
         self._latest = peer
         self._own_session = 0
         self._sessions: OrderedDict[int, _Session] = OrderedDict()
-        self._carried = Carried(dict.fromkeys(Reason, 0))
+        self.carried = Carried(dict.fromkeys(Reason, 0))
+        """What it has counted; reported to the run."""
         self._greeted_at = 0
         self._report_at = 0
         self._has_news = False
@@ -112,7 +113,7 @@ class Carrier:
                 return
         except OSError:  # no room, or no way there at the moment
             pass
-        self._carried.unsent += 1
+        self.carried.unsent += 1
         self._has_news = True
 
     # From the network -----------------------------------------------------------------------------
@@ -128,13 +129,13 @@ class Carrier:
             try:
                 plain = self._judged(datagram, address)
             except Refused as refusal:
-                self._carried.refused[refusal.reason] += 1
+                self.carried.refused[refusal.reason] += 1
                 self._has_news = True
                 continue
             try:
                 self._run.send(plain)
             except OSError:
-                self._carried.dropped += 1
+                self.carried.dropped += 1
                 self._has_news = True
 
     def _judged(self, datagram: bytes, address: UdpAddress) -> bytes:
@@ -179,7 +180,7 @@ class Carrier:
 
     def _report(self) -> None:
         with suppress(OSError):  # no room: the next time, then
-            self._run.send(report(self._carried))
+            self._run.send(report(self.carried))
             self._has_news = False
 
 

@@ -5,10 +5,11 @@ from collections.abc import Callable
 import pytest
 
 from benchmarks.hostile.bridge import BridgeTarget
+from benchmarks.hostile.link import LinkTarget
 from benchmarks.hostile.sweep import ACCEPTED, Attempt, Result, Target, result_text, sweep
 from firmware_runtime.cli.main import main
 
-TARGETS: list[Callable[[int], Target]] = [BridgeTarget]
+TARGETS: list[Callable[[int], Target]] = [BridgeTarget, LinkTarget]
 
 
 @pytest.mark.slow
@@ -21,6 +22,23 @@ def test_every_datagram_is_judged_as_the_document_says(
     assert result.is_clean, result_text("sweep", result)
     assert result.verdicts[ACCEPTED] > 1_000
     assert len(result.verdicts) > 8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("function", "instead"),
+    [
+        ("firmware_runtime.links.udp.opened", lambda datagram, _key: datagram[:-32]),
+        ("firmware_runtime.links.window.Window.judge", lambda *_: None),
+        ("firmware_runtime.links.peer_clock.PeerClock.age", lambda *_: 0),
+        ("firmware_runtime.links.packed._check", lambda *_: None),
+    ],
+)
+def test_a_link_without_one_of_its_checks_is_found_out(
+    monkeypatch: pytest.MonkeyPatch, function: str, instead: Callable[..., object]
+) -> None:
+    monkeypatch.setattr(function, instead)
+    assert not sweep(LinkTarget(1), 3_000).is_clean
 
 
 class Careless(BridgeTarget):
@@ -43,4 +61,6 @@ def test_the_bench_prints_what_it_found(capsys: pytest.CaptureFixture[str]) -> N
     assert main(["bench", "hostile", "--datagrams", "2000"]) == 0
     printed = capsys.readouterr().out
     assert "bridge with a key: 2000 datagrams" in printed
-    assert "crashes 0, values accepted that should not be 0, verdicts that differ 0" in printed
+    assert "link over UDP with a key: 2000 datagrams" in printed
+    clean = "crashes 0, values accepted that should not be 0, verdicts that differ 0"
+    assert printed.count(clean) == 2

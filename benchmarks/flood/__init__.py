@@ -1,0 +1,1 @@
+"""A robot's end of a link while datagrams flood its UDP port."""

@@ -1,0 +1,124 @@
+"""The robot's end of a link as it is: a carrier and a run's link, at an instant set from outside.
+
+Only sockets lead to an attacker here instead of to a network.
+"""
+
+import socket
+from collections import Counter
+from contextlib import ExitStack
+from typing import Final
+from unittest.mock import patch
+
+from benchmarks.hostile.frames import KEY, YAW_LIMIT
+from benchmarks.hostile.link_rules import MS
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.part import part_of
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.links import link as link_module
+from firmware_runtime.links import udp
+from firmware_runtime.links.cut import cut_of
+from firmware_runtime.links.link import Link, Terms
+from firmware_runtime.models.motion import Motion
+
+TIMEOUT: Final = 500 * MS
+LIMITS: Final = (-YAW_LIMIT, YAW_LIMIT)
+
+
+class Controller(Atomic):
+    """What the other end runs."""
+
+    def __init__(self) -> None:
+        super().__init__("controller")
+        self.forces = self.in_port("forces", float)
+        self.motion = self.out_port("motion", Motion)
+        self.yaw = self.out_port("yaw", float)
+
+
+class Robot(Atomic):
+    """What this end runs."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.motion = self.in_port("motion", Motion)
+        self.yaw = self.in_port("yaw", float)
+        self.forces = self.out_port("forces", float)
+
+
+class Board(Coupled):
+    """Both, coupled."""
+
+    def __init__(self) -> None:
+        super().__init__("board")
+        controller, robot = self.add(Controller()), self.add(Robot())
+        self.couple(controller.motion, robot.motion)
+        self.couple(controller.yaw, robot.yaw)
+        self.couple(robot.forces, controller.forces)
+
+
+class Pair:
+    """The run's end of the pair of sockets between run and carrier."""
+
+    def __init__(self, own: socket.socket) -> None:
+        self._socket = own
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a frame has come."""
+        return self._socket.fileno()
+
+    def receive(self) -> bytes | None:
+        """The next frame, if there is one."""
+        try:
+            return self._socket.recv(16384)
+        except BlockingIOError:
+            return None
+
+    def send(self, frame: bytes) -> None:
+        """Send without waiting."""
+        self._socket.send(frame)
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class RobotEnd:
+    """A carrier and a run's link, tied by sockets, at an instant that is set from outside."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self.now = 1000 * 1000 * MS
+        for module in (udp, link_module):
+            stack.enter_context(patch.object(module, "monotonic_ns", lambda: self.now))
+        run, to_run = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._network, to_network = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        for each in (run, to_run, self._network, to_network):
+            each.setblocking(False)
+            stack.callback(each.close)
+        self.carrier = udp.Carrier(to_run, to_network, KEY, None)
+        part = part_of(Board(), ["robot"])
+        self.link = Link(
+            Executive(part.model, MonotonicClock()),
+            cut_of(part, [*part.entering, *part.leaving], {"controller.yaw": LIMITS}),
+            part.entering,
+            Pair(run),
+            Terms(timeout=TIMEOUT),
+            board="board",
+            role="robot",
+            takes_old=False,
+            log=lambda _: None,
+        )
+        self.link.attend(0, 0)  # its first greeting, from which the carrier knows its session
+        self.carrier.work()
+
+    def refused(self) -> Counter[str]:
+        """By reason, at the carrier and at the run."""
+        both = Counter(self.link.counts.own)
+        both.update(self.carrier.carried.refused)
+        return Counter({reason.value: count for reason, count in both.items() if count})
+
+    def take(self, datagram: bytes) -> list[tuple[str, object]]:
+        """Let a datagram come; the values that enter the model."""
+        self._network.send(datagram)
+        self.carrier.work()
+        return [(port.name, value) for port, value in self.link.receive()]
