@@ -44,6 +44,7 @@ VERBS = {
     "perfetto": "perfetto",
     "record": "record",
     "replay": "replay",
+    "continuity": "continuity",
     "arm": "arm",
     "disarm": "arm",
     "get": "tune",

@@ -71,6 +71,9 @@ class Link:
         self.cut = cut
         self.terms = terms
         self.counts = Counts()
+        self.ages: dict[str, int] = {}
+        """By crossing, how old its latest value was when it arrived, ns; none before the clocks of
+        both ends have been compared."""
         self.on_bad: Callable[[str], None] = lambda _: None
         self.on_bye: Callable[[Farewell], None] = lambda _: None
         self.on_closed: Callable[[], None] = lambda: None
@@ -207,7 +210,8 @@ class Link:
         crossing, port = self._ports[frame.port]
         if frame.sequence <= self._taken.get(frame.port, 0):
             return []
-        age = self.peer.clock.age(clock, frame.origin) or 0
+        known = self.peer.clock.age(clock, frame.origin)
+        age = known or 0
         is_retained = self._takes_old and crossing.name in self.terms.retain
         if age > self.terms.timeout and not is_retained:
             old = f"{crossing.name} was {age / SECOND:.3f} s old"
@@ -218,6 +222,8 @@ class Link:
         self._taken[frame.port] = frame.sequence
         if self._meter is not None:
             self._meter.note_age(age)
+        if known is not None:
+            self.ages[crossing.name] = known
         return [(port, value)]
 
     def _newest(

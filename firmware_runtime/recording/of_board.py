@@ -22,14 +22,18 @@ from firmware_runtime.recording.replay import replay
 from firmware_runtime.system.conditions import system_conditions
 
 
+def components(board: Board, role: str) -> list[str]:
+    """The components of a role. Raises ConfigError for one that the board has not."""
+    return components_of(board.settings.roles, _model(board), role)
+
+
 def cut_of(board: Board, role: str, model: Coupled) -> Cut:
     """The cut around a role's part in a model of this board that may have a world attached.
 
     Raises ConfigError for a role that the board has not, and for a world that feeds the part: what
     it says would enter unseen in a run on the robot.
     """
-    fresh = board.build(absent_lines(board.settings.buses, board.ports)).model
-    names = components_of(board.settings.roles, fresh, role)
+    fresh, names = _model(board), components(board, role)
     stated, cut = cut_around(fresh, names), cut_around(model, names)
     if strange := cut.entrances.keys() - stated.entrances.keys():
         fault = f"{', '.join(sorted(strange))}: feeds the {role}; expected the board's own wires"
@@ -103,7 +107,10 @@ def code_changes(recording: Recording, code: dict[str, str]) -> list[str]:
     )
 
 
-def part_code(board: Board, components: Sequence[str]) -> dict[str, str]:
+def part_code(board: Board, names: Sequence[str]) -> dict[str, str]:
     """The code of these components as it is now."""
-    model = board.build(absent_lines(board.settings.buses, board.ports)).model
-    return code_of(cut_around(model, components).atomics)
+    return code_of(cut_around(_model(board), names).atomics)
+
+
+def _model(board: Board) -> Coupled:
+    return board.build(absent_lines(board.settings.buses, board.ports)).model

@@ -5,7 +5,8 @@ batch, with the fields of the part's atomics that have changed, and hands it to 
 sink does not take is dropped and counted: a batch says how many records there were before it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Final
 
 from msgspec import to_builtins
@@ -39,6 +40,7 @@ MOST: Final = 10_000
 STATES_NEED: Final = 300 * MICROSECOND
 """Ns to the next event without which the fields are left for the next batch, in real time."""
 
+NO_AGES: Final[Mapping[str, int]] = MappingProxyType({})
 _WITH_VALUE: Final = (Entered, Left, Retuned)
 
 
@@ -46,11 +48,19 @@ class Recorder:
     """A hook of the executive that records one part of its model.
 
     `dropped` counts records that are not in the file; `fault` says of the first why, if it is a
-    value that cannot be recorded.
+    value that cannot be recorded. `ages` are those of the values that came last over a link, by
+    name.
     """
 
-    def __init__(
-        self, simulator: Simulator, cut: Cut, header: Header, sink: Sink, *, is_real_time: bool
+    def __init__(  # noqa: PLR0913 -- put together once, by the run
+        self,
+        simulator: Simulator,
+        cut: Cut,
+        header: Header,
+        sink: Sink,
+        *,
+        is_real_time: bool,
+        ages: Mapping[str, int] = NO_AGES,
     ) -> None:
         self.dropped = 0
         self.fault: str | None = None
@@ -63,10 +73,10 @@ class Recorder:
         self._records = 0
         self._listenings: list[Listening] = []
         sink.take(frame(pack(to_builtins(header))))
-        for number, entrance in enumerate(cut.entrances.values()):
-            self._listen(entrance.port, Entered, number)
+        for number, (name, entrance) in enumerate(cut.entrances.items()):
+            self._listen_to_entrance(entrance.port, number, name, ages)
         for number, port in enumerate(cut.leaving.values()):
-            self._listen(port, Left, number)
+            self._listen_to_exit(port, number)
         simulator.on_postponed = self._postponed
 
     def show(self, port: OutPort[float]) -> None:
@@ -98,13 +108,24 @@ class Recorder:
         self._send([ended])
         return self._sink.close() or self.fault or self._dropped()
 
-    def _listen(self, port: AnyPort, kind: type[Any], name: int) -> None:
+    def _listen_to_entrance(
+        self, port: AnyPort, number: int, name: str, ages: Mapping[str, int]
+    ) -> None:
         simulator, remember = self._simulator, self._remember
 
-        def cross(at: int, value: object) -> None:
-            remember(kind, (at, simulator.visit, simulator.round, name, value))
+        def enter(at: int, value: object) -> None:
+            place = (at, simulator.visit, simulator.round, number)
+            remember(Entered, (*place, ages.get(name), value))
 
-        self._listenings.append(_listening(simulator, port, cross))
+        self._listenings.append(_listening(simulator, port, enter))
+
+    def _listen_to_exit(self, port: AnyPort, number: int) -> None:
+        simulator, remember = self._simulator, self._remember
+
+        def leave(at: int, value: object) -> None:
+            remember(Left, (at, simulator.visit, simulator.round, number, value))
+
+        self._listenings.append(_listening(simulator, port, leave))
 
     def _postponed(self, atomic: Atomic, until: int) -> None:
         path = self._paths.get(atomic)

@@ -49,6 +49,8 @@ class Entered(Struct, array_like=True, tag="in", frozen=True):
     visit: int
     round: int
     name: int
+    age: int | None
+    """Ns since it left its model, where it came over a link and that is known."""
     value: Any
     """As `values.plain` makes it."""
 

@@ -10,7 +10,7 @@ from firmware_runtime.board.roles import CONTROLLER
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.of_board import cut_of, header_of
-from firmware_runtime.recording.recorder import Recorder
+from firmware_runtime.recording.recorder import NO_AGES, Recorder
 from firmware_runtime.recording.sink import PipeSink
 from firmware_runtime.runs.session import Session
 
@@ -32,7 +32,14 @@ class RecordedRun:
             board, role, cut, type(executive.clock).__name__, None if shown is None else shown.path
         )
         sink = PipeSink(path, waits=not is_real_time)
-        self._recorder = Recorder(executive.simulator, cut, header, sink, is_real_time=is_real_time)
+        self._recorder = Recorder(
+            executive.simulator,
+            cut,
+            header,
+            sink,
+            is_real_time=is_real_time,
+            ages=NO_AGES if session.link is None else session.link.ages,
+        )
         if shown is not None:
             self._recorder.show(shown)
         executive.hooks.append(self._recorder)

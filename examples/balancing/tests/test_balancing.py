@@ -1,9 +1,13 @@
 """The robot, whole, on its doubles in virtual time."""
 
+import json
+from pathlib import Path
+
 import pytest
 
 from firmware_runtime import SECOND, ConfigError, open_board
 from firmware_runtime.board import registry
+from firmware_runtime.cli.main import main
 from sim_doubles.faults import FaultScript, NackAddress
 
 IMU = 0x68
@@ -82,3 +86,13 @@ def test_what_cannot_be_is_refused_by_its_key(assignment: str, key: str) -> None
     with pytest.raises(ConfigError) as refused:
         registry.load("balancing", [assignment])
     assert any(fault.startswith(key) for fault in refused.value.faults)
+
+
+@pytest.mark.slow
+def test_its_controller_does_in_a_replay_what_it_did_in_the_run(tmp_path: Path) -> None:
+    output = tmp_path / "certificate.json"
+    words = ("continuity", "balancing", "--for", "3", "--stages", "simulation", "-o", str(output))
+    assert main(words) == 0
+    stage = json.loads(output.read_text())["stages"]["simulation"]
+    assert stage["events"] > 0
+    assert stage["differences"] == 0

@@ -4,7 +4,7 @@ Equal statistics make equal bytes: nothing of the page comes from the clock, and
 nothing of the network. Its content security policy holds it to that.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 from xml.etree.ElementTree import Element
 
@@ -38,11 +38,16 @@ def page(statistics: Statistics, headline: str) -> str:
     """The page's text; `headline` is the line in which `stats` sums the run up."""
     figures = statistics.figures()
     board = figures.conditions.text("board") or "a run"
-    body = element("body", element("main", *_sections(statistics, figures, board, headline)))
-    return document(element("html", _head(board), body, lang="en"))
+    return page_of(f"{board}: timing report", _sections(statistics, figures, board, headline))
 
 
-def _head(board: str) -> Element:
+def page_of(title: str, sections: Iterable[Element]) -> str:
+    """A self-contained page's text."""
+    body = element("body", element("main", *sections))
+    return document(element("html", _head(title), body, lang="en"))
+
+
+def _head(title: str) -> Element:
     policy = {"http-equiv": "Content-Security-Policy"}
     return element(
         "head",
@@ -50,7 +55,7 @@ def _head(board: str) -> Element:
         element("meta", content=_POLICY, **policy),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("meta", name="color-scheme", content="light dark"),
-        element("title", f"{board}: timing report"),
+        element("title", title),
         element("link", rel="icon", href=_ICON),
         element("style", STYLE),
     )
@@ -60,20 +65,21 @@ def _sections(
     statistics: Statistics, figures: Figures, board: str, headline: str
 ) -> Iterator[Element]:
     yield _opening(statistics, figures, board, headline)
-    yield _section("Lateness", *_lateness(statistics, figures))
-    yield _section("Over time", *_over_time(statistics, figures))
-    yield _section("Models", *models_section(statistics, figures.models))
-    yield _section("Steps", *_steps(statistics))
-    yield _section("Faults", *faults_section(figures.faults))
-    yield _section("Worst activations", *worst_activations(figures.worst))
-    yield _section(
+    yield section("Lateness", *_lateness(statistics, figures))
+    yield section("Over time", *_over_time(statistics, figures))
+    yield section("Models", *models_section(statistics, figures.models))
+    yield section("Steps", *_steps(statistics))
+    yield section("Faults", *faults_section(figures.faults))
+    yield section("Worst activations", *worst_activations(figures.worst))
+    yield section(
         "Deadlines and buses", *deadlines_section(figures.deadlines), *buses_section(figures.bus)
     )
-    yield _section("Conditions", *conditions_section(figures.conditions))
-    yield _section("What the words mean, and how this page was made", *glossary(figures))
+    yield section("Conditions", *conditions_section(figures.conditions))
+    yield section("What the words mean, and how this page was made", *glossary(figures))
 
 
-def _section(title: str, *content: Child) -> Element:
+def section(title: str, *content: Child) -> Element:
+    """A part of a page under its heading."""
     return element("section", element("h2", title), *content)
 
 

@@ -1,0 +1,122 @@
+"""`firmware-runtime continuity BOARD`: every stage run, recorded, replayed and compared."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.continuity.certificate import Certificate
+from firmware_runtime.continuity.page import certificate_page
+from firmware_runtime.continuity.stage_run import STAGES, Plan, StageRun, run_stage
+from firmware_runtime.devs.time import format_time
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.of_board import components
+from firmware_runtime.status import Status
+from firmware_runtime.system.whole_file import keep_file
+
+_ABOUT = """
+Each stage runs on doubles, in a process of its own. What entered the board's controller in it
+enters the same controller again in virtual time, and every output event is compared, floats to the
+bit. Exit status 0: all stages that were run are equal, 1: one differs or went wrong, or none ran.
+"""
+_SUFFIXES = (".json", ".html")
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Certify that a board's controller does the same in every stage."
+    verb = add_verb(verbs, "continuity", summary, execute)
+    verb.epilog = _ABOUT
+    add_board(verb)
+    verb.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="the certificate: FILE.json for programs, FILE.html for people",
+    )
+    verb.add_argument(
+        "--for",
+        type=positive,
+        metavar="SECONDS",
+        dest="duration_s",
+        help="robot time of each stage; default as the board says for a run on doubles",
+    )
+    verb.add_argument(
+        "--stages",
+        nargs="+",
+        choices=STAGES,
+        default=list(STAGES),
+        metavar="STAGE",
+        help=f"which stages to run: {', '.join(STAGES)}; default all",
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run the stages, write the certificate, print what became of each."""
+    output: Path = arguments.output
+    _check_output(output)
+    board = chosen_board(arguments.board, arguments.assignments)
+    components(board, CONTROLLER)  # one without roles is refused before anything runs
+    plan = Plan(board, arguments.board, arguments.duration_s or board.doubles_run_s)
+    with TemporaryDirectory(prefix="firmware-runtime-") as folder:
+        runs = list(_runs(plan, arguments.stages, Path(folder)))
+        certificate = Certificate(plan, runs)
+        _write(certificate, output)
+    print(f"{'equal' if certificate.is_equal else 'NOT EQUAL'}: {output}")
+    return Status.OK if certificate.is_equal else Status.MODEL_ERROR
+
+
+def _check_output(output: Path) -> None:
+    """Raise ConfigError for a file of no known kind, or in no folder that takes it."""
+    if output.suffix not in _SUFFIXES:
+        fault = f"{output}: expected a name that ends in {' or '.join(_SUFFIXES)}"
+        raise ConfigError("-o", [fault])
+    if not os.access(output.parent, os.W_OK):
+        fault = f"{output}: no folder that can be written; expected one"
+        raise ConfigError("-o", [fault])
+
+
+def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
+    for stage in STAGES:
+        if stage not in stages:
+            yield StageRun(stage, "left out by --stages")
+            continue
+        tell(f"{stage}: runs for {plan.for_s:g} s of {plan.board.name}'s time ...", sys.stderr)
+        run = run_stage(plan, stage, folder)
+        print("\n".join(_said(run)), flush=True)
+        yield run
+
+
+def _said(run: StageRun) -> Iterator[str]:
+    comparison = run.comparison
+    if comparison is None:
+        yield f"{run.stage}: not run: {run.why_not}"
+        return
+    if fault := run.failed or comparison.fault:
+        yield f"{run.stage}: {fault}"
+    yield f"{run.stage}: {comparison.events} output events, {comparison.differences} differ"
+    if comparison.first is not None:
+        said = comparison.first.as_json(comparison.state)
+        yield f"  first at {format_time(comparison.first.at)}: {json.dumps(said)}"
+
+
+def _write(certificate: Certificate, output: Path) -> None:
+    """Write the file its ending asks for. Raises ConfigError where that cannot be."""
+    if output.suffix == ".html":
+        text = certificate_page(certificate)
+    else:
+        text = json.dumps(certificate.as_json(), indent=1, allow_nan=False) + "\n"
+    try:
+        keep_file(output, text.encode())
+    except OSError as error:
+        fault = f"{output}: {error.strerror}; expected a file that can be written"
+        raise ConfigError("-o", [fault]) from error

@@ -1,0 +1,155 @@
+"""The certificate as a self-contained page: what differs first, then the stages side by side."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeAlias
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.continuity.certificate import Certificate
+from firmware_runtime.continuity.signals import Points, ages, commands, shown
+from firmware_runtime.continuity.stage_run import StageRun
+from firmware_runtime.devs.time import format_time
+from firmware_runtime.experiments.line_plot import Curve, LinePlot
+from firmware_runtime.recording.comparison import Comparison
+from firmware_runtime.statistics.page.markup import chart, element, table
+from firmware_runtime.statistics.page.page import page_of, section
+
+_Curves: TypeAlias = Callable[[StageRun], Mapping[str, Points]]
+_SIDE_BY_SIDE = "display:grid;gap:1rem;grid-template-columns:repeat(auto-fit,minmax(20rem,1fr))"
+
+
+def certificate_page(certificate: Certificate) -> str:
+    """The page's text."""
+    board = certificate.plan.board.name
+    return page_of(f"{board}: one controller, every stage", _sections(certificate))
+
+
+def _sections(certificate: Certificate) -> Iterator[Element]:
+    runs = [each for each in certificate.runs if each.has_run]
+    yield _opening(certificate)
+    yield section("Output events", _events(certificate))
+    differing = [each for each in runs if each.comparison is not None and each.comparison.first]
+    if differing:
+        yield section("First differences", *(_difference(each) for each in differing))
+    name = _shown_name(runs)
+    yield section(name or "Shown value", *_row(runs, "", _shown, "not recorded here"))
+    yield section("Commands", *_row(runs, "", _commands, "none left"))
+    crosses = "no link: a sample enters in the instant in which it was taken"
+    yield section("Age of samples", *_row(runs, "ms", _ages, crosses))
+    yield section("What was compared", *_conditions(certificate))
+
+
+def _opening(certificate: Certificate) -> Element:
+    board = certificate.plan.board.name
+    stages = ", ".join(each.stage for each in certificate.runs if each.has_run) or "no stage"
+    if certificate.is_equal:
+        verdict, css = "equal", "verdict good"
+        sentence = f"The controller of {board} did the same in every stage run: {stages}."
+    else:
+        verdict, css = "not equal", "verdict bad"
+        sentence = f"That the controller of {board} does the same is not shown by: {stages}."
+    return element(
+        "header",
+        element("h1", f"{board}: one controller, every stage"),
+        element("p", element("strong", verdict, class_=css), sentence),
+        element(
+            "p",
+            "What entered the controller in a stage entered a fresh one in virtual time, at the "
+            "same instants and rounds; every output event was compared, floats to the bit.",
+        ),
+    )
+
+
+def _events(certificate: Certificate) -> Element:
+    head = ("stage", "how it ended", "entered", "left", "differ", "age p50, p99, max")
+    return table("Each stage and its replay", head, map(_event_row, certificate.runs), "words")
+
+
+def _event_row(run: StageRun) -> tuple[str, ...]:
+    comparison, document = run.comparison, run.document
+    if comparison is None:
+        return (run.stage, f"not run: {run.why_not}", "", "", "", "")
+    fault = run.failed or comparison.fault
+    ended = fault or document.get("ended", {}).get("reason", "")
+    counts = (comparison.inputs, comparison.events, comparison.differences)
+    return (run.stage, ended, *(f"{count:,}" for count in counts), _ages_said(run))
+
+
+def _ages_said(run: StageRun) -> str:
+    return "; ".join(
+        f"{name} {', '.join(f'{each[key] / 1000:.2f}' for key in ('p50', 'p99', 'max'))} ms"
+        for name, each in (run.ages_us or {}).items()
+    )
+
+
+def _difference(run: StageRun) -> Element:
+    comparison = run.comparison
+    assert isinstance(comparison, Comparison)  # noqa: S101 -- of stages that differ
+    assert comparison.first is not None  # noqa: S101
+    said = comparison.first.as_json(comparison.state)
+    rows = [(name, json.dumps(said[name])) for name in ("port", "recorded", "replayed", "state")]
+    caption = f"{run.stage}, at {format_time(comparison.first.at)}"
+    return table(caption, ("what", "value"), rows, "words")
+
+
+def _row(
+    runs: list[StageRun],
+    up: str,
+    curves: _Curves,
+    without: str,
+) -> Iterator[Element]:
+    """One plot a stage, side by side."""
+    yield element("div", *(_plot(each, up, curves, without) for each in runs), style=_SIDE_BY_SIDE)
+
+
+def _plot(
+    run: StageRun,
+    up: str,
+    curves: _Curves,
+    without: str,
+) -> Element:
+    found = curves(run)
+    if not found:
+        return element("figure", element("figcaption", run.stage), element("p", without))
+    drawn = [Curve(name, points) for name, points in found.items()]
+    return chart(LinePlot(run.stage, "s", up, drawn).svg(), run.stage, None)
+
+
+def _shown(run: StageRun) -> dict[str, Points]:
+    """The board's own value, from the end that shows it, on its own time."""
+    for recording in (run.robot, run.recording):
+        if recording is not None and (points := shown(recording)):
+            return {recording.header.shown or "": points}
+    return {}
+
+
+def _commands(run: StageRun) -> dict[str, Points]:
+    return {} if run.recording is None else commands(run.recording)
+
+
+def _ages(run: StageRun) -> dict[str, Points]:
+    return {} if run.recording is None else ages(run.recording)
+
+
+def _shown_name(runs: list[StageRun]) -> str | None:
+    return next((name for each in runs for name in _shown(each)), None)
+
+
+def _conditions(certificate: Certificate) -> Iterator[Element]:
+    said = certificate.as_json()
+    settings: Mapping[str, Any] = said["settings"]
+    yield table(
+        "Code and settings",
+        ("what", "value"),
+        [
+            ("components of the controller", ", ".join(said["components"] or ())),
+            ("SHA-256 of its code", str(said["code_sha256"])),
+            ("settings", settings["source"]),
+            ("overrides", ", ".join(settings["overrides"]) or "none"),
+            ("SHA-256 of the settings", settings["sha256"]),
+            *((name, str(each)) for name, each in (said["versions"] or {}).items()),
+        ],
+        "words",
+    )
+    modules = (said["code"] or {}).items()
+    yield table("SHA-256 of each module of its code", ("module", "SHA-256"), modules, "words")

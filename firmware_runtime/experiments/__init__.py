@@ -1,0 +1,1 @@
+"""Experiments that any board can repeat: each leaves its data, a plot and a page."""

@@ -1,0 +1,79 @@
+"""`continuity`: the JSON contract, the page, exit statuses."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boards.tachobot.attitude import Attitude
+from firmware_runtime.board.registry import load
+from firmware_runtime.status import Status
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize(("board", "for_s"), [("tachobot", 2), ("detective", 12)])
+def test_simulation_and_embedded_are_equal_to_their_replays(
+    command: Callable[..., Any], tmp_path: Path, board: str, for_s: int
+) -> None:
+    output = tmp_path / "certificate.json"
+    stages = ("--stages", "simulation", "embedded")
+    ended = command("continuity", board, "--for", for_s, "-o", output, *stages)
+    said = json.loads(output.read_text())
+    assert ended.status == Status.OK
+    assert said["board"] == board
+    assert {"simulation", "embedded"} == said["stages"].keys()
+    for stage in said["stages"].values():
+        assert stage["events"] > 0
+        assert (stage["differences"], stage["first_difference"]) == (0, None)
+
+
+@pytest.mark.slow
+def test_code_that_acts_otherwise_is_found_and_is_the_exit_status(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Attitude.external
+
+    def turned(self: Attitude, elapsed: int) -> None:
+        whole(self, elapsed)
+        if self.motion is not None:
+            self.motion = self.motion._replace(position=-self.motion.position)
+
+    monkeypatch.setattr(Attitude, "external", turned)  # in the replay: the run is another process
+    output = tmp_path / "certificate.json"
+    words = ("continuity", "tachobot", "--for", 1.5, "-o", output, "--stages", "simulation")
+    ended = command(*words)
+    stage = json.loads(output.read_text())["stages"]["simulation"]
+    assert ended.status == Status.MODEL_ERROR
+    assert stage["differences"] > 0
+    assert stage["first_difference"]["port"] == "controller.forces"
+    assert stage["first_difference"]["state"]["field"] == "controller.attitude.motion"
+
+
+def test_a_board_without_roles_has_no_controller_to_compare(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    board, output = tmp_path / "board.toml", tmp_path / "certificate.json"
+    lines = Path(load("tachobot").source).read_text().splitlines()
+    kept = [line for line in lines if not line.startswith(("[roles]", "robot = "))]
+    board.write_text("\n".join(kept))
+    assert command("continuity", board, "-o", output).status == Status.BAD_INPUT
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("name", ["certificate", "certificate.txt", "absent/certificate.json"])
+def test_a_certificate_that_cannot_be_written_is_refused_before_anything_runs(
+    command: Callable[..., Any], tmp_path: Path, name: str
+) -> None:
+    ended = command("continuity", "tachobot", "-o", tmp_path / name)
+    assert (ended.status, ended.out) == (Status.BAD_INPUT, "")
+
+
+@pytest.mark.slow
+def test_the_page_is_written(command: Callable[..., Any], tmp_path: Path) -> None:
+    output = tmp_path / "certificate.html"
+    words = ("continuity", "tachobot", "--for", 1.5, "-o", output, "--stages", "simulation")
+    assert command(*words).status == Status.OK
+    assert output.read_text().startswith("<!DOCTYPE html>")
