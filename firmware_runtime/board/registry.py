@@ -5,11 +5,9 @@ point, see `definition` and `kinds`. The boards that come with the project are f
 """
 
 import hashlib
-import json
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial, reduce
 from operator import getitem
@@ -89,7 +87,7 @@ def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()
     """
     source = _locate(board, [*names(), *others])
     faults: list[str] = []
-    table = strict.parse_toml(_read(source), faults)
+    table = strict.parse_toml(read_text(source), faults)
     if faults:
         raise ConfigError(str(source), faults)
     strict.override(table, assignments, faults)
@@ -98,7 +96,7 @@ def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()
         raise ConfigError(str(source), [fault])
     if table.get("board") in names():
         drop_replaced(table, definition(table["board"]).settings, _assigned(assignments))
-    return _board(source, assignments, table, faults)
+    return board_of(source, assignments, table, faults)
 
 
 def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
@@ -109,23 +107,6 @@ def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
         fault = f"{key}: {board.name!r}: expected {name!r}, by the file's name"
         raise ConfigError(str(copy), [fault])
     return board
-
-
-def kept_table(board: Board) -> str:
-    """A board's `table` as JSON, with the path of the file that it came from."""
-    return json.dumps({"source": os.path.realpath(board.source), "table": board.table})
-
-
-def load_table(kept: Path) -> Board:
-    """The board of a `table` that was kept in a file. Raises ConfigError, also if there is none."""
-    _, table = _kept(kept)
-    if not isinstance(table, dict):
-        raise ConfigError(str(kept), [f"{type(table).__name__}; expected a JSON object"])
-    faults: list[str] = []
-    table = strict.bounded(table, faults)
-    if faults:
-        raise ConfigError(str(kept), faults)
-    return _board(kept, (), table, [])
 
 
 def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- as `settings`
@@ -152,25 +133,7 @@ def _present(value: Any) -> Any:  # noqa: ANN401 -- of any type
     return {key: _present(each) for key, each in value.items() if each is not None}
 
 
-def is_kept_of(kept: Path, board: str) -> bool:
-    """Whether a kept table came from the file at a path, or in its folder, be it there or not."""
-    with suppress(ConfigError):
-        return _kept(kept)[0] in {os.path.realpath(each) for each in (board, Path(board) / FILE)}
-    return False
-
-
-def _kept(path: Path) -> tuple[object, object]:
-    """The file that a kept table came from, and the table. Raises ConfigError."""
-    try:
-        kept = json.loads(_read(path))
-    except (ValueError, RecursionError) as error:
-        raise ConfigError(str(path), [f"{error}; expected JSON"]) from error
-    if isinstance(kept, dict) and "board" not in kept:
-        return kept.get("source"), kept.get("table")
-    return None, kept  # as earlier versions kept it
-
-
-def _board(
+def board_of(
     source: Path, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
 ) -> Board:
     """The board of a table; raises ConfigError with every fault, those found before included."""
@@ -181,11 +144,7 @@ def _board(
     settings = strict.convert(stated, defined.settings, faults)
     if settings is None:
         raise ConfigError(str(source), faults)
-    with blamed_on(entry_point_of(kind), "definition"):
-        devices = defined.devices(settings)
-        faults += _faults_of(defined, settings, devices)
-        loads = {} if faults else defined.loads(settings)
-        faults += [sentence for each in loads.values() if (sentence := each.fault())]
+    devices, loads = _wired(defined, settings, faults)
     if faults:
         raise ConfigError(str(source), faults)
     return Board(
@@ -228,6 +187,18 @@ def _name_in(table: Mapping[str, Any], kind: str, faults: list[str]) -> str:
     else:
         return name
     return kind
+
+
+def _wired(
+    defined: BoardDefinition[Any], settings: BoardSettings, faults: list[str]
+) -> tuple[Sequence[Device], Mapping[str, BusLoad]]:
+    """The chips on the buses, and what the board asks of each; what is wrong is a fault."""
+    with blamed_on(entry_point_of(settings.board), "definition"):
+        devices = defined.devices(settings)
+        faults += _faults_of(defined, settings, devices)
+        loads = {} if faults else defined.loads(settings)
+        faults += [sentence for each in loads.values() if (sentence := each.fault())]
+    return devices, loads
 
 
 def _faults_of(
@@ -308,7 +279,8 @@ def _why_no_file(path: str) -> str:
     return "no regular file"
 
 
-def _read(source: Path) -> str:
+def read_text(source: Path) -> str:
+    """What stands in a file of settings. Raises ConfigError."""
     try:
         return read_file(source).decode("utf-8-sig")
     except OSError as error:
@@ -318,4 +290,4 @@ def _read(source: Path) -> str:
 
 
 def _fingerprint(source: Path, assignments: Sequence[str]) -> str:
-    return hashlib.sha256("\n".join([_read(source), *assignments]).encode()).hexdigest()
+    return hashlib.sha256("\n".join([read_text(source), *assignments]).encode()).hexdigest()

@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.lines import absent_lines
-from firmware_runtime.board.registry import Board, load_table
+from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from firmware_runtime.board import registry
+from firmware_runtime.board.kept import is_kept_of, kept_table, load_table
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
@@ -25,7 +25,7 @@ def keep_settings(board: Board, statistics: Path) -> None:
     path = Companion.SETTINGS.beside(statistics)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, registry.kept_table(board).encode(), OWN_AND_GROUP)
+        replace_file(path, kept_table(board).encode(), OWN_AND_GROUP)
     except OSError as error:
         raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
 
@@ -35,7 +35,7 @@ def kept_settings(statistics: Path | None) -> Board | None:
     if statistics is None:
         return None
     try:
-        return registry.load_table(Companion.SETTINGS.beside(statistics))
+        return load_table(Companion.SETTINGS.beside(statistics))
     except ConfigError:
         return None
 
@@ -46,7 +46,7 @@ def kept_for(board: str, directories: Iterable[Path]) -> list[Path]:
         path.with_suffix(SUFFIX)
         for directory in directories
         for path in sorted(directory.glob(f"*{Companion.SETTINGS}"))
-        if registry.is_kept_of(path, board)
+        if is_kept_of(path, board)
     ]
 
 

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.board import kinds, registry
+from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.strict import DEEPEST
 from firmware_runtime.errors import ConfigError
@@ -107,7 +108,7 @@ def test_kept_settings_without_end_are_a_fault(tmp_path: Path, depth: int) -> No
     kept = tmp_path / "tachobot.settings"
     kept.write_text('{"world": ' + "[" * depth + "]" * depth + "}")
     with pytest.raises(ConfigError):
-        registry.load_table(kept)
+        load_table(kept)
 
 
 @pytest.mark.slow
@@ -143,4 +144,4 @@ def test_any_tree_in_kept_settings_is_refused_or_taken(
         kept.write_text(json.dumps(table))
     except ValueError:  # an integer that Python does not print: nor does a run
         return
-    refused_or_taken(lambda: registry.load_table(kept))
+    refused_or_taken(lambda: load_table(kept))
