@@ -15,6 +15,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links import link as link_module
 from firmware_runtime.links import udp
@@ -98,7 +99,7 @@ class RobotEnd:
         self.carrier = udp.Carrier(to_run, to_network, KEY, None)
         part = part_of(Board(), ["robot"])
         self.link = Link(
-            Executive(part.model, MonotonicClock()),
+            Executive(part.model, MonotonicClock(), configuration=Configuration(has_link=True)),
             cut_of(part, [*part.entering, *part.leaving], {"controller.yaw": LIMITS}),
             part.entering,
             Pair(run),
