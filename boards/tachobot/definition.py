@@ -133,5 +133,6 @@ BOARD = BoardDefinition(
         "thrust_pairs.slew_per_s",
         "thrust_pairs.timeout_s",
     ),
+    optional_components=("esc", "lift"),  # in mode free
     doubles_run_s=10.0,
 )

@@ -3,8 +3,8 @@
 An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`, such as
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
 module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
-`devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `DOUBLES_RUN_S` and `event_model` there
-are.
+`devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `OPTIONAL_COMPONENTS`, `DOUBLES_RUN_S`
+and `event_model` there are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,7 +28,12 @@ from firmware_runtime.hal.budget import BusLoad
 S = TypeVar("S")
 DOUBLES_RUN_S = 10.0
 
-_WORDS = {"SETTINGS": "settings", "RETUNABLE": "retunable", "DOUBLES_RUN_S": "doubles_run_s"}
+_WORDS = {
+    "SETTINGS": "settings",
+    "RETUNABLE": "retunable",
+    "OPTIONAL_COMPONENTS": "optional_components",
+    "DOUBLES_RUN_S": "doubles_run_s",
+}
 """How a module calls what is no function."""
 _FUNCTIONS = ("build", "devices", "serial_devices", "loads", "faults", "event_model")
 
@@ -69,6 +74,8 @@ class BoardDefinition(Generic[S]):
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     retunable: Sequence[str] = ()
     """Keys that a running robot takes up by `Robot.retune`; `*` stands for any word."""
+    optional_components: Sequence[str] = ()
+    """Components that the top model has with some settings only; [roles] may name them."""
     doubles_run_s: float = DOUBLES_RUN_S
     """How long a run on doubles takes unless `--for` says."""
 
@@ -79,6 +86,7 @@ class BoardDefinition(Generic[S]):
             if not (callable(value) or (name == "event_model" and value is None)):
                 raise SettingError(f"{name}: {value!r}: expected a function")
         _check_values(self.retunable, self.doubles_run_s)
+        _check_names(self.optional_components)
 
 
 def _check_values(keys: object, length: object) -> None:
@@ -87,6 +95,12 @@ def _check_values(keys: object, length: object) -> None:
         raise SettingError(f"retunable: {keys!r}: expected keys, in a list")
     if not (isinstance(length, int | float) and length > 0):
         raise SettingError(f"doubles_run_s: {length!r}: expected seconds, above 0")
+
+
+def _check_names(names: object) -> None:
+    """Refuse what is no list of components."""
+    if not (isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)):
+        raise SettingError(f"optional_components: {names!r}: expected names, in a list")
 
 
 def _check_schema(schema: object) -> None:

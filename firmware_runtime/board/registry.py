@@ -28,9 +28,10 @@ from firmware_runtime.board.kinds import (
     names,
     shipped_file,
 )
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.settings import BoardSettings, PortSettings
+from firmware_runtime.board.roles import role_faults
+from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
 from firmware_runtime.board.unused import unused_lines
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
@@ -212,6 +213,10 @@ def _faults_of(
     faults += device_faults(devices, settings.buses, serial_devices, ports)
     faults += [fault for fault in _own_faults(defined, settings) if fault not in faults]
     build = None if faults else partial(_built, defined, settings)
+    if build is not None and (settings.roles or settings.link != LinkSettings()):
+        lines = absent_lines(settings.buses, settings.ports)
+        model, optional = build(lines).model, defined.optional_components
+        faults += role_faults(settings.roles, settings.link, model, optional)
     return faults + unused_lines(settings, build)
 
 

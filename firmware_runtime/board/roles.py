@@ -4,12 +4,16 @@
     robot = ["imu", "thrust_pairs", "esc"]
 
 Components that no role names are the `controller`, unless the file says what that is. A component
-that this robot does not have, as TachoBot's esc outside mode free, is named in vain.
+that this robot does not have, as TachoBot's esc outside mode free, is named in vain; its definition
+lists such components.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
+from math import isfinite
 from typing import Final
 
+from firmware_runtime.board.settings import LinkSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.errors import ConfigError
@@ -18,6 +22,7 @@ CONTROLLER: Final = "controller"
 ROBOT: Final = "robot"
 
 Roles = Mapping[str, tuple[str, ...]]
+_NAME: Final = re.compile(r"[a-z0-9][a-z0-9_-]{0,30}")
 
 
 def components_of(roles: Roles, model: Coupled, role: str) -> list[str]:
@@ -41,3 +46,76 @@ def components_of(roles: Roles, model: Coupled, role: str) -> list[str]:
 def part_for(roles: Roles, model: Coupled, role: str) -> Part:
     """The part of a top model that plays a role; the model must not be used any more."""
     return part_of(model, components_of(roles, model, role))
+
+
+# Faults of the tables [roles] and [link] ----------------------------------------------------------
+
+
+def role_faults(
+    roles: Roles, link: LinkSettings, model: Coupled, elsewise: Collection[str]
+) -> list[str]:
+    """Everything wrong with who runs what, and with what is stated of the ports in between.
+
+    `elsewise` are components that the model has with other settings only.
+    """
+    known = {*model.components, *elsewise}
+    misnamed = [*_names(roles, known), *_doubled(roles)]
+    crossing = [] if misnamed else _no_crossings(roles, link, model, elsewise)
+    return [*misnamed, *_without_effect(roles, link), *_limits(link), *crossing]
+
+
+def _names(roles: Roles, known: Collection[str]) -> Iterator[str]:
+    for role, names in roles.items():
+        if not _NAME.fullmatch(role):
+            yield f"roles.{role}: expected small letters, digits, - and _, 31 at most"
+        if not names:
+            yield f"roles.{role}: names no component; expected one or more"
+        for name in names:
+            if name not in known:
+                yield f"roles.{role}: {name!r}: expected some of {', '.join(sorted(known))}"
+
+
+def _doubled(roles: Roles) -> Iterator[str]:
+    taken: dict[str, str] = {}
+    for role, names in roles.items():
+        for name in names:
+            first = taken.setdefault(name, role)
+            if first != role:
+                yield f"roles.{role}: {name!r} is in roles.{first} already; expected it in one"
+        for name in {name for name in names if names.count(name) > 1}:
+            yield f"roles.{role}: {name!r} is named twice; expected it once"
+
+
+def _without_effect(roles: Roles, link: LinkSettings) -> Iterator[str]:
+    if not roles and link != LinkSettings():
+        yield "link: has no effect without a table [roles]"
+
+
+def _limits(link: LinkSettings) -> Iterator[str]:
+    for name, (least, greatest) in link.limits.items():
+        if not (isfinite(least) and isfinite(greatest) and least <= greatest):
+            stated = f"link.limits.{name}: [{least:g}, {greatest:g}]"
+            yield f"{stated}: expected finite numbers, the first not above the second"
+
+
+def _no_crossings(
+    roles: Roles, link: LinkSettings, model: Coupled, elsewise: Collection[str]
+) -> Iterator[str]:
+    """Ports that are named in [link] and cross no cut between two roles."""
+    crossing = crossings(roles, model)
+    for key, names in (("limits", link.limits), ("retain", link.retain)):
+        for name in names:
+            if name not in crossing and name.partition(".")[0] not in elsewise and roles:
+                known = ", ".join(sorted(crossing)) or "none"
+                yield f"link.{key}: {name!r} crosses no cut between roles; expected some of {known}"
+
+
+def crossings(roles: Roles, model: Coupled) -> set[str]:
+    """The output ports of components that feed a component of another role, by path."""
+    role_of = {name: role for role, names in roles.items() for name in names}
+    found: set[str] = set()
+    for source, destination in model.couplings:
+        begin, end = source.owner, destination.owner
+        if model not in {begin, end} and role_of.get(begin.name) != role_of.get(end.name):
+            found.add(source.path.removeprefix(f"{model.path}."))
+    return found

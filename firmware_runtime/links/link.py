@@ -51,8 +51,9 @@ class Terms:
 class Link:
     """One end; `takes_old` says that retained values enter however old: it drives nothing.
 
-    `on_bad` is called with a reason when the link turns bad or was interrupted, `on_bye` with what
-    the other end said when it ended, and `on_closed` when there is no way to it any more.
+    `time` is CLOCK_MONOTONIC. `on_bad` is called with a reason when the link turns bad or was
+    interrupted, `on_bye` with what the other end said when it ended, and `on_closed` when there is
+    no way to it any more.
     """
 
     def __init__(  # noqa: PLR0913 -- put together once, by the session
@@ -67,6 +68,7 @@ class Link:
         role: str,
         takes_old: bool,
         log: Callable[[str], None],
+        time: Callable[[], int] = monotonic_ns,
     ) -> None:
         self.cut = cut
         self.terms = terms
@@ -78,6 +80,7 @@ class Link:
         self.on_bye: Callable[[Farewell], None] = lambda _: None
         self.on_closed: Callable[[], None] = lambda: None
         self._executive = executive
+        self._time = time
         self._channel = channel
         self._log = log
         self._takes_old = takes_old
@@ -92,7 +95,7 @@ class Link:
             board,
             role,
             boot_id(),
-            monotonic_ns() - executive.clock.now(),
+            time() - executive.clock.now(),
         )
         self.peer = Peer(randbits(64) or 1, own, terms.timeout)
         self._heartbeat_every = min(terms.timeout // 5, 100 * MILLISECOND)
@@ -141,7 +144,7 @@ class Link:
         """Send what has left and what was lost; judge how the link stands."""
         if self._meter is None:  # the run has begun
             self._meter = LinkMeter(self._executive)
-        clock = monotonic_ns()
+        clock = self._time()
         while self._left:
             crossing, at, value = self._left.popleft()
             self._outbox.put(crossing.number, clock - now + at, _packed(crossing, value))
@@ -161,7 +164,7 @@ class Link:
 
     def why_not(self, _now: int) -> str | None:
         """Pre-arm check: the link must have been good for a while."""
-        clock = monotonic_ns()
+        clock = self._time()
         if (why := self.peer.why_bad(clock)) is not None:
             return f"the link is not good: {why}"
         good_for = clock - (self.peer.good_since or clock)
@@ -174,7 +177,7 @@ class Link:
         """Let the other end know that this one ends, and why; more than once, one may be lost."""
         if self.peer.session_of_peer != 0:
             for _ in range(_BYES):
-                self._send(self.peer.bye(monotonic_ns(), farewell))
+                self._send(self.peer.bye(self._time(), farewell))
 
     def close(self) -> None:
         """Close the way to the other end."""
@@ -184,7 +187,7 @@ class Link:
 
     def _take(self, frame: Frame, arrived: list[tuple[InPort[Any], object]]) -> None:
         """Raises Refused."""
-        clock = monotonic_ns()
+        clock = self._time()
         session = self.peer.session_of_peer
         if frame.kind is Kind.REPORT:
             self.counts.carried = report_of(frame.body)

@@ -72,7 +72,7 @@ class Packing:
     Raises TypeError for a type that does not say what it is made of.
     """
 
-    def __init__(self, kind: Any) -> None:  # noqa: ANN401 -- a class, or a hint
+    def __init__(self, kind: object) -> None:
         self._form = _form(kind)
         self.text = self._form.text
 

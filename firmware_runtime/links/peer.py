@@ -192,7 +192,7 @@ class Peer:
         self.wants_hello = False
         plain = self.frame(Kind.HELLO, now, body=encode(self.own))
         if self._candidate is None:
-            return plain if self.good_since is not None else plain._replace(peer=0)
+            return plain if self.is_good(now) else plain._replace(peer=0)
         sent_at, arrived_at = self._greeted
         return plain._replace(
             peer=self._candidate[0], echo=sent_at, held=now - arrived_at, seen=0, seen_before=0

@@ -1,0 +1,77 @@
+"""The two ends of a board that runs in two processes: who has the hardware, and what each knows."""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.board.ends import end_of, robot_of
+from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.registry import Board, load
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.errors import ConfigError
+
+BALANCING = Path(__file__).parents[2] / "examples/balancing/balancing/board.toml"
+
+
+def whole(board: Board) -> Robot:
+    return board.build(absent_lines(board.settings.buses, board.ports))
+
+
+@pytest.mark.parametrize("name", ["tachobot", "detective", str(BALANCING)])
+def test_the_hardware_is_at_the_end_of_the_role_robot(name: str) -> None:
+    board = load(name)
+    robot, controller = end_of(board, "robot"), end_of(board, "controller")
+    assert robot.has_hardware
+    assert not controller.has_hardware
+    assert robot.name == board.name
+    assert controller.name == f"{board.name}.controller"
+    assert robot.components == controller.elsewhere
+    assert robot.crossings == controller.crossings
+
+
+def test_the_end_without_hardware_has_nothing_to_find_and_to_switch_off() -> None:
+    board = load("tachobot")
+    robot, _ = robot_of(end_of(board, "robot"), whole(board))
+    controller, _ = robot_of(end_of(board, "controller"), whole(board))
+    assert (len(robot.probe), len(robot.stop)) == (3, 1)
+    assert (controller.probe, controller.stop, controller.still_on) == ((), (), ())
+
+
+def test_what_the_other_end_knows_is_not_made_up() -> None:
+    tachobot, detective = load("tachobot"), load("detective")
+    for board, role, result in (
+        (tachobot, "robot", {}),
+        (detective, "controller", {}),
+        (detective, "robot", {"found": False}),
+    ):
+        robot, _ = robot_of(end_of(board, role), whole(board))
+        assert robot.own_result() == result
+    controller, _ = robot_of(end_of(tachobot, "controller"), whole(tachobot))
+    assert controller.own_result()["yaw_rad"] is None
+
+
+def test_the_robot_s_ending_is_heard_where_it_is() -> None:
+    board = load("detective")
+    assert robot_of(end_of(board, "robot"), whole(board))[0].ended is not None
+    assert robot_of(end_of(board, "controller"), whole(board))[0].ended is None
+
+
+@pytest.mark.parametrize(
+    ("roles", "words"),
+    [
+        ('{left = ["imu"], right = ["thrust_pairs", "controller"]}', "have hardware"),
+        ('{left = ["imu", "thrust_pairs", "controller"]}', "names every component"),
+        ('{left = ["imu"], right = ["thrust_pairs"]}', "expected two parts"),
+    ],
+)
+def test_a_cut_that_cannot_be_is_refused(roles: str, words: str) -> None:
+    board = load("tachobot", [f"roles={roles}", "link={}"])
+    with pytest.raises(ConfigError, match=words):
+        end_of(board, "left")
+
+
+def test_any_other_cut_is_possible() -> None:
+    board = load("tachobot", ['roles={mind = ["controller"]}', "link={}"])
+    mind, rest = end_of(board, "mind"), end_of(board, "controller")
+    assert (mind.has_hardware, rest.has_hardware) == (False, True)
+    assert rest.components == ("thrust_pairs", "imu")

@@ -1,0 +1,216 @@
+"""Two ends of a link find each other, and take nothing that is not the other's, and new."""
+
+from dataclasses import dataclass, field, replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.links.greeting import Farewell, Greeting
+from firmware_runtime.links.peer import Peer
+from firmware_runtime.links.refusal import Reason, Refused
+from firmware_runtime.links.wire import Frame, Kind
+
+TIMEOUT = SECOND // 2
+DIGEST = bytes(32)
+
+
+def peer(session: int, leaving: int, digest: bytes = DIGEST) -> Peer:
+    role = ("robot", "controller")[leaving]
+    return Peer(session, Greeting(digest, (leaving,), "rover", role, "", 0), TIMEOUT)
+
+
+@dataclass
+class Pair:
+    """Two ends whose clocks differ by `offset`, and a way of `delay` between them."""
+
+    robot: Peer = field(default_factory=lambda: peer(1, 0))
+    controller: Peer = field(default_factory=lambda: peer(2, 1))
+    offset: int = 7_000 * SECOND
+    delay: int = 2 * MILLISECOND
+    now: int = SECOND
+
+    def to_controller(self, frame: Frame) -> bool:
+        self.now += self.delay
+        return self.controller.accept(frame, self.now + self.offset)
+
+    def to_robot(self, frame: Frame) -> bool:
+        self.now += self.delay
+        return self.robot.accept(frame, self.now)
+
+    def from_robot(self, kind: Kind = Kind.HEARTBEAT) -> Frame:
+        return (
+            self.robot.hello(self.now) if kind is Kind.HELLO else self.robot.frame(kind, self.now)
+        )
+
+    def from_controller(self, kind: Kind = Kind.HEARTBEAT) -> Frame:
+        at = self.now + self.offset
+        return self.controller.hello(at) if kind is Kind.HELLO else self.controller.frame(kind, at)
+
+    def meet(self) -> "Pair":
+        self.to_controller(self.from_robot(Kind.HELLO))
+        self.to_robot(self.from_controller(Kind.HELLO))
+        self.to_controller(self.from_robot(Kind.HELLO))
+        return self
+
+    def reason(self, frame: Frame) -> Reason:
+        """Why the robot refuses a frame."""
+        with pytest.raises(Refused) as refused:
+            self.to_robot(frame)
+        return refused.value.reason
+
+
+def test_both_are_good_after_three_greetings() -> None:
+    pair = Pair().meet()
+    assert pair.robot.is_good(pair.now)
+    assert pair.controller.is_good(pair.now + pair.offset)
+    assert not pair.robot.wants_hello or not pair.controller.wants_hello
+
+
+@pytest.mark.parametrize("first_lost", [0, 1, 2])
+def test_a_greeting_that_is_lost_is_made_up_for(first_lost: int) -> None:
+    pair, sent = Pair(), 0
+    for _ in range(4):
+        for make, carry in (
+            (pair.from_robot, pair.to_controller),
+            (pair.from_controller, pair.to_robot),
+        ):
+            frame = make(Kind.HELLO)
+            if sent != first_lost:
+                carry(frame)
+            sent += 1
+    assert pair.robot.is_good(pair.now)
+    assert pair.controller.is_good(pair.now + pair.offset)
+
+
+def test_the_other_clock_is_known_to_half_a_round_trip() -> None:
+    pair = Pair().meet()
+    for _ in range(3):
+        pair.to_robot(pair.from_controller())
+        pair.to_controller(pair.from_robot())
+    assert pair.robot.clock.round_trip is not None
+    offset = pair.robot.clock.offset
+    assert offset is not None
+    assert abs(offset - pair.offset) <= 2 * pair.delay
+    age = pair.robot.clock.age(pair.now, pair.now + pair.offset - 30 * MILLISECOND)
+    assert age is not None
+    assert abs(age - 30 * MILLISECOND) <= 2 * pair.delay
+
+
+def test_what_was_accepted_is_refused_when_it_comes_again() -> None:
+    pair = Pair().meet()
+    first, second, third = (pair.from_controller() for _ in range(3))
+    pair.to_robot(second)
+    assert pair.reason(second) is Reason.REPLAYED
+    assert pair.reason(first) is Reason.STALE
+    pair.to_robot(third)
+    assert pair.reason(second) is Reason.REPLAYED
+    assert pair.robot.is_good(pair.now)
+
+
+def test_a_counter_that_goes_back_later_is_no_replay() -> None:
+    pair = Pair().meet()
+    pair.to_robot(pair.from_controller())
+    later = pair.from_controller()._replace(counter=1, sent_at=pair.now + pair.offset)
+    assert pair.reason(later) is Reason.WENT_BACK
+
+
+def test_its_own_frames_are_replays() -> None:
+    pair = Pair().meet()
+    assert pair.reason(pair.from_robot()) is Reason.REPLAYED
+
+
+def test_what_is_meant_for_another_session_is_refused() -> None:
+    pair = Pair().meet()
+    assert pair.reason(pair.from_controller()._replace(peer=77)) is Reason.WRONG_SESSION
+    assert pair.reason(pair.from_controller()._replace(session=77)) is Reason.WRONG_SESSION
+    assert pair.reason(pair.from_controller()._replace(peer=0)) is Reason.WRONG_SESSION
+
+
+def test_an_end_that_is_cut_elsewhere_is_refused() -> None:
+    pair = Pair(controller=peer(2, 1, bytes(31) + b"x"))
+    assert pair.reason(pair.from_controller(Kind.HELLO)) is Reason.OTHER_CUT
+    pair = Pair(controller=peer(2, 0))
+    assert pair.reason(pair.from_controller(Kind.HELLO)) is Reason.OTHER_CUT, "the same side"
+
+
+def test_an_old_frame_is_refused() -> None:
+    pair = Pair().meet()
+    pair.to_robot(pair.from_controller())
+    old = pair.from_controller()
+    pair.now += TIMEOUT
+    assert pair.reason(old) is Reason.TOO_OLD
+
+
+def test_silence_ends_what_was_good_and_any_later_frame_begins_it_again() -> None:
+    pair = Pair().meet()
+    pair.now += TIMEOUT
+    assert not pair.robot.is_good(pair.now)
+    assert pair.robot.silences == 1
+    assert "controller has been silent" in (pair.robot.why_bad(pair.now) or "")
+    pair.to_robot(pair.from_controller())
+    assert pair.robot.good_since == pair.now
+
+
+def test_a_new_session_comes_only_in_the_place_of_a_silent_one() -> None:
+    pair = Pair().meet()
+    recorded = pair.from_controller()
+    second = replace(pair, controller=peer(3, 1))
+    with pytest.raises(Refused) as refused:
+        second.meet()
+    assert refused.value.reason is Reason.WRONG_SESSION
+    second.now = pair.now + 2 * TIMEOUT
+    second.meet()
+    assert second.robot.session_of_peer == 3
+    recorded = recorded._replace(counter=10_000, sent_at=second.now + second.offset)
+    assert second.reason(recorded) is Reason.WRONG_SESSION, "of a former session"
+
+
+def test_after_a_bye_another_session_may_come_at_once() -> None:
+    pair = Pair().meet()
+    farewell = Farewell("SIGTERM", is_over=False, failed=False)
+    pair.to_robot(pair.controller.bye(pair.now + pair.offset, farewell))
+    assert pair.robot.why_bad(pair.now) == "the controller has ended: SIGTERM"
+    second = replace(pair, controller=peer(3, 1)).meet()
+    assert second.robot.session_of_peer == 3
+
+
+def test_a_greeting_that_was_recorded_opens_nothing() -> None:
+    pair = Pair().meet()
+    greeting = pair.from_controller(Kind.HELLO)
+    answer = pair.from_controller()
+    late = Pair(robot=peer(1, 0), now=pair.now + 10 * SECOND)
+    assert late.to_robot(greeting._replace(peer=0)) is False
+    assert late.reason(answer) is Reason.TOO_OLD
+    assert not late.robot.is_good(late.now)
+
+
+@pytest.mark.slow
+@given(
+    st.lists(
+        st.tuples(st.booleans(), st.integers(0, 5), st.booleans(), st.sampled_from(Kind)),
+        max_size=60,
+    )
+)
+def test_no_frame_is_accepted_twice_however_the_network_shuffles(
+    events: list[tuple[bool, int, bool, Kind]],
+) -> None:
+    """Frames are late, lost, doubled and out of order; each end takes each of them once at most."""
+    pair = Pair().meet()
+    ways: dict[bool, list[Frame]] = {True: [], False: []}
+    accepted: dict[bool, list[int]] = {True: [], False: []}
+    for is_to_robot, take, is_kept, kind in events:
+        way = ways[is_to_robot]
+        if kind in {Kind.HEARTBEAT, Kind.VALUE, Kind.HELLO}:
+            way.append(pair.from_controller(kind) if is_to_robot else pair.from_robot(kind))
+        if not way:
+            continue
+        frame = way[take % len(way)] if is_kept else way.pop(take % len(way))
+        try:
+            if (pair.to_robot if is_to_robot else pair.to_controller)(frame):
+                accepted[is_to_robot].append(frame.counter)
+        except Refused:
+            pass
+    for counters in accepted.values():
+        assert counters == sorted(set(counters)), "each once, and rising"
