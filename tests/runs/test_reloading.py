@@ -116,12 +116,18 @@ def test_what_only_a_new_run_takes_up_is_not_taken_up_with_the_rest(rig: Rig) ->
     ]
 
 
-@pytest.mark.parametrize("name", ["detective", "tachobot"])
-def test_a_file_that_has_become_another_robots_changes_nothing(rig: Rig, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("detective", "is now detective, a detective"), ("tachobot", "a kind of board is called so")],
+)
+def test_a_file_that_has_become_another_robots_changes_nothing(
+    rig: Rig, name: str, why: str
+) -> None:
     detective = (SHIPPED.parents[1] / "detective" / "board.toml").read_text()
     rig.path.write_text(f'name = "{name}"\n{detective}')
     rig.reloading.request()
     rig.reloading.attend(0, NEEDED)
     (told,) = rig.told
     assert told.startswith("not reloaded, everything stays as it was: ")
-    assert told.endswith(f"{rig.path} is now {name}, a detective")
+    assert str(rig.path) in told
+    assert why in told
