@@ -87,8 +87,9 @@ class Requests:
 
     def _renew(self, request: Request) -> Answer:
         refuse_more(request, "lease")
-        is_leased = self._leases is None or self._leases.renew(request.get("lease"))
-        return {"leased": is_leased, **self._state({})}
+        lease = request.get("lease")
+        is_leased = self._leases is None or self._leases.renew(lease)
+        return {"lease": lease, "leased": is_leased, **self._state({})}
 
     def _state(self, request: Request) -> Answer:
         refuse_more(request)

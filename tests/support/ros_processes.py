@@ -84,3 +84,12 @@ def domain() -> Iterator[int]:
             yield number
             return
     raise AssertionError("no domain of DDS is free")
+
+
+FREE = (
+    "--supervised",
+    "--set=arming.demand_guard=false",
+    "--set=arming.max_late_percent=100",
+    "--set=executive.fifo_priority=0",
+)
+"""A run that is armed on request only, and then whatever else the machine does."""

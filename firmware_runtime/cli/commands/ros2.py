@@ -4,10 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.board.described import described
+from firmware_runtime.board.registry import is_name
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.links.ros2.interpreter import find_environment, start
-from firmware_runtime.links.ros2.plan import Plan
+from firmware_runtime.links.ros2.plan import LEASE_S, Plan
+from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 
@@ -32,6 +35,19 @@ def add_to(verbs: SubParsers) -> None:
         help="configure the node as soon as there is a run; it is never activated unasked",
     )
     verb.add_argument(
+        "--lease",
+        type=_lease,
+        default=LEASE_S,
+        metavar="SECONDS",
+        help=f"disarm when the node gives no sign for so long; default {LEASE_S:g}",
+    )
+    verb.add_argument(
+        "--doubles",
+        type=Path,
+        metavar="PATH",
+        help="what the service safe_state switches off: the doubles that are served at PATH",
+    )
+    verb.add_argument(
         "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
     )
     verb.add_argument(
@@ -49,10 +65,23 @@ def execute(arguments: argparse.Namespace) -> int:
     environment = find_environment(arguments.venv)
     plan = Plan(
         board=board.name,
+        source=arguments.board if is_name(arguments.board) else str(board.source.absolute()),
+        assignments=tuple(arguments.assignments),
+        settings=described(board.settings, board.retunable),
         statistics=str((arguments.statistics or default_path(board.name)).absolute()),
         program=(sys.executable, "-m", "firmware_runtime.cli"),
+        doubles=None if arguments.doubles is None else str(arguments.doubles.absolute()),
         configures_itself=arguments.autostart,
+        lease_s=arguments.lease,
     )
     ros = ["--ros-args", *arguments.ros_args] if arguments.ros_args else []
     start(environment, ["-m", "firmware_runtime.links.ros2", plan.written(), *ros])
     return Status.OK
+
+
+def _lease(text: str) -> float:
+    """A time of the command line that a run takes."""
+    seconds = positive(text, LONGEST_S)
+    if seconds < SHORTEST_S:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected seconds, from {SHORTEST_S:g} on")
+    return seconds

@@ -7,8 +7,11 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
-from firmware_runtime.links.ros2.plan import read_plan
+from firmware_runtime.links.ros2.parameters import Parameters
+from firmware_runtime.links.ros2.plan import Plan, read_plan
+from firmware_runtime.links.ros2.services import Services
 from firmware_runtime.status import Status
 from firmware_runtime.system.until_signal import until_signal
 
@@ -17,11 +20,20 @@ WAIT_S = 0.1
 handles nothing (rclpy 7.1.6), and a signal is noticed when it returns."""
 
 
+def robot_node(plan: Plan) -> RobotNode:
+    """The node with all its parts."""
+    node = RobotNode(plan)
+    node.parts.append(Parameters(node))
+    Services(node)
+    Diagnostics(node)
+    return node
+
+
 def main(words: Sequence[str]) -> int:
     """Spin the node of the plan in the first word; the others are ROS's own."""
     with until_signal() as signal:
         rclpy.init(args=list(words[1:]), signal_handler_options=SignalHandlerOptions.NO)
-        node = RobotNode(read_plan(words[0]))
+        node = robot_node(read_plan(words[0]))
         executor = EventsExecutor()
         executor.add_node(node)
         node.get_logger().info(f"{node.get_fully_qualified_name()} is up")

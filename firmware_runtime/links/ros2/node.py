@@ -3,25 +3,33 @@
     unconfigured --configure: its run answers--> inactive --activate: it is armed--> active
     active --deactivate: it is disarmed--> inactive --clean up--> unconfigured
 
+An active node is an armed robot: one that is disarmed by anything else takes its node back to
+inactive, and a run that is gone, or another, takes it back to unconfigured. The robot is armed on a
+lease that the node renews, so it is disarmed when the node dies or hangs.
+
 rclpy keeps silent about what a transition raises: here each reason is logged, and the transition
 fails.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.links.robot_end import why_absent
+from firmware_runtime.links.control import ControlError
 from firmware_runtime.links.ros2.part import Part
 from firmware_runtime.links.ros2.plan import Plan
+from firmware_runtime.links.ros2.run_end import RunEnd
 from firmware_runtime.statistics.companions import Companion
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+SIGNS: Final = 4
+"""Signs of life in the time of a lease."""
 
 
-class NotThere(FirmwareRuntimeError):
-    """There is no run to speak with."""
+class Refused(FirmwareRuntimeError):
+    """The run does not do what a transition needs."""
 
 
 class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
@@ -31,48 +39,125 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         super().__init__(plan.node, namespace=f"/{plan.node}")
         self.plan = plan
         self.parts: list[Part] = []
+        self.run = RunEnd(Companion.CONTROL.beside(plan.statistics_path))
+        self.refusal = ""
+        """Why the last transition was refused."""
+        self._of_run = ""
+        self.create_timer(plan.lease_s / SIGNS, self._tend)
+
+    @property
+    def phase(self) -> str:
+        """The state of the lifecycle: unconfigured, inactive, active, or one between."""
+        return str(self._state_machine.current_state[1])
+
+    # Transitions ----------------------------------------------------------------------------------
 
     def on_configure(self, _state: LifecycleState) -> TransitionCallbackReturn:
-        """Find the run, and make what needs it."""
-        return self._done("configure", [self._find_run, *(part.configure for part in self.parts)])
+        """Find the run, and make what needs it; what was made is removed if something fails."""
+        result = self._done("configure", [self._find_run, *(part.configure for part in self.parts)])
+        if result is not SUCCESS:
+            self._clean_up()
+        return result
 
     def on_activate(self, _state: LifecycleState) -> TransitionCallbackReturn:
-        """Let commands through."""
-        return self._done("activate", [part.activate for part in self.parts])
+        """Arm, and let commands through; disarm if something fails."""
+        result = self._done("activate", [self._arm, *(part.activate for part in self.parts)])
+        if result is not SUCCESS and self.run.lease is not None:
+            self._let_go()
+        return result
 
     def on_deactivate(self, _state: LifecycleState) -> TransitionCallbackReturn:
-        """Let no command through."""
-        return self._done("deactivate", [part.deactivate for part in reversed(self.parts)])
+        """Let no command through, and disarm."""
+        self._let_go()
+        return SUCCESS
 
     def on_cleanup(self, _state: LifecycleState) -> TransitionCallbackReturn:
         """Remove what was made when it was configured."""
-        return self._done("clean up", [part.clean_up for part in reversed(self.parts)])
+        self._clean_up()
+        return SUCCESS
 
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let no command through, then the same."""
-        self.on_deactivate(state)
-        return self.on_cleanup(state)
+    def on_shutdown(self, _state: LifecycleState) -> TransitionCallbackReturn:
+        """Disarm what was armed here, and remove what was made."""
+        self.leave()
+        return SUCCESS
+
+    def on_error(self, _state: LifecycleState) -> TransitionCallbackReturn:
+        """Disarm, and begin again from unconfigured."""
+        self.leave()
+        return SUCCESS
 
     def leave(self) -> None:
-        """Let no command through, and remove what was made; the process is about to end."""
-        for part in reversed(self.parts):
-            part.deactivate()
-            part.clean_up()
+        """Disarm what was armed here, and remove what was made; the node may be used again."""
+        if self.phase == "active" or self.run.lease is not None:
+            self._let_go()
+        self._clean_up()
+
+    # ----------------------------------------------------------------------------------------------
 
     def _find_run(self) -> None:
-        path = Companion.PORTS.beside(self.plan.statistics_path)
-        if absent := why_absent(path):
-            raise NotThere(f"{path}: no run listens ({absent}); expected one to be alive")
+        answer = self.run.ask("state")
+        self._of_run = answer["run"]
+        self.run.tend()
+
+    def _arm(self) -> None:
+        if refused := self.run.arm(self.plan.lease_s):
+            raise Refused("; ".join(refused))
+
+    def _let_go(self) -> None:
+        """Let no command through, and disarm; what is wrong with that is logged."""
+        for part in reversed(self.parts):
+            self._done("deactivate", [part.deactivate])
+        try:
+            answer = self.run.disarm()
+        except ControlError as error:
+            self.get_logger().warning(f"not disarmed by this node: {error}")
+            return
+        for sentence in answer.get("not_safe", ()):
+            self.get_logger().error(f"not made safe: {sentence}")
+        for sentence in answer.get("refused", ()):
+            self.get_logger().info(f"not disarmed: {sentence}")
+
+    def _clean_up(self) -> None:
+        for part in reversed(self.parts):
+            self._done("clean up", [part.clean_up])
 
     def _done(self, what: str, steps: Sequence[Callable[[], None]]) -> TransitionCallbackReturn:
-        """Take these steps; the first that raises ends it."""
+        """Take these steps; the first that raises ends it, and `refusal` says why."""
         try:
             for step in steps:
                 step()
         except FirmwareRuntimeError as error:
+            self.refusal = str(error)
             self.get_logger().error(f"{what} refused: {error}")
             return FAILURE
         except Exception as error:  # noqa: BLE001 -- rclpy would drop it without a word
-            self.get_logger().fatal(f"{what} failed: {type(error).__name__}: {error}")
+            self.refusal = f"{type(error).__name__}: {error}"
+            self.get_logger().fatal(f"{what} failed: {self.refusal}")
             return TransitionCallbackReturn.ERROR
         return SUCCESS
+
+    # The run, watched -----------------------------------------------------------------------------
+
+    def _tend(self) -> None:
+        """Give the sign of life, and follow what becomes of the run."""
+        self.run.tend()
+        seen, phase = self.run.seen, self.phase
+        if phase == "unconfigured":
+            if self.plan.configures_itself and seen is not None:
+                self.trigger_configure()
+        elif seen is None or seen.run != self._of_run:
+            self._lose_run(phase, self.run.why_gone if seen is None else "another run has begun")
+        elif phase == "active" and self.run.has_lost_robot:
+            self.get_logger().error(f"the robot was disarmed: {seen.reason or 'its lease ran out'}")
+            self.trigger_deactivate()
+        else:
+            for part in self.parts:
+                part.follow(seen.revision)
+
+    def _lose_run(self, phase: str, why: str) -> None:
+        self.get_logger().error(f"the run is gone: {why}")
+        self.run.lease = None
+        if phase == "active":
+            self.trigger_deactivate()
+        if phase in {"active", "inactive"}:
+            self.trigger_cleanup()

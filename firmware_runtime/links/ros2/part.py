@@ -1,9 +1,7 @@
 """What a part of the node is: something that comes and goes with the node's lifecycle."""
 
-from typing import Protocol
 
-
-class Part(Protocol):
+class Part:
     """Parameters, topics: made when the node is configured, gone when it is cleaned up.
 
     Each of these may raise FirmwareRuntimeError: then the transition fails, with its sentence.
@@ -16,7 +14,10 @@ class Part(Protocol):
         """The robot is armed from now on: let commands through."""
 
     def deactivate(self) -> None:
-        """The robot is about to be disarmed: let no command through."""
+        """The robot is about to be disarmed, or is: let no command through."""
 
     def clean_up(self) -> None:
-        """Remove what `configure` made; called at the node's end too."""
+        """Remove what `configure` made, as far as it was; also called if it had failed."""
+
+    def follow(self, revision: int) -> None:
+        """Called again and again while configured; `revision` counts changes of the settings."""

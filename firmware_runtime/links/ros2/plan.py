@@ -4,10 +4,15 @@ So an environment of ROS needs this project, and none of the packages that robot
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 import msgspec
 from msgspec import Struct
+
+from firmware_runtime.board.described import Setting
+
+LEASE_S: Final = 0.45
+"""Outputs are off within half a second and a period of the node's end."""
 
 
 class Plan(Struct, frozen=True, kw_only=True):
@@ -19,10 +24,18 @@ class Plan(Struct, frozen=True, kw_only=True):
     """Where its run keeps its statistics, and its sockets beside them."""
     program: tuple[str, ...]
     """The command that starts this program in its own environment."""
+    source: str
+    """The board as the command line names it, a kind or the path of a file."""
+    assignments: tuple[str, ...] = ()
+    """Overrides of its file."""
+    settings: dict[str, Setting] = {}
+    """What may be set while it runs, by key."""
+    doubles: str | None = None
+    """Where doubles are served that the run drives, for `safe-state`."""
     configures_itself: bool = False
     """Whether it is configured as soon as there is a run."""
-    topics: dict[str, Any] = {}
-    """What the topics are made of."""
+    lease_s: float = LEASE_S
+    """For so long without a sign of life from the node, and the run disarms."""
 
     @property
     def node(self) -> str:

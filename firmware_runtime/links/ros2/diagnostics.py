@@ -1,0 +1,37 @@
+"""`/diagnostics` once a second, in every state of the node; what it says is in `judgement`."""
+
+from time import monotonic_ns
+from typing import Final
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from firmware_runtime.links.ros2.judgement import Judge, Status
+from firmware_runtime.links.ros2.node import RobotNode
+
+EVERY_S: Final = 1.0
+
+
+class Diagnostics:
+    """Those of one node, for as long as it lives."""
+
+    def __init__(self, node: RobotNode) -> None:
+        self._node = node
+        self._judge = Judge(node.plan.board, node.plan.statistics_path)
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        node.create_timer(EVERY_S, self._publish)
+
+    def _publish(self) -> None:
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        statuses = self._judge.judge(monotonic_ns())
+        message.status = [self._written(each) for each in statuses]
+        self._publisher.publish(message)
+
+    def _written(self, status: Status) -> DiagnosticStatus:
+        return DiagnosticStatus(
+            level=bytes([status.level]),
+            name=status.name,
+            message=status.message,
+            hardware_id=self._node.plan.board,
+            values=[KeyValue(key=key, value=text) for key, text in status.values.items()],
+        )

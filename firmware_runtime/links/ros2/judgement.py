@@ -1,0 +1,191 @@
+"""What `/diagnostics` says of a run: the numbers of `stats --json`, and a level by these rules.
+
+    OK      nothing went wrong in the last 10 s
+    WARN    something did: an overrun, a fault, a missed deadline, an error or a retry on a bus, an
+            input dropped; or a model does not keep the period it states, a bus is busy for over
+            80 % of the time, or the run has given up its priority
+    ERROR   ten times or more in the last 10 s, or logical time has stood still for over 1 s
+    STALE   there is no run: it has ended, has died, or left no statistics
+
+Without ROS: levels are its numbers, everything else is texts.
+"""
+
+import json
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import RunState, Statistics
+
+LATELY: Final = 10 * SECOND
+OFTEN: Final = 10
+STANDSTILL: Final = SECOND
+BUSY: Final = 0.8
+_APART: Final = ("models", "bus", "faults", "deadlines", "worst", "conditions")
+"""What is not in the status of the run itself: it has its own, or is too long."""
+
+
+class Level(IntEnum):
+    """Of a diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """One diagnostic status."""
+
+    name: str
+    level: Level
+    message: str
+    values: dict[str, str] = field(default_factory=dict)
+
+
+class Judge:
+    """Reads a run's statistics again and again; remembers what had gone wrong 10 s ago."""
+
+    def __init__(self, board: str, path: Path) -> None:
+        self._board = board
+        self._path = path
+        self._before: deque[tuple[int, dict[str, int]]] = deque()
+
+    def judge(self, now: int) -> list[Status]:
+        """All statuses, that of the run first; `now` is any clock in ns."""
+        try:
+            statistics = read_statistics(self._path)
+            figures = statistics.figures()
+        except FirmwareRuntimeError as error:
+            self._before.clear()
+            return [Status(f"{self._board}: run", Level.STALE, f"no run: {error}")]
+        if statistics.state is not RunState.RUNNING or not statistics.writer_alive:
+            self._before.clear()
+            return [self._over(figures)]
+        wrong = wrong_counts(figures)
+        lately = self._lately(now, wrong)
+        statuses = [self._part(name, figures, lately) for name in _parts(figures)]
+        return [self._run(statistics, figures, lately, statuses), *statuses]
+
+    def _lately(self, now: int, wrong: Mapping[str, int]) -> dict[str, int]:
+        """What has gone wrong in the last 10 s, or since the first look."""
+        before = self._before
+        if before and any(wrong.get(name, 0) < count for name, count in before[-1][1].items()):
+            before.clear()  # another run has begun
+        before.append((now, dict(wrong)))
+        while len(before) > 1 and before[1][0] <= now - LATELY:
+            before.popleft()
+        first = before[0][1]
+        return {name: count - first.get(name, 0) for name, count in wrong.items()}
+
+    def _over(self, figures: Figures) -> Status:
+        run = figures.conditions.run
+        message = f"the run is over: {run.state}" + (f", {run.reason}" if run.reason else "")
+        return Status(f"{self._board}: run", Level.STALE, message, _run_values(figures))
+
+    def _run(
+        self,
+        statistics: Statistics,
+        figures: Figures,
+        lately: Mapping[str, int],
+        parts: list[Status],
+    ) -> Status:
+        level, why = _by_count(lately["run"], "inputs dropped")
+        age = statistics.heartbeat_age_ns
+        reasons = [why] if why else []
+        if age is not None and age > STANDSTILL:
+            level = Level.ERROR
+            reasons.insert(0, f"logical time stands still for {age / SECOND:.1f} s")
+        if figures.conditions.run.overloaded_s is not None:
+            level = max(level, Level.WARN)
+            reasons.append("it has given up its priority")
+        worst = max(parts, key=lambda part: part.level, default=None)
+        if worst is not None and worst.level > level:
+            level = worst.level
+            reasons.append(f"{worst.name.removeprefix(f'{self._board}: ')}: {worst.message}")
+        armed = "armed" if figures.conditions.run.armed else "disarmed"
+        return Status(
+            f"{self._board}: run", level, "; ".join([*reasons, armed]), _run_values(figures)
+        )
+
+    def _part(self, name: str, figures: Figures, lately: Mapping[str, int]) -> Status:
+        kind, _, path = name.partition(" ")
+        values, what, reasons = _of_part(kind, path, figures)
+        level, why = _by_count(lately[name], what)
+        if reasons:
+            level = max(level, Level.WARN)
+        message = "; ".join(filter(None, [why, *reasons])) or "nothing went wrong lately"
+        shown = path if kind == "model" else name
+        return Status(f"{self._board}: {shown}", level, message, values)
+
+
+def wrong_counts(figures: Figures) -> dict[str, int]:
+    """How often something has gone wrong in each part, since the start of the run."""
+    counts = {"run": figures.conditions.run.inputs_dropped}
+    for path, model in figures.models.items():
+        faults = sum(each.count for each in figures.faults.get(path, {}).values())
+        counts[f"model {path}"] = model.overruns + faults
+    for path in figures.faults.keys() - figures.models.keys():
+        counts[f"model {path}"] = sum(each.count for each in figures.faults[path].values())
+    for name, bus in figures.bus.items():
+        counts[f"bus {name}"] = bus.errors + bus.retries
+    for name, misses in figures.deadline_misses.items():
+        counts[f"deadline {name}"] = misses
+    return counts
+
+
+def flat(value: Any, name: str = "") -> Iterator[tuple[str, str]]:  # noqa: ANN401 -- JSON
+    """Keys and texts of a piece of JSON, such as `lateness_us.p99`; what is null is left out."""
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield from flat(each, f"{name}.{key}" if name else str(key))
+    elif value is not None:
+        yield name, value if isinstance(value, str) else json.dumps(value)
+
+
+def _parts(figures: Figures) -> list[str]:
+    return [name for name in wrong_counts(figures) if name != "run"]
+
+
+def _of_part(kind: str, path: str, figures: Figures) -> tuple[dict[str, str], str, list[str]]:
+    """The values of a part, what went wrong with it where something did, and what else is wrong."""
+    found = figures.as_json()
+    if kind == "bus":
+        bus = figures.bus[path]
+        is_busy = bus.utilisation is not None and bus.utilisation > BUSY
+        return (
+            dict(flat(found["bus"][path])),
+            "errors and retries",
+            [f"busy for {bus.utilisation:.0%} of the time"] if is_busy else [],
+        )
+    if kind == "deadline":
+        return dict(flat(found["deadlines"][path])), "missed", []
+    model = figures.models.get(path)
+    faults = found["faults"].get(path, {})
+    values = dict(flat({**found["models"].get(path, {}), "faults": faults}))
+    reasons = [] if model is None or model.keeps_period else ["does not keep its period"]
+    kinds = figures.faults.get(path, {}).values()
+    last = max(kinds, key=lambda each: each.last_s or 0, default=None)
+    what = "overruns and faults" + ("" if last is None else f", the last fault: {last.last}")
+    return values, what, reasons
+
+
+def _by_count(count: int, what: str) -> tuple[Level, str]:
+    if count <= 0:
+        return Level.OK, ""
+    level = Level.ERROR if count >= OFTEN else Level.WARN
+    return level, f"{count} lately: {what}"
+
+
+def _run_values(figures: Figures) -> dict[str, str]:
+    found = figures.as_json()
+    own = {key: each for key, each in found.items() if key not in _APART}
+    return dict(flat({**own, "conditions": {"run": found["conditions"]["run"]}}))

@@ -1,0 +1,104 @@
+"""The run, as its node speaks with it: the control socket. No wait is longer than PATIENCE_S.
+
+The sign of life (`tend`) waits for nothing: it sends one request and reads what has been answered
+since the last.
+"""
+
+import json
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic_ns
+from typing import Final
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.links.control import Answer, ask, written
+from firmware_runtime.links.robot_end import RobotEnd
+
+PATIENCE_S: Final = 1.0
+"""How long the node waits for an answer; meanwhile it does nothing else."""
+SILENCE: Final = 2 * SECOND
+"""A run that has not answered for so long is taken to be gone, ns."""
+
+
+@dataclass(slots=True)
+class Seen:
+    """What the run has said of itself."""
+
+    run: str
+    """Its own name: another run has another one."""
+    armed: bool
+    reason: str
+    """Why it is not armed."""
+    revision: int
+    """Counts the changes of its settings."""
+
+
+class RunEnd:
+    """The node's end of the control socket; speaks with this run, and with the next."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.seen: Seen | None = None
+        """What was heard of a run that is there."""
+        self.why_gone = "no run was looked for yet"
+        self.lease: str | None = None
+        """The lease that keeps the robot armed."""
+        self.has_lost_lease = False
+        self._end = RobotEnd(path)
+        self._heard_at = monotonic_ns()
+
+    def ask(self, request: str, **more: object) -> Answer:
+        """The answer to a request. Raises ControlError if there is none."""
+        return ask(self.path, request, PATIENCE_S, **more)
+
+    def arm(self, lease_s: float) -> list[str]:
+        """Arm, for as long as `tend` goes on; return why it is refused."""
+        answer = self.ask("arm", lease_s=lease_s)
+        self.lease, self.has_lost_lease = answer.get("lease"), False
+        return list(answer["refused"])
+
+    def disarm(self) -> Answer:
+        """Disarm."""
+        self.lease = None
+        return self.ask("disarm")
+
+    @property
+    def has_lost_robot(self) -> bool:
+        """Whether a robot that was armed here is so no more; without a lease, by what was heard."""
+        if self.lease is not None:
+            return self.has_lost_lease
+        return self.seen is not None and not self.seen.armed
+
+    def tend(self) -> None:
+        """Take in what the run has said, and give a sign of life."""
+        now = monotonic_ns()
+        for datagram in self._end.received():
+            self._take(datagram, now)
+        request = written("state") if self.lease is None else written("renew", lease=self.lease)
+        try:
+            self._end.send(request)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._gone(f"no run listens ({error.strerror})")
+        if self.seen is not None and now - self._heard_at > SILENCE:
+            self._gone(f"the run has not answered for {SILENCE // SECOND} s")
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._end.close()
+
+    def _take(self, datagram: bytes, now: int) -> None:
+        answer = json.loads(datagram)
+        with suppress(KeyError):  # a refusal has none of these
+            self.seen = Seen(
+                answer["run"], answer["armed"], answer["reason"] or "", answer["revision"]
+            )
+            self._heard_at = now
+            if self.lease is not None and answer.get("lease") == self.lease:
+                self.has_lost_lease = not answer["leased"]
+
+    def _gone(self, why: str) -> None:
+        self.seen = None
+        self.why_gone = why
