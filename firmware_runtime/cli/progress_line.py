@@ -1,6 +1,6 @@
 """How a long run goes, on one line of a terminal: time, the shown value, overruns, faults.
 
-It is an hook of the loop: it writes in slack only, a few times a second, and never waits.
+It is a hook of the loop: it writes in slack only, a few times a second, and never waits.
 """
 
 import os
@@ -22,7 +22,7 @@ RESERVE = MILLISECOND // 4
 
 
 class ProgressLine:
-    """Attends to a run up to `until`; `shown` is the port whose last value is shown, if any."""
+    """Shows a run up to `until`; `shown` is the port whose last value is shown, if any."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class ProgressLine:
             executive.simulator.listen(shown, self._remember)
         executive.hooks.append(self)
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Write the line, if it is time to and there is time for it."""
         began = self._real_time()
         if began < self._due_at or left <= 2 * self._longest + RESERVE:

@@ -20,7 +20,7 @@ class Hook(Protocol):
     By the loop when a step is over, and at least every 50 ms.
     """
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Do what cannot wait; and what can, if it fits into the `left` ns to the next event."""
 
 
@@ -38,7 +38,7 @@ class Configuration:
     switch_off_for: int = SECOND
     """Ns for which outputs are switched off again at the end, where that fails; 0: once."""
     armed_at_start: bool = True
-    """Whether outputs may be driven from the start; otherwise an hook arms the run."""
+    """Whether outputs may be driven from the start; otherwise a hook arms the run."""
     max_lag: int = 200 * MILLISECOND
     """How long logical time may be behind the clock without catching up, ns of real time."""
     worst: int = 16

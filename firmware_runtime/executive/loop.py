@@ -246,7 +246,7 @@ class Executive:
         """Do what is better done now than in a step."""
         for hook in self.hooks:
             now = self.clock.now()
-            hook.attend(now, until - now)
+            hook.between_steps(now, until - now)
         if self._readiness.waiting:
             self._readiness.poll()
         if self._collector is not None:

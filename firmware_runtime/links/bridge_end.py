@@ -13,7 +13,7 @@ from firmware_runtime.links.envelope import Refused
 from firmware_runtime.links.robot_end import AT_ONCE, NoAnswer
 from firmware_runtime.links.route import Endpoint
 
-PATIENCE: Final = 2 * SECOND
+TIMEOUT: Final = 2 * SECOND
 """Ns that a bridge has to answer a hello."""
 HELLO_EVERY: Final = 250 * MILLISECOND
 _LONGEST: Final = 1 << 16
@@ -79,7 +79,7 @@ class BridgeEnd:
         self._socket.close()
 
     def _meet(self, acquaintance: Acquaintance) -> None:
-        until = monotonic_ns() + PATIENCE
+        until = monotonic_ns() + TIMEOUT
         while (now := monotonic_ns()) < until:
             self._socket.send(acquaintance.hello(now))
             select([self], (), (), min(HELLO_EVERY, until - now) / SECOND)
@@ -89,7 +89,7 @@ class BridgeEnd:
             if acquaintance.is_made:
                 return
         expected = "expected a bridge with the same key"
-        raise NoAnswer(f"{self._bridge}: no answer within {PATIENCE // SECOND} s; {expected}")
+        raise NoAnswer(f"{self._bridge}: no answer within {TIMEOUT // SECOND} s; {expected}")
 
     def _datagrams(self) -> Iterator[bytes]:
         with suppress(BlockingIOError):

@@ -86,7 +86,7 @@ class ControlSocket:
             self._send(self._answer(request), sender)
         return True
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Answer a slow request, as soon as it makes no activation late."""
         if not self._waiting:
             self._answer_at = now + SLOW_PATIENCE

@@ -75,7 +75,7 @@ class DoverLink:
         self.received += len(arrived)
         return arrived
 
-    def attend(self, _now: int, _left: int) -> None:
+    def between_steps(self, _now: int, _left: int) -> None:
         """Send what has left."""
         while self._left:
             port, text = self._left.popleft()

@@ -140,7 +140,7 @@ class Link:
                 self._refuse(refusal)
         return self._newest(arrived)
 
-    def attend(self, now: int, _left: int) -> None:
+    def between_steps(self, now: int, _left: int) -> None:
         """Send what has left and what was lost; judge how the link stands."""
         if self._meter is None:  # the run has begun
             self._meter = LinkMeter(self._executive)

@@ -27,7 +27,7 @@ from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.robot_end import NoAnswer, RobotEnd
 from firmware_runtime.links.route import endpoint
 
-PATIENCE: Final = 2 * SECOND
+TIMEOUT: Final = 2 * SECOND
 """Ns that a run has to answer."""
 RENEW_EVERY: Final = 3 * SECOND
 """Ns from one request to watch to the next, of which a run forgets those that are 10 s old."""
@@ -127,7 +127,7 @@ class PortsClient(Closing):
     def _ask(self, key: str, **request: object) -> _Said:
         """Say something, and wait for the answer that has this key."""
         self._say(message_of(**request))
-        until = monotonic_ns() + PATIENCE
+        until = monotonic_ns() + TIMEOUT
         while monotonic_ns() < until:
             said = self._hear(until)
             if said is not None and said.error:
@@ -137,7 +137,7 @@ class PortsClient(Closing):
             self._keep(said)
         self._end.forget()
         expected = "expected a run that listens there"
-        raise NoAnswer(f"{self.where}: no answer within {PATIENCE // SECOND} s; {expected}")
+        raise NoAnswer(f"{self.where}: no answer within {TIMEOUT // SECOND} s; {expected}")
 
     def _keep(self, said: _Said | None) -> None:
         """A message that comes while something else is waited for."""

@@ -37,7 +37,7 @@ from firmware_runtime.links.datagrams import (
 )
 from firmware_runtime.links.ports import Ports, Taps
 from firmware_runtime.links.socket_file import SocketFile
-from firmware_runtime.links.watchers import PATIENCE, Address, SocketOutlet, Watchers, send_once
+from firmware_runtime.links.watchers import WATCHED_FOR, Address, SocketOutlet, Watchers, send_once
 
 AT_ONCE: Final = 8
 """How many datagrams are read in one pass of the loop."""
@@ -113,7 +113,7 @@ class PortsSocket:
                 self._answer(sender, error=str(why))
         return arrivals
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Send what is to be sent, as far as there is time."""
         if self._watchers and self._watchers.forget_silent():
             self._open_taps()
@@ -129,7 +129,7 @@ class PortsSocket:
             self._ports.watched(request.watch)
             self._watchers.renew(sender, request.watch, request.every)
             self._open_taps()
-            self._answer(sender, watching=request.watch, for_s=PATIENCE // 10**9)
+            self._answer(sender, watching=request.watch, for_s=WATCHED_FOR // 10**9)
         elif isinstance(request, Time):
             self._answer(sender, t_ns=self._run_now(), monotonic_ns=monotonic_ns())
         else:

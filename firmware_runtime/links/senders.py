@@ -12,13 +12,13 @@ from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.robot_end import RobotEnd
-from firmware_runtime.links.watchers import PATIENCE
+from firmware_runtime.links.watchers import WATCHED_FOR
 
 MOST: Final = 64
 """How many UDP senders have an end at the robot."""
 MOST_OF_ADDRESS: Final = 8
 """How many of them have the same address: half of those who may watch ports at a time."""
-QUIET: Final = PATIENCE + 5 * SECOND
+QUIET: Final = WATCHED_FOR + 5 * SECOND
 """Ns after which a sender that says nothing is forgotten."""
 
 UdpAddress: TypeAlias = tuple[Any, ...]

@@ -20,7 +20,7 @@ Address: TypeAlias = str | bytes
 
 MOST: Final = 16
 """How many may watch at a time."""
-PATIENCE: Final = 10 * SECOND
+WATCHED_FOR: Final = 10 * SECOND
 """How long messages go to a watcher that does not ask again, ns."""
 
 
@@ -81,7 +81,7 @@ class Watchers:
         watcher = self._all.get(address) or self._new(address)
         seen = watcher.seen if watcher.every == every else {}
         watcher.seen = {port: seen.get(port, 0) for port in watched}
-        watcher.every, watcher.until = every, self._now() + PATIENCE
+        watcher.every, watcher.until = every, self._now() + WATCHED_FOR
         self._find_first_end()
 
     def forget(self, address: Address) -> None:

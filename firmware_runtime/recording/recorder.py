@@ -92,7 +92,7 @@ class Recorder:
         """Record that the part was given these gains and limits now, between two steps."""
         self._remember(Retuned, (self._simulator.now, self._simulator.visit, settings))
 
-    def attend(self, _now: int, left: int) -> None:
+    def between_steps(self, _now: int, left: int) -> None:
         """Write down the step that is over."""
         if self._pending:
             self._write(with_states=left >= self._needed)

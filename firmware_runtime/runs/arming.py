@@ -24,7 +24,7 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.runs.watched_run import is_requested
 from firmware_runtime.statistics.layout import EPOCH, GUARD
 
-GUARD_PATIENCE = SECOND // 2
+GUARD_TIMEOUT = SECOND // 2
 """How old the guard's last sign of life may be, ns."""
 TRY_EVERY = 100 * MILLISECOND
 """Ns from one attempt to arm, where the board is armed at start, to the next."""
@@ -166,7 +166,7 @@ class Arming:
         self._is_wanted = True
         return failed
 
-    def attend(self, now: int, _left: int) -> None:
+    def between_steps(self, now: int, _left: int) -> None:
         """Disarm after a takeover; arm as soon as all pre-arm checks pass, if that is wanted."""
         self._notice()
         if self.armed:
@@ -223,7 +223,7 @@ class Arming:
         return "the guard is gone"
 
     def _guard_is_gone(self) -> bool:
-        return monotonic_ns() - self._executive.cells[GUARD] > GUARD_PATIENCE
+        return monotonic_ns() - self._executive.cells[GUARD] > GUARD_TIMEOUT
 
     def _check_guard(self, _now: int) -> str | None:
         if self._demands_guard and self._guard_is_gone():

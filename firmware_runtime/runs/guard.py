@@ -2,7 +2,7 @@
 
     waiting --a run's file, its process alive--> watching
     watching --process gone--> holding;  --heartbeat older than the limit, or to come--> holding
-    holding: full-off, again every LOOK_EVERY until the chips have acknowledged, and as long as the
+    holding: full-off, again every POLL_EVERY until the chips have acknowledged, and as long as the
              run has not acknowledged the takeover, or its heartbeat is not right again
     holding, process gone, chips off--> waiting
     holding, takeover acknowledged, heartbeat right, chips off--> watching
@@ -34,7 +34,7 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.takeovers import Takeover
 from firmware_runtime.system.reserve import Reserve
 
-LOOK_EVERY = 20 * MILLISECOND
+POLL_EVERY = 20 * MILLISECOND
 ASK_AGAIN_EVERY = SECOND
 """Ns until what kept a run from being guarded is checked again."""
 
@@ -104,8 +104,8 @@ class Guard:
         """What a takeover that is not over could not switch off, one sentence each."""
         return list(self._failed or ()) if self.phase is Phase.HOLDING else []
 
-    def look(self) -> None:
-        """Poll once, and act; to be called every LOOK_EVERY and when the run's process ends.
+    def poll(self) -> None:
+        """Poll once, and act; to be called every POLL_EVERY and when the run's process ends.
 
         Raises HalError when a run lives whose outputs are out of reach, and nothing else.
         """
@@ -122,9 +122,9 @@ class Guard:
             self._say_stumble(error)
 
     def wait(self, wake_up: int) -> None:
-        """Wait for the next poll: at most LOOK_EVERY, less if the run ends or `wake_up` is read."""
+        """Wait for the next poll: at most POLL_EVERY, less if the run ends or `wake_up` is read."""
         try:
-            is_readable([wake_up, *([] if self._run is None else self._run.ends)], LOOK_EVERY)
+            is_readable([wake_up, *([] if self._run is None else self._run.ends)], POLL_EVERY)
         except MemoryError:
             self._reserve.release()
 

@@ -51,7 +51,7 @@ class Leases:
         self._ends[str(lease)] = self._now() + self._lengths[str(lease)]
         return True
 
-    def attend(self, _now: int, _left: int) -> None:
+    def between_steps(self, _now: int, _left: int) -> None:
         """Disarm when a lease has run out, of which no renewal waits to be read."""
         if not self._ends:
             return

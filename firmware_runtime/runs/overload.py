@@ -33,7 +33,7 @@ Policy: TypeAlias = Literal["yield", "stop"]
 
 
 class Overload:
-    """An hook: acts once, when the load of a whole window was above `max_load_percent`.
+    """A hook: acts once, when the load of a whole window was above `max_load_percent`.
 
     Policy `yield`: SCHED_FIFO is given up until the run ends, and a run that was armed with it is
     disarmed; without it the run goes on as it is. Policy `stop`: the run ends, by overrun. `log`
@@ -57,7 +57,7 @@ class Overload:
         self._begun = _Reading(0, 0, 0, 0)
         executive.hooks.append(self)
 
-    def attend(self, now: int, _left: int) -> None:
+    def between_steps(self, now: int, _left: int) -> None:
         """Judge the window that is over, if one is, and begin the next."""
         at = monotonic_ns()
         if at < self._ends_at:

@@ -1,4 +1,4 @@
-"""Gains and limits, read again while the robot runs: an hook that waits for SIGHUP."""
+"""Gains and limits, read again while the robot runs: a hook that waits for SIGHUP."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from firmware_runtime.system.notices import Notices
 
 NEEDED = 5 * MILLISECOND
 """Ns that reading a board's file may take; 1.3 ms on a PC."""
-PATIENCE = SECOND
+TIMEOUT = SECOND
 """Ns after which it is read all the same: a fast loop never has that much time."""
 
 
@@ -39,11 +39,11 @@ class Reloading:
 
     def request(self) -> None:
         """Read it again after the step under way; safe in a signal handler."""
-        self._at_latest = self._executive.clock.now() + PATIENCE
+        self._at_latest = self._executive.clock.now() + TIMEOUT
         self._is_asked = True
         self._executive.inbox.wake()
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Reload on request, as soon as it makes no activation late."""
         if self._is_asked and (left >= NEEDED or now >= self._at_latest):
             self._is_asked = False

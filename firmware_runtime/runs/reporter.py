@@ -26,7 +26,7 @@ RESERVE = MILLISECOND
 REPORT_EVERY = SECOND
 """Ns from one line about episodes of a model to the next: a loop that is always late has hundreds
 in a second, and writing them takes the time that it lacks."""
-PATIENCE = SECOND
+TIMEOUT = SECOND
 """Ns after which a summary for the journal is made all the same: a fast loop never has the time."""
 
 
@@ -53,21 +53,21 @@ class Reporter:
         self._faults = FaultJournal(executive.faults, journal)
         executive.hooks.append(self)
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Write what is due: notices, faults, episodes that are over, the status."""
         if not self._is_ready and self._executive.cells[STEPS] > 0:
             self._is_ready = True
             self._notices.ready()
         if self._is_ready and self._executive.progress.keeps_up:
             self._notices.alive()
-        self._faults.attend(now)
+        self._faults.write_due(now)
         for account, reported in self._reported.items():
             is_over = account.episodes > reported and not account.in_episode
             if is_over and now >= self._report_at[account]:
                 self._report_at[account] = now + REPORT_EVERY
                 self._report(account)
         has_time = now >= self._status_at and left > 2 * self._longest + RESERVE
-        if has_time or now >= self._summary_at + PATIENCE:
+        if has_time or now >= self._summary_at + TIMEOUT:
             self._status_at = now + STATUS_EVERY
             self._show_status(now)
 
@@ -129,7 +129,7 @@ class FaultJournal:
         self._journal = journal
         self._kinds: list[_Kind] = []
 
-    def attend(self, now: int) -> None:
+    def write_due(self, now: int) -> None:
         """Write what is new, as far as its time has come."""
         if len(self._kinds) < len(self._counted):
             self._kinds += map(_Kind, self._counted[len(self._kinds) :])
@@ -140,7 +140,7 @@ class FaultJournal:
 
     def close(self) -> None:
         """Write what is new, whenever its time would come."""
-        self.attend(NEVER)
+        self.write_due(NEVER)
 
     def _write(self, kind: _Kind) -> None:
         counted = kind.counted

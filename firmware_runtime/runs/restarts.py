@@ -61,7 +61,7 @@ def read_starts(statistics: Path) -> Starts | None:
 
 
 class Restarts:
-    """Counts the starts of the run with these statistics, and is an hook of the run."""
+    """Counts the starts of the run with these statistics, and is a hook of the run."""
 
     def __init__(self, statistics: Path) -> None:
         self._statistics = statistics
@@ -86,7 +86,7 @@ class Restarts:
         self._healthy_at = NEVER
         Companion.STARTS.beside(self._statistics).unlink(missing_ok=True)
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         """Forget the starts that failed once the run has lasted, when there is time for it."""
         if now >= self._healthy_at and (left >= _RESERVE or now >= self._healthy_at + _PATIENCE):
             try:

@@ -58,7 +58,7 @@ class Recorder:
         self._log = log
         self._run: _Run | None = None
 
-    def look(self, now: int) -> None:
+    def poll(self, now: int) -> None:
         """Look once; to be called some ten times a second, with CLOCK_MONOTONIC in ns."""
         try:
             statistics = read_statistics(self._kept)
@@ -67,7 +67,7 @@ class Recorder:
         if self._run is None or self._run.is_another(statistics):
             self.close()
             self._run = self._begin(statistics, now)
-        self._run.look(statistics, now)
+        self._run.poll(statistics, now)
 
     def close(self) -> None:
         """Keep what is known of the run under way."""
@@ -131,7 +131,7 @@ class _Run:
         """Whether these are the statistics of a later run."""
         return statistics.header.writer != self._latest.header.writer
 
-    def look(self, statistics: Statistics, now: int) -> None:
+    def poll(self, statistics: Statistics, now: int) -> None:
         """Note incidents, take the traces that are due, keep the statistics now and then."""
         self._latest = statistics
         was_over, self.is_over = self.is_over, not _is_under_way(statistics)

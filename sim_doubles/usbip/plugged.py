@@ -16,7 +16,7 @@ from sim_doubles.usbip.host_controller import HostController
 from sim_doubles.usbip.i2c_tiny_usb import I2cTinyUsb, Piece, Transfer
 from sim_doubles.usbip.packets import Conversation
 
-PATIENCE: Final = 30 * SECOND
+TIMEOUT: Final = 30 * SECOND
 """How long the kernel may take to find a device and bind its driver; it takes 0.2 s on a PC."""
 _AT_ONCE: Final = 65_536
 
@@ -91,11 +91,11 @@ def _device_at(
     port: int, controller: HostController, server: DoublesServer, clock: RealClock
 ) -> Path:
     """The device node that the adapter has become; the kernel sends many requests until then."""
-    give_up_at = clock.look() + PATIENCE
+    give_up_at = clock.look() + TIMEOUT
     while (device := controller.i2c_device(port)) is None:
         if clock.look() > give_up_at:
             raise NotAttached(
-                f"USB port {port}: no I2C adapter within {PATIENCE // SECOND} s, expected the "
+                f"USB port {port}: no I2C adapter within {TIMEOUT // SECOND} s, expected the "
                 "modules i2c-tiny-usb and i2c-dev to be loaded"
             )
         server.step()

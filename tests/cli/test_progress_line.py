@@ -39,15 +39,15 @@ class Rig:
     def listen(self, _port: object, hear: Callable[[int, float], None]) -> None:
         self.hear = hear
 
-    def attend(self, at: int, left: int = SECOND) -> None:
+    def between_steps(self, at: int, left: int = SECOND) -> None:
         self.now = at
-        self.line.attend(at, left)
+        self.line.between_steps(at, left)
 
 
 def test_it_shows_time_value_overruns_and_faults() -> None:
     rig = Rig(until=20 * SECOND)
     rig.hear(0, 0.98765)
-    rig.attend(3 * SECOND)
+    rig.between_steps(3 * SECOND)
     assert rig.lines == ["3.0 of 20 s  yaw_rad 0.9877  3 overruns  1 fault"]
     assert rig.run.hooks == [rig.line]
 
@@ -55,15 +55,15 @@ def test_it_shows_time_value_overruns_and_faults() -> None:
 def test_it_writes_a_few_times_a_second() -> None:
     rig = Rig()
     for at in range(0, SECOND + 1, SECOND // 100):
-        rig.attend(at)
+        rig.between_steps(at)
     assert len(rig.lines) == SECOND // EVERY
 
 
 def test_without_time_to_the_next_event_nothing_is_written_and_nothing_is_lost() -> None:
     rig = Rig()
-    rig.attend(EVERY, left=RESERVE)
+    rig.between_steps(EVERY, left=RESERVE)
     assert rig.lines == []
-    rig.attend(EVERY + 1)
+    rig.between_steps(EVERY + 1)
     assert len(rig.lines) == 1
 
 
@@ -78,10 +78,10 @@ def test_after_a_write_that_took_long_there_must_be_twice_that_time(
         rig.now += took
 
     monkeypatch.setattr(rig.line._terminal, "show", show)
-    rig.attend(EVERY)
-    rig.attend(3 * EVERY, left=2 * took + RESERVE)
+    rig.between_steps(EVERY)
+    rig.between_steps(3 * EVERY, left=2 * took + RESERVE)
     assert len(rig.lines) == 1
-    rig.attend(3 * EVERY, left=2 * took + RESERVE + 1)
+    rig.between_steps(3 * EVERY, left=2 * took + RESERVE + 1)
     assert len(rig.lines) == 2
 
 

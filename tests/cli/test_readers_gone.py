@@ -40,7 +40,7 @@ def test_outputs_that_could_not_be_switched_off_are_still_on(tmp_path: Path) -> 
         "import sys\n"
         "from firmware_runtime.cli.commands import safe_state\n"
         "from firmware_runtime.cli.main import main\n"
-        "safe_state.PATIENCE = 0\n"
+        "safe_state.TIMEOUT = 0\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
     words = ("safe-state", "tachobot", "--doubles", nowhere)

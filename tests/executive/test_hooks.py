@@ -10,13 +10,13 @@ from tests.support.stalling_clock import StallingClock
 
 
 class Diary:
-    """An hook that keeps when it was called, and what time it was given."""
+    """A hook that keeps when it was called, and what time it was given."""
 
     def __init__(self, run: Run) -> None:
         self.calls: list[tuple[int, int]] = []
         run.executive.hooks.append(self)
 
-    def attend(self, now: int, left: int) -> None:
+    def between_steps(self, now: int, left: int) -> None:
         self.calls.append((now, left))
 
 

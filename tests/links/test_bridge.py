@@ -61,7 +61,7 @@ class Rig:
         speaker.send(what)
         self.bridge.work()
 
-    def look(self, after: int, speaker: socket.socket) -> None:
+    def poll(self, after: int, speaker: socket.socket) -> None:
         """Let time pass, then the bridge look around; something to read ends its wait."""
         self.clock.advance(after)
         self.say(speaker, b"{}")
@@ -141,14 +141,14 @@ def test_the_run_is_asked_again_before_it_forgets_and_the_next_one_at_once(rig: 
     rig.say(speaker, b"?")
     for _ in range(2):
         robot.recv(4096)
-    rig.look(RENEW_EVERY - 1, speaker)
+    rig.poll(RENEW_EVERY - 1, speaker)
     assert robot.recv(4096) == b"{}"
-    rig.look(POLL_EVERY, speaker)
+    rig.poll(POLL_EVERY, speaker)
     assert b"watch" in robot.recv(4096)
     robot.close()
-    rig.look(POLL_EVERY, speaker)
+    rig.poll(POLL_EVERY, speaker)
     robot = rig.robot()
-    rig.look(POLL_EVERY, speaker)
+    rig.poll(POLL_EVERY, speaker)
     assert b"watch" in robot.recv(4096)
     assert rig.told == [
         f"{rig.path}: a run listens",

@@ -15,7 +15,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket
-from firmware_runtime.links.watchers import MOST, PATIENCE
+from firmware_runtime.links.watchers import MOST, WATCHED_FOR
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.statistics.companions import Companion
 from tests.support.executives import Run
@@ -128,7 +128,7 @@ def test_a_port_whose_type_says_too_little_is_not_written(tmp_path: Path) -> Non
         speaker.say({"port": "anything", "value": [1]})
         speaker.say({"port": "motion", "value": {"position": 1, "rate": -0.5}})
         assert rig.ports.receive() == [(odd.motion, Motion(1.0, -0.5))]
-        rig.ports.attend(0, 2 * RESERVE)
+        rig.ports.between_steps(0, 2 * RESERVE)
         (told,) = speaker.told()
     assert told == {"error": "anything: a value of tuple cannot be sent; expected another port"}
 
@@ -169,7 +169,7 @@ def test_who_stops_hears_no_more_and_the_port_is_what_it_was(rig: PortsRig, robo
 
 def test_who_does_not_renew_is_forgotten(rig: PortsRig, robot: Robot) -> None:
     speaker, before = rig.speaker(), robot.imu.sample.bag
-    robot.imu.work = lambda number: rig.now.advance(PATIENCE if number == 3 else 0)
+    robot.imu.work = lambda number: rig.now.advance(WATCHED_FOR if number == 3 else 0)
     speaker.say({"watch": ["imu.sample"]})
     rig.run.until(6 * PERIOD)
     assert len(speaker.told()) < 6
@@ -234,11 +234,11 @@ def test_a_loop_without_time_to_spare_tells_nothing_until_it_has_some(rig: Ports
     speaker = rig.speaker()
     speaker.say({"list": True})
     rig.ports.receive()
-    rig.ports.attend(0, RESERVE)
+    rig.ports.between_steps(0, RESERVE)
     assert speaker.told() == []
-    rig.ports.attend(0, -MILLISECOND)
+    rig.ports.between_steps(0, -MILLISECOND)
     assert speaker.told() == []
-    rig.ports.attend(0, RESERVE + 1)
+    rig.ports.between_steps(0, RESERVE + 1)
     assert len(speaker.told()) == 1
 
 

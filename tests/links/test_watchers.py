@@ -3,7 +3,7 @@
 import pytest
 
 from firmware_runtime.links.datagrams import Refusal
-from firmware_runtime.links.watchers import MOST, PATIENCE, Address, Watchers
+from firmware_runtime.links.watchers import MOST, WATCHED_FOR, Address, Watchers
 from sim_doubles.clock import ManualClock
 
 
@@ -76,18 +76,18 @@ def test_a_new_wish_replaces_the_old_one(watchers: Watchers) -> None:
 
 def test_who_falls_silent_is_forgotten(watchers: Watchers, now: ManualClock) -> None:
     watchers.renew("one", ["a"], 1)
-    now.advance(PATIENCE // 2)
+    now.advance(WATCHED_FOR // 2)
     watchers.renew("two", ["b"], 1)
-    now.advance(PATIENCE // 2 - 1)
+    now.advance(WATCHED_FOR // 2 - 1)
     assert not watchers.forget_silent()
     now.advance(1)
     assert watchers.forget_silent()
     assert Way.closed == ["one"]
     assert watchers.ports == ("b",)
     watchers.renew("two", ["b"], 1)
-    now.advance(PATIENCE // 2)
+    now.advance(WATCHED_FOR // 2)
     assert not watchers.forget_silent()
-    now.advance(PATIENCE)
+    now.advance(WATCHED_FOR)
     assert watchers.forget_silent()
     assert len(watchers) == 0
     assert not watchers.forget_silent()

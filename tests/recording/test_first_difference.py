@@ -59,7 +59,7 @@ def recorded() -> Recording:
             recorder.retuned(5)
         if at == 39:
             simulator.postpone(robot.controller, 44)
-        recorder.attend(0, 0)
+        recorder.between_steps(0, 0)
     assert recorder.close("ended", "") is None
     return recording_of(sink)
 

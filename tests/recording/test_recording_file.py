@@ -35,7 +35,7 @@ def recorded(sink: KeptFrames, until: int = 50) -> Recorder:
     recorder = Recorder(simulator, cut, header_of(cut), sink, is_real_time=False)
     for at in range(10, until + 1, 10):
         simulator.advance(at)
-        recorder.attend(0, 0)
+        recorder.between_steps(0, 0)
     return recorder
 
 
@@ -99,7 +99,7 @@ def test_what_the_writer_does_not_take_is_counted_and_said() -> None:
     recorder = recorded(sink)
     sink.has_room = False
     recorder.retuned(1.0)
-    recorder.attend(0, 0)
+    recorder.between_steps(0, 0)
     sink.has_room = True
     assert recorder.close("ended", "") is not None
     assert recorder.dropped == recording_of(sink).missing > 0

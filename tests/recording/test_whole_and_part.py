@@ -35,11 +35,11 @@ def run_whole(root: Coupled, names: list[str], arrivals: Arrivals) -> KeptFrames
     for at, side, value in [*arrivals, (END, 0, 0)]:
         while simulator.next_at <= at:
             simulator.advance(simulator.next_at)
-            recorder.attend(0, 0)
+            recorder.between_steps(0, 0)
         if at < END:
             simulator.inject(root.in_ports[f"in_{side}"], value)
             simulator.advance(at)  # a visit of its own, also where the instant was taken before
-            recorder.attend(0, 0)
+            recorder.between_steps(0, 0)
     recorder.close("ended", "")
     return sink
 

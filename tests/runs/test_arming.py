@@ -14,7 +14,7 @@ from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.links.control import Answer, ControlError, ControlSocket, Request, ask
 from firmware_runtime.runs import arming
-from firmware_runtime.runs.arming import GUARD_PATIENCE, Arming, Permission
+from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
 from tests.support.periodic_models import Robot
 
@@ -59,7 +59,7 @@ class Rig:
 
 def test_it_is_disarmed_until_it_is_requested() -> None:
     rig = Rig()
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert not rig.arming.interlock()
     assert rig.arming.request(0) == []
     assert rig.arming.interlock()
@@ -88,12 +88,12 @@ def test_outputs_are_let_through_before_it_is_armed_and_not_armed_if_they_cannot
 def test_a_board_that_asks_for_it_is_armed_as_soon_as_all_checks_pass() -> None:
     rig = Rig(at_start=True)
     rig.against = "not yet"
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert not rig.arming.armed
     rig.against = None
-    rig.arming.attend(50 * MILLISECOND, 0)
+    rig.arming.between_steps(50 * MILLISECOND, 0)
     assert not rig.arming.armed
-    rig.arming.attend(100 * MILLISECOND, 0)
+    rig.arming.between_steps(100 * MILLISECOND, 0)
     assert rig.arming.armed
 
 
@@ -103,7 +103,7 @@ def test_a_takeover_disarms_at_once_and_is_acknowledged_once_outputs_are_safe() 
     rig.executive.cells[EPOCH] += 1
     assert not rig.arming.interlock()
     assert rig.cells == (1, 0)
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert (rig.safe, rig.cells) == (1, (0, 1))
     assert "the guard took over" in rig.logged[-1]
     assert rig.arming.request(0) == []
@@ -126,18 +126,18 @@ def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed()
 def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
     rig = Rig()
     rig.executive.cells[EPOCH] = 3
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert (rig.safe, rig.cells) == (1, (0, 3))
 
 
 def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() -> None:
     rig = Rig(at_start=True)
     rig.against = "not yet"
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     rig.executive.cells[EPOCH] = -3
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     rig.against = None
-    rig.arming.attend(SECOND, 0)
+    rig.arming.between_steps(SECOND, 0)
     assert not rig.arming.armed
     assert (rig.safe, rig.cells) == (1, (0, -3))
     assert rig.arming.request(SECOND) == []
@@ -148,14 +148,14 @@ def test_a_run_that_was_armed_says_that_safe_state_took_its_right() -> None:
     rig = Rig()
     rig.arming.request(0)
     rig.executive.cells[EPOCH] = -3
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert rig.logged[-1] == "disarmed: safe-state took its right to drive"
 
 
 def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -> None:
     rig = Rig(at_start=True, free=True)
     rig.against = "an overrun"
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert rig.arming.interlock()
     assert rig.logged == []
     rig.executive.cells[EPOCH] = -3
@@ -172,16 +172,16 @@ def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
     assert rig.arming.interlock()
     rig.executive.cells[GUARD] -= 1
     assert not rig.arming.interlock()
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert "the guard is gone" in rig.logged[-1]
     assert any("the guard is absent" in why for why in rig.arming.request(0))
 
 
 def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:
     rig = Rig(at_start=True)
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     rig.arming.disarm("asked for")
-    rig.arming.attend(SECOND, 0)
+    rig.arming.between_steps(SECOND, 0)
     assert not rig.arming.armed
 
 
@@ -190,12 +190,12 @@ def test_outputs_that_could_not_be_switched_off_are_switched_off_again_until_the
     rig.arming.request(0)
     rig.not_safe = ["i2c1 0x40: timed out"]
     assert rig.arming.disarm("asked for") == rig.not_safe
-    rig.arming.attend(OFF_AGAIN_EVERY - 1, 0)
+    rig.arming.between_steps(OFF_AGAIN_EVERY - 1, 0)
     assert rig.safe == 1
-    rig.arming.attend(OFF_AGAIN_EVERY, 0)
+    rig.arming.between_steps(OFF_AGAIN_EVERY, 0)
     rig.not_safe = []
-    rig.arming.attend(OFF_AGAIN_EVERY, 0)
-    rig.arming.attend(SECOND, 0)
+    rig.arming.between_steps(OFF_AGAIN_EVERY, 0)
+    rig.arming.between_steps(SECOND, 0)
     assert rig.safe == 3
 
 
@@ -203,12 +203,12 @@ def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPat
     rig, now = Rig(demand_guard=True), 100 * SECOND
     monkeypatch.setattr(arming, "monotonic_ns", lambda: now)
     assert "the guard is absent" in rig.arming.request(0)[0]
-    rig.executive.cells[GUARD] = now - GUARD_PATIENCE
+    rig.executive.cells[GUARD] = now - GUARD_TIMEOUT
     assert rig.arming.request(0) == []
     assert rig.arming.interlock()
     rig.executive.cells[GUARD] -= 1
     assert not rig.arming.interlock()
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert rig.logged[-1] == "disarmed: the guard is gone"
 
 
@@ -272,14 +272,14 @@ def test_only_its_own_user_may_ask_whatever_the_umask(path: Path) -> None:
 
 def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:
     rig = Rig(at_start=True)
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert rig.arming.pause() == []
     assert (rig.arming.interlock(), rig.safe, rig.cells) == (False, 1, (0, 0))
     rig.against = "imu is not up yet"
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     assert not rig.arming.interlock()
     rig.against = None
-    rig.arming.attend(SECOND, 0)
+    rig.arming.between_steps(SECOND, 0)
     assert rig.arming.interlock()
     assert rig.logged == ["armed", "disarmed: the run pauses", "armed"]
 
@@ -287,24 +287,24 @@ def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:
 def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> None:
     rig = Rig()
     assert rig.arming.pause() == []
-    rig.arming.attend(SECOND, 0)
+    rig.arming.between_steps(SECOND, 0)
     assert (rig.arming.interlock(), rig.safe, rig.logged) == (False, 1, [])
     assert rig.arming.reason == "not requested yet"
 
 
 def test_what_a_person_takes_in_a_pause_is_not_armed_again() -> None:
     rig = Rig(at_start=True)
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     rig.arming.pause()
     rig.executive.cells[EPOCH] = -7
     for now in (0, SECOND):
-        rig.arming.attend(now, 0)
+        rig.arming.between_steps(now, 0)
     assert not rig.arming.interlock()
 
 
 def test_a_free_run_pauses_without_a_word() -> None:
     rig = Rig(at_start=True, free=True)
-    rig.arming.attend(0, 0)
+    rig.arming.between_steps(0, 0)
     rig.arming.pause()
-    rig.arming.attend(SECOND, 0)
+    rig.arming.between_steps(SECOND, 0)
     assert (rig.safe, rig.logged, rig.arming.interlock()) == (1, [], True)

@@ -38,9 +38,9 @@ class Rig:
 def test_a_new_kind_is_written_at_once() -> None:
     rig = Rig()
     rig.report("NotReady")
-    rig.fault_journal.attend(0)
+    rig.fault_journal.write_due(0)
     rig.report("BusFault")
-    rig.fault_journal.attend(1)
+    rig.fault_journal.write_due(1)
     assert rig.journal.entries == [
         ("imu: NotReady: sentence 1", 1),
         ("imu: BusFault: sentence 1", 1),
@@ -51,7 +51,7 @@ def test_one_that_goes_on_is_written_seldom_with_its_number() -> None:
     rig = Rig()
     for second in range(21):
         rig.report("NotReady", times=100)
-        rig.fault_journal.attend(second * SECOND)
+        rig.fault_journal.write_due(second * SECOND)
     assert [count for _, count in rig.journal.entries] == [100, 1100, 2100]
     assert AGAIN_AFTER == 10 * SECOND
     assert "1000 times" in rig.journal.entries[1][0]
@@ -61,15 +61,15 @@ def test_one_that_is_over_is_written_no_more() -> None:
     rig = Rig()
     rig.report("NotReady")
     for second in range(100):
-        rig.fault_journal.attend(second * SECOND)
+        rig.fault_journal.write_due(second * SECOND)
     assert len(rig.journal.entries) == 1
 
 
 def test_the_end_writes_what_was_held_back() -> None:
     rig = Rig()
     rig.report("NotReady")
-    rig.fault_journal.attend(0)
+    rig.fault_journal.write_due(0)
     rig.report("NotReady", times=3)
-    rig.fault_journal.attend(SECOND)
+    rig.fault_journal.write_due(SECOND)
     rig.fault_journal.close()
     assert [count for _, count in rig.journal.entries] == [1, 4]

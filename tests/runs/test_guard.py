@@ -83,13 +83,13 @@ def come_back(file: StatisticsFile) -> None:
 
 
 def test_without_a_run_it_waits_and_writes_nothing(watch: Watch) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 0)
 
 
 def test_a_living_run_is_watched_and_sees_that_it_is(watch: Watch, file: StatisticsFile) -> None:
     before = monotonic_ns()
-    watch.guard.look()
+    watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 0)
     assert before <= file.cells[GUARD] <= monotonic_ns()
 
@@ -99,12 +99,12 @@ def test_a_run_that_it_could_not_switch_off_is_watched_and_not_marked_guarded(
 ) -> None:
     watch.against = "its outputs are others"
     for _ in range(2):
-        watch.guard.look()
+        watch.guard.poll()
     assert (watch.guard.phase, file.cells[GUARD]) == (Phase.WATCHING, 0)
     assert watch.conditions == HEADER["conditions"]
     assert watch.told == [f"this run is not guarded: {watch.against}"]
     hang(file)
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.offs == 1
 
 
@@ -113,27 +113,27 @@ def test_a_guard_that_may_open_no_bus_ends_and_is_not_seen_by_the_run(
 ) -> None:
     watch.out_of_reach = BusAbsent("i2c1: /dev/i2c-1 cannot be opened")
     with pytest.raises(BusAbsent):
-        watch.guard.look()
+        watch.guard.poll()
     assert file.cells[GUARD] == 0
 
 
 def test_a_run_that_has_not_begun_is_not_taken_for_dead(path: Path, watch: Watch) -> None:
     file = StatisticsFile(Layout(), HEADER, path)
-    watch.guard.look()
+    watch.guard.poll()
     assert (watch.guard.phase, file.cells[EPOCH]) == (Phase.WATCHING, 0)
 
 
 def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     watch: Watch, file: StatisticsFile
 ) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     hang(file)
     for _ in range(5):
-        watch.guard.look()
+        watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 5)
     assert file.cells[EPOCH] != 0
     come_back(file)
-    watch.guard.look()
+    watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
     assert watch.told[-1] == "the run came back, disarmed"
 
@@ -141,11 +141,11 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
 def test_a_run_that_acknowledges_and_does_not_catch_up_stays_held(
     watch: Watch, file: StatisticsFile
 ) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     hang(file)
-    watch.guard.look()
+    watch.guard.poll()
     file.cells[ACKNOWLEDGED] = file.cells[EPOCH]
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.guard.phase is Phase.HOLDING
     assert len(watch.told) == 1
 
@@ -154,31 +154,31 @@ def test_a_second_takeover_has_another_epoch_whatever_came_between(
     watch: Watch, file: StatisticsFile
 ) -> None:
     """Else a run that was armed between the two would not notice the second."""
-    watch.guard.look()
+    watch.guard.poll()
     epochs = []
     for _ in range(2):
         hang(file)
-        watch.guard.look()
+        watch.guard.poll()
         epochs.append(file.cells[EPOCH])
         come_back(file)
-        watch.guard.look()
+        watch.guard.poll()
         file.cells[EPOCH] = file.cells[ACKNOWLEDGED] = 0
     assert len({*epochs, 0}) == 3
 
 
 def test_a_heartbeat_in_the_future_is_not_believed(watch: Watch, file: StatisticsFile) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     file.cells[HEARTBEAT] = monotonic_ns() + 3600 * SECOND
-    watch.guard.look()
+    watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 1)
     assert "in the future" in watch.told[0]
 
 
 def test_a_heartbeat_that_is_gone_is_not_believed(watch: Watch, file: StatisticsFile) -> None:
     for _ in range(2):
-        watch.guard.look()
+        watch.guard.poll()
     file.cells[HEARTBEAT] = 0
-    watch.guard.look()
+    watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 1)
 
 
@@ -186,11 +186,11 @@ def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
     path: Path, watch: Watch, file: StatisticsFile
 ) -> None:
     """Whoever has such a file mapped gets SIGBUS: the run itself, which is why it is taken over."""
-    watch.guard.look()
+    watch.guard.poll()
     del file
     os.truncate(path, 0)
     for _ in range(2):
-        watch.guard.look()
+        watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 2)
     assert "cut short" in watch.told[0]
     assert "all outputs off" in watch.told[0]
@@ -199,18 +199,18 @@ def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
 def test_chips_that_do_not_acknowledge_are_written_again_and_logged_and_kept_once(
     path: Path, watch: Watch, file: StatisticsFile
 ) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     hang(file)
     watch.failing = ["i2c1 0x40: not acknowledged"]
     for _ in range(3):
-        watch.guard.look()
+        watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 3)
     assert sum("not off: i2c1 0x40: not acknowledged" in each for each in watch.told) == 1
     (kept,) = read_takeovers(path)
     assert (kept.off_after_ns, kept.failed) == (None, watch.failing)
     watch.failing = []
     come_back(file)
-    watch.guard.look()
+    watch.guard.poll()
     assert "all outputs off" in watch.told[-2]
     (kept,) = takeovers_of(path, this_process())
     assert (kept.number, kept.failed) == (1, [])
@@ -232,14 +232,14 @@ def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as run:
         assert run.stdout is not None
         run.stdout.readline()
-        watch.guard.look()
+        watch.guard.poll()
         assert watch.guard.phase is Phase.WATCHING
         run.kill()
         run.wait()
         watch.guard.wait(wake_up)
-        watch.guard.look()
+        watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 1)
     assert "has ended" in watch.told[0]
     StatisticsFile(Layout(), HEADER, path)
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING

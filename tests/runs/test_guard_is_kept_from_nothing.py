@@ -99,10 +99,10 @@ def with_header(path: Path, **header: object) -> None:
 
 
 def test_outputs_come_before_every_word(watch: Watch, file: StatisticsFile) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     watch.done.clear()
     hang(file)
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.done == ["off", "log", "record"]
 
 
@@ -112,10 +112,10 @@ def test_whatever_is_raised_outputs_are_written_poll_after_poll(
     watch: Watch, file: StatisticsFile, part: str, error: Exception
 ) -> None:
     watch.raising[part] = error
-    watch.guard.look()
+    watch.guard.poll()
     hang(file)
     for _ in range(3):
-        watch.guard.look()
+        watch.guard.poll()
     assert watch.done.count("off") == 3
     assert watch.guard.phase is Phase.HOLDING
 
@@ -144,11 +144,11 @@ def test_a_header_that_is_of_no_use_is_logged_once_and_replaced_by_a_new_run(
 ) -> None:
     with_header(path, **header)
     for _ in range(3):
-        watch.guard.look()
+        watch.guard.poll()
     assert watch.done == ["log"]
     assert "no usable" in str(keep_clear_of_other_runs(path))
     StatisticsFile(Layout(), HEADER, path)
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING
 
 
@@ -166,7 +166,7 @@ def test_a_header_that_is_of_no_use_is_logged_once_and_replaced_by_a_new_run(
 def test_a_file_of_another_format_is_logged_once(path: Path, watch: Watch, content: bytes) -> None:
     path.write_bytes(content)
     for _ in range(3):
-        watch.guard.look()
+        watch.guard.poll()
     assert watch.done == ["log"]
     assert keep_clear_of_other_runs(path) is not None
 
@@ -181,20 +181,20 @@ def test_a_header_that_would_fill_the_memory_is_not_read(path: Path) -> None:
 
 def test_a_fifo_in_place_of_the_file_is_not_waited_for(path: Path, watch: Watch) -> None:
     os.mkfifo(path)
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.done == ["log"]
     assert "no regular file" in str(keep_clear_of_other_runs(path))
 
 
 def test_a_directory_in_place_of_the_file_is_logged(path: Path, watch: Watch) -> None:
     path.mkdir()
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.done == ["log"]
 
 
 def test_a_path_that_leads_nowhere_is_no_run(path: Path, watch: Watch) -> None:
     path.symlink_to(path)
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.done == []
 
 
@@ -219,19 +219,19 @@ def other(path: Path) -> Iterator["subprocess.Popen[bytes]"]:
 def test_a_run_that_drives_is_watched_on_whatever_takes_the_place_of_its_file(
     path: Path, watch: Watch, other: "subprocess.Popen[bytes]"
 ) -> None:
-    watch.guard.look()
+    watch.guard.poll()
     whole = path.read_bytes()
     path.unlink()
     path.write_bytes(whole)
-    watch.guard.look()
+    watch.guard.poll()
     path.unlink()
     StatisticsFile(Layout(), HEADER, path).close_section(0)
-    watch.guard.look()
+    watch.guard.poll()
     assert "off" not in watch.done
     other.kill()
     other.wait()
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.done.count("off") == 1
-    watch.guard.look()
+    watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING
     assert guard_seen_at(path) > 0

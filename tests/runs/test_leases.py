@@ -36,7 +36,7 @@ class Leased:
     def at(self, seconds: float) -> bool:
         """Whether it is armed then."""
         self.time = round(seconds * SECOND)
-        self.leases.attend(0, 0)
+        self.leases.between_steps(0, 0)
         return self.arming.armed
 
 
@@ -113,11 +113,11 @@ class Control:
 
 def test_a_slow_request_waits_for_time_enough(tmp_path: Path) -> None:
     socket_ = Control(tmp_path / "x.control")
-    socket_.control.attend(0, 0)
+    socket_.control.between_steps(0, 0)
     socket_.say(b'{"request": "slow", "values": 1}')
-    socket_.control.attend(0, 0)
+    socket_.control.between_steps(0, 0)
     assert socket_.seen == []
-    socket_.control.attend(0, SECOND)
+    socket_.control.between_steps(0, SECOND)
     assert socket_.seen == [{"values": 1}]
     assert json.loads(socket_.client.recv(4096)) == {"refused": []}
     socket_.close()

@@ -45,14 +45,14 @@ class Rig:
         permission = Permission(at_start=False, demand_guard=False)
         self.arming = Arming(self.executive, permission, list)
         self.watch = Overload(self.executive, 90.0, policy, self.arming, self.told.append)
-        self.watch.attend(0, 0)
+        self.watch.between_steps(0, 0)
 
     def pass_window(self, steps: float, processor: float = 0.0) -> None:
         """Let a window pass with these shares of it in steps, and in processor time."""
         self.time.real += WINDOW
         self.time.processor += round(processor * WINDOW)
         self.executive.cells[STEP_TIME] += round(steps * WINDOW)
-        self.watch.attend(self.time.real - SECOND, 0)
+        self.watch.between_steps(self.time.real - SECOND, 0)
 
     @property
     def run(self) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def test_it_is_judged_over_whole_windows_and_logged_once(time: Time) -> None:
     rig = Rig(time)
     rig.executive.cells[STEP_TIME] += 2 * SECOND
     time.real += WINDOW - MILLISECOND
-    rig.watch.attend(0, 0)
+    rig.watch.between_steps(0, 0)
     assert rig.told == []
     for _ in range(3):
         rig.pass_window(steps=1.0)

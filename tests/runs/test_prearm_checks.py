@@ -39,7 +39,7 @@ class Run:
         self._checks = prearm_checks(self._executive, max_late_percent)
         self._executive.run(asked_at + TENTH)
 
-    def attend(self, now: int, _left: int) -> None:
+    def between_steps(self, now: int, _left: int) -> None:
         """Ask once, as `firmware-runtime arm` does."""
         if now >= self._asked_at:
             self._asked_at = 2 * ASKED_AT

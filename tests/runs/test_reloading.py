@@ -8,7 +8,7 @@ from drivers.thrust_pairs import ThrustPairs
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.reloading import NEEDED, PATIENCE, Reloading
+from firmware_runtime.runs.reloading import NEEDED, TIMEOUT, Reloading
 from firmware_runtime.runs.session import Session
 from firmware_runtime.system.notices import Notices
 
@@ -41,40 +41,40 @@ def rig(tmp_path: Path) -> Rig:
 
 def test_nothing_is_read_until_it_is_requested(rig: Rig) -> None:
     rig.change("kp = 0.75", "kp = 0.5")
-    rig.reloading.attend(0, NEEDED)
+    rig.reloading.between_steps(0, NEEDED)
     assert rig.told == []
 
 
 def test_it_waits_for_time_enough_before_the_next_activation(rig: Rig) -> None:
     rig.change("kp = 0.75", "kp = 0.5")
     rig.reloading.request()
-    rig.reloading.attend(0, NEEDED - 1)
+    rig.reloading.between_steps(0, NEEDED - 1)
     assert rig.told == []
-    rig.reloading.attend(MILLISECOND, NEEDED)
+    rig.reloading.between_steps(MILLISECOND, NEEDED)
     assert rig.told == [f"reloaded {rig.path}: controller.yaw.kp"]
-    rig.reloading.attend(2 * MILLISECOND, NEEDED)
+    rig.reloading.between_steps(2 * MILLISECOND, NEEDED)
     assert len(rig.told) == 1
 
 
 def test_a_loop_that_never_has_the_time_reads_it_late(rig: Rig) -> None:
     rig.reloading.request()
-    rig.reloading.attend(PATIENCE - 1, 0)
+    rig.reloading.between_steps(TIMEOUT - 1, 0)
     assert rig.told == []
-    rig.reloading.attend(PATIENCE, 0)
+    rig.reloading.between_steps(TIMEOUT, 0)
     assert rig.told == [f"reloaded {rig.path}: nothing new"]
 
 
 def test_a_file_with_a_fault_changes_nothing(rig: Rig) -> None:
     rig.path.write_text("nothing = sound")
     rig.reloading.request()
-    rig.reloading.attend(0, NEEDED)
+    rig.reloading.between_steps(0, NEEDED)
     assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
 
 
 def test_a_file_without_end_changes_nothing(rig: Rig) -> None:
     rig.path.write_text("board = " + "[" * 3000)
     rig.reloading.request()
-    rig.reloading.attend(0, NEEDED)
+    rig.reloading.between_steps(0, NEEDED)
     assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
 
 
@@ -86,14 +86,14 @@ def test_a_file_that_no_reader_foresaw_changes_nothing(
 
     monkeypatch.setattr(registry, "load", load)
     rig.reloading.request()
-    rig.reloading.attend(0, NEEDED)
+    rig.reloading.between_steps(0, NEEDED)
     assert rig.told == ["not reloaded, everything stays as it was: MemoryError: "]
 
 
 def test_what_only_a_new_run_takes_up_is_named(rig: Rig) -> None:
     rig.change("period_s = 0.01", "period_s = 0.02")
     rig.reloading.request()
-    rig.reloading.attend(0, NEEDED)
+    rig.reloading.between_steps(0, NEEDED)
     assert rig.told == [
         f"reloaded {rig.path}: nothing new; only a new run takes up controller.period_s"
     ]
@@ -107,7 +107,7 @@ def test_what_only_a_new_run_takes_up_is_not_taken_up_with_the_rest(rig: Rig) ->
     rig.change("slew_per_s = 100.0", "slew_per_s = 50.0")
     for _ in range(2):
         rig.reloading.request()
-        rig.reloading.attend(0, NEEDED)
+        rig.reloading.between_steps(0, NEEDED)
     assert (thrust_pairs.settings.first_channel, thrust_pairs.settings.slew_per_s) == (0, 50.0)
     left = "only a new run takes up thrust_pairs.first_channel"
     assert rig.told == [
@@ -126,7 +126,7 @@ def test_a_file_that_has_become_another_robots_changes_nothing(
     detective = (SHIPPED.parents[1] / "detective" / "board.toml").read_text()
     rig.path.write_text(f'name = "{name}"\n{detective}')
     rig.reloading.request()
-    rig.reloading.attend(0, NEEDED)
+    rig.reloading.between_steps(0, NEEDED)
     (told,) = rig.told
     assert told.startswith("not reloaded, everything stays as it was: ")
     assert str(rig.path) in told

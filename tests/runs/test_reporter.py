@@ -99,7 +99,7 @@ def test_a_run_without_steps_is_not_ready(systemd: Listener) -> None:
     executive = Executive(Robot(), StallingClock(), list)
     notices = Notices()
     reporter = Reporter(executive, notices, Journal(None), lambda _statistics: "")
-    reporter.attend(0, 0)
+    reporter.between_steps(0, 0)
     notices.close()
     assert "READY=1" not in systemd.heard()
 

@@ -64,16 +64,16 @@ def test_what_a_start_left_is_read_by_others(statistics: Path) -> None:
 
 def test_a_run_that_lasted_a_minute_begins_the_count_again(statistics: Path) -> None:
     last = failing(statistics, 5)
-    last.attend(HEALTHY_AFTER - 1, SECOND)
-    last.attend(HEALTHY_AFTER, 0)
+    last.between_steps(HEALTHY_AFTER - 1, SECOND)
+    last.between_steps(HEALTHY_AFTER, 0)
     assert Companion.STARTS.beside(statistics).exists()
-    last.attend(HEALTHY_AFTER + 1, SECOND)
+    last.between_steps(HEALTHY_AFTER + 1, SECOND)
     assert Restarts(statistics).failed == 0
 
 
 def test_a_loop_that_never_has_time_is_forgotten_all_the_same(statistics: Path) -> None:
     last = failing(statistics, 2)
-    last.attend(HEALTHY_AFTER + SECOND, 0)
+    last.between_steps(HEALTHY_AFTER + SECOND, 0)
     assert Restarts(statistics).failed == 0
 
 

@@ -22,7 +22,7 @@ from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
 from firmware_runtime.system.process_identity import this_process
 from tests.support.written_run import WrittenRun
 
-LOOK = 100 * MILLISECOND
+POLL = 100 * MILLISECOND
 
 
 class Rig:
@@ -48,10 +48,10 @@ class Rig:
         end_of_section(run)
         return run
 
-    def look(self, times: int = 1) -> None:
+    def poll(self, times: int = 1) -> None:
         for _ in range(times):
-            self.now += LOOK
-            self.recorder.look(self.now)
+            self.now += POLL
+            self.recorder.poll(self.now)
 
     @property
     def files(self) -> list[str]:
@@ -82,7 +82,7 @@ def trace(path: Path) -> dict[str, Any]:
 
 
 def test_without_a_run_there_is_nothing(rig: Rig) -> None:
-    rig.look(3)
+    rig.poll(3)
     assert (rig.files, rig.told) == ([], [])
 
 
@@ -90,55 +90,55 @@ def test_without_a_run_there_is_nothing(rig: Rig) -> None:
 def test_a_run_is_kept_at_once_each_minute_and_at_its_end(rig: Rig) -> None:
     run = rig.begin()
     kept = rig.folder / "robot-0001.stats"
-    rig.look()
+    rig.poll()
     assert activations(kept) == 0
     run.activation(0, 20_000, 300_000)
-    rig.look()
+    rig.poll()
     assert activations(kept) == 0
-    rig.look(SAVE_EVERY // LOOK)
+    rig.poll(SAVE_EVERY // POLL)
     assert activations(kept) == 1
     run.activation(SECOND, 20_000, 300_000)
     end_of_section(run, RunState.ENDED)
-    rig.look()
+    rig.poll()
     assert activations(kept) == 2
     assert rig.told[-1] == f"{kept}: the run is over, its statistics are kept"
     told = len(rig.told)
-    rig.look(2 * SAVE_EVERY // LOOK)
+    rig.poll(2 * SAVE_EVERY // POLL)
     assert (rig.files, len(rig.told)) == (["robot-0001.stats"], told)
 
 
 def test_the_seconds_around_a_late_activation_are_kept_once_for_a_while(rig: Rig) -> None:
     run = rig.begin()
-    rig.look()
+    rig.poll()
     run.activation(SECOND, 3 * MILLISECOND, 300_000)
-    rig.look()
+    rig.poll()
     assert not list(rig.folder.glob("*.gz"))
-    rig.look(5)
+    rig.poll(5)
     run.activation(2 * SECOND, 4 * MILLISECOND, 300_000)
-    rig.look(10)
+    rig.poll(10)
     assert rig.files == ["robot-0001-late-1.json.gz", "robot-0001.stats"]
     marks = [e for e in trace(rig.folder / rig.files[0])["traceEvents"] if e["ph"] == "i"]
     assert len(marks) == 1
-    rig.look(QUIET // LOOK)
+    rig.poll(QUIET // POLL)
     run.activation(20 * SECOND, 5 * MILLISECOND, 300_000)
-    rig.look(10)
+    rig.poll(10)
     assert "robot-0001-late-2.json.gz" in rig.files
 
 
 def test_lateness_below_the_requested_limit_is_no_incident(tmp_path: Path) -> None:
     rig = Rig(tmp_path, late=50 * MILLISECOND)
     run = rig.begin()
-    rig.look()
+    rig.poll()
     run.activation(SECOND, 3 * MILLISECOND, 300_000)
-    rig.look(10)
+    rig.poll(10)
     assert rig.files == ["robot-0001.stats"]
 
 
 def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
     rig.begin()
-    rig.look()
+    rig.poll()
     TakeoverFile(rig.kept).write(Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
-    rig.look(10)
+    rig.poll(10)
     assert "robot-0001-guard-1.json.gz" in rig.files
     assert rig.told[-1].endswith("the guard took over")
 
@@ -146,10 +146,10 @@ def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
 @pytest.mark.slow
 def test_traces_of_one_run_are_bounded(rig: Rig) -> None:
     run = rig.begin()
-    rig.look()
+    rig.poll()
     for number in range(1, MOST_TRACES + 5):
         run.activation(number * SECOND, (number + 2) * MILLISECOND, 300_000)
-        rig.look(QUIET // LOOK + 10)
+        rig.poll(QUIET // POLL + 10)
     assert len(list(rig.folder.glob("*.gz"))) == MOST_TRACES
 
 
@@ -157,19 +157,19 @@ def test_the_next_run_has_the_next_number_and_the_oldest_makes_room(tmp_path: Pa
     rig = Rig(tmp_path, runs=2)
     for lateness in (3 * MILLISECOND, 0, 0):
         run = rig.begin()
-        rig.look()
+        rig.poll()
         run.activation(SECOND, lateness, 300_000)
-        rig.look(10)
+        rig.poll(10)
     assert rig.files == ["robot-0002.stats", "robot-0003.stats"]
 
 
 def test_what_was_last_seen_of_a_run_is_kept_though_the_next_one_has_begun(rig: Rig) -> None:
     run = rig.begin()
-    rig.look()
+    rig.poll()
     run.activation(SECOND, 0, 300_000)
-    rig.look()
+    rig.poll()
     rig.begin()
-    rig.look()
+    rig.poll()
     assert activations(rig.folder / "robot-0001.stats") == 1
     assert rig.files == ["robot-0001.stats", "robot-0002.stats"]
 
@@ -177,19 +177,19 @@ def test_what_was_last_seen_of_a_run_is_kept_though_the_next_one_has_begun(rig: 
 def test_a_recorder_that_is_started_again_goes_on_with_the_run_it_knew(tmp_path: Path) -> None:
     first = Rig(tmp_path)
     run = first.begin()
-    first.look()
+    first.poll()
     second = Rig(tmp_path)
     run.activation(SECOND, 0, 300_000)
-    second.look()
+    second.poll()
     assert second.files == ["robot-0001.stats"]
     assert activations(second.folder / "robot-0001.stats") == 1
 
 
 def test_a_folder_that_goes_away_is_an_error_with_its_name(rig: Rig) -> None:
     rig.begin()
-    rig.look()
+    rig.poll()
     for path in rig.folder.iterdir():
         path.unlink()
     rig.folder.rmdir()
     with pytest.raises(StatisticsFileError, match="kept/robot-0001"):
-        rig.look(SAVE_EVERY // LOOK + 1)
+        rig.poll(SAVE_EVERY // POLL + 1)

@@ -10,7 +10,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.connection import fault_of_host
-from firmware_runtime.host.deployment.deployment import Deployment, Order
+from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
 from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.status import Status
@@ -95,7 +95,7 @@ def _root(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Deploy, then wait for the first activations. Raises DeploymentError."""
-    order = Order(
+    options = DeploymentOptions(
         host=arguments.host,
         board=arguments.board,
         kind=_sound_kind(arguments),
@@ -108,21 +108,21 @@ def execute(arguments: argparse.Namespace) -> int:
         force=arguments.force,
     )
     try:
-        return _deploy(order, Commands(_tell, dry_run=arguments.dry_run))
+        return _deploy(options, Commands(_tell, dry_run=arguments.dry_run))
     except KeyboardInterrupt:
-        print(f"firmware-runtime: interrupted; deploy to {order.host} again", file=sys.stderr)
+        print(f"firmware-runtime: interrupted; deploy to {options.host} again", file=sys.stderr)
         return Status.INTERRUPTED
 
 
-def _deploy(order: Order, commands: Commands) -> int:
-    deployment = Deployment(order, commands)
+def _deploy(options: DeploymentOptions, commands: Commands) -> int:
+    deployment = Deployment(options, commands)
     deployment.carry_out()
     if commands.dry_run:
         print("dry run: nothing was changed")
-    elif order.root:
-        print(f"{order.home}/venv/bin/firmware-runtime is there; nothing was started")
-    elif order.start:
-        return _await_activations(order, deployment)
+    elif options.root:
+        print(f"{options.home}/venv/bin/firmware-runtime is there; nothing was started")
+    elif options.start:
+        return _await_activations(options, deployment)
     return Status.OK
 
 
@@ -158,21 +158,21 @@ def _ssh_options(arguments: argparse.Namespace) -> tuple[str, ...]:
     return tuple(options)
 
 
-def _await_activations(order: Order, deployment: Deployment) -> int:
+def _await_activations(options: DeploymentOptions, deployment: Deployment) -> int:
     print("wait for the first activations")
-    program = f"{order.home}/venv/bin/firmware-runtime"
+    program = f"{options.home}/venv/bin/firmware-runtime"
     give_up_at = monotonic() + PATIENCE_S
     while True:
-        ended = deployment.connection.command(program, "stats", order.board, "--json")
-        if ended.status == 0 and _has_begun(figures := figures_of(ended.out, order.host)):
+        ended = deployment.connection.command(program, "stats", options.board, "--json")
+        if ended.status == 0 and _has_begun(figures := figures_of(ended.out, options.host)):
             print(f"  {summary(figures)}")
             return Status.OK
         if monotonic() > give_up_at:
             break
         sleep(LOOK_S)
     print(
-        f"firmware-runtime: {order.host}: no activation within {PATIENCE_S:g} s; "
-        f"see ssh {order.host} firmware-runtime service logs {order.board}",
+        f"firmware-runtime: {options.host}: no activation within {PATIENCE_S:g} s; "
+        f"see ssh {options.host} firmware-runtime service logs {options.board}",
         file=sys.stderr,
     )
     return Status.NOTHING_HAPPENED

@@ -94,11 +94,11 @@ def _look_until(
 ) -> None:
     begun_at = monotonic_ns()
     while not signal.came:
-        guard.look()
+        guard.poll()
         with suppress(MemoryError):
             notices.alive()
             if restarts is not None:
-                restarts.attend(monotonic_ns() - begun_at, SECOND)
+                restarts.between_steps(monotonic_ns() - begun_at, SECOND)
         guard.wait(signal.fileno())
 
 

@@ -77,7 +77,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _record(recorder: Recorder, signal: UntilSignal, notices: Notices) -> None:
     while not signal.wait(LOOK_EVERY_S):
-        recorder.look(monotonic_ns())
+        recorder.poll(monotonic_ns())
         notices.alive()
     notices.stopping()
     recorder.close()

@@ -247,15 +247,15 @@ def _serving(
     """Tell systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
     journal = Journal.from_environment()
     executive = session.executive
-    chronicle: Reporter | None = None
+    reporter: Reporter | None = None
     if notices.is_there or journal.is_there:
-        chronicle = Reporter(executive, notices, journal, summary)
+        reporter = Reporter(executive, notices, journal, summary)
     reloading = Reloading(session.tuning, executive, notices, messages)
     try:
         yield None if sys.stdin.isatty() else reloading.request
     finally:
-        if chronicle is not None:
-            chronicle.close()
+        if reporter is not None:
+            reporter.close()
         notices.stopping()
         notices.close()
         journal.close()

@@ -27,7 +27,7 @@ from firmware_runtime.statistics.paths import default_path, directories
 from firmware_runtime.status import Status
 from firmware_runtime.system.until_signal import until_signal
 
-PATIENCE = 2 * SECOND
+TIMEOUT = 2 * SECOND
 """Ns in which it is tried again: a stuck bus may come free, a run that is busy may acknowledge;
 systemd waits for longer."""
 
@@ -69,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _switch_off(safe_state: SafeState, wait: Callable[[], bool]) -> list[str]:
     """Return what is on, or may be; `wait` lets some time pass, and ends it if a signal came."""
-    give_up_at = monotonic_ns() + PATIENCE
+    give_up_at = monotonic_ns() + TIMEOUT
     safe_state.take_right()
     failed = safe_state.make_safe()
     safe_state.find_runs()

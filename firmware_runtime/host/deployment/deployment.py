@@ -30,7 +30,7 @@ DOCTOR_FAILS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class DeploymentOptions:
     """What is to be deployed, where, and how."""
 
     host: str
@@ -56,25 +56,25 @@ class Order:
 
 
 class Deployment:
-    """Carries out an order; `commands` may be a dry run, in which the target is only examined."""
+    """Deploys by these options; `commands` may be a dry run, which only examines the target."""
 
-    def __init__(self, order: Order, commands: Commands) -> None:
-        self._order = order
+    def __init__(self, options: DeploymentOptions, commands: Commands) -> None:
+        self._options = options
         self._commands = commands
         self._log = commands.log
         self._packages: list[Distribution] = []
-        self.connection = Connection(order.host, order.ssh_options, commands)
+        self.connection = Connection(options.host, options.ssh_options, commands)
 
     def carry_out(self) -> None:
         """Do all steps. Raises DeploymentError with what kept one from being done."""
-        with self._step(f"inspect {self._order.host}"):
+        with self._step(f"inspect {self._options.host}"):
             target = self._inspect()
         with TemporaryDirectory(prefix="firmware-runtime-") as temporary:
             parcel = Path(temporary)
             with self._step(f"collect wheels for {target.platform}"):
                 self._log_all(self._collect(target, parcel))
             with self._step("send them"):
-                self.connection.send(parcel, f"{self._order.home}/parcel")
+                self.connection.send(parcel, f"{self._options.home}/parcel")
         with self._step("make a virtual environment"):
             venv = self._prepare()
         with self._step("check the board, examine the computer"):
@@ -83,67 +83,69 @@ class Deployment:
             self._switch(venv)
 
     def _inspect(self) -> Target:
-        order = self._order
+        options = self._options
         inspecting = Commands(self._log)  # changes nothing, so it is done in a dry run too
-        connection = Connection(order.host, order.ssh_options, inspecting)
-        ended = connection.script(["probe.sh"], order.root, order.python, order.board)
+        connection = Connection(options.host, options.ssh_options, inspecting)
+        ended = connection.script(["probe.sh"], options.root, options.python, options.board)
         if ended.status != 0:
-            raise DeploymentError(f"{order.host}: {ended.reason}; expected a POSIX shell")
+            raise DeploymentError(f"{options.host}: {ended.reason}; expected a POSIX shell")
         target = Target.read(ended.out)
-        if faults := target.faults(order.python, order.root):
+        if faults := target.faults(options.python, options.root):
             listing = "\n".join(f"  - {fault}" for fault in faults)
-            raise DeploymentError(f"{order.host}: not deployed to\n{listing}")
-        if target.superuser == "sudo" and not order.root:
+            raise DeploymentError(f"{options.host}: not deployed to\n{listing}")
+        if target.superuser == "sudo" and not options.root:
             self.connection.become_root()
         self._log_all(target.text())
         return target
 
     def _collect(self, target: Target, parcel: Path) -> str:
-        order = self._order
-        if order.settings is not None:
-            place = parcel / "settings" / f"{order.board}.toml"
+        options = self._options
+        if options.settings is not None:
+            place = parcel / "settings" / f"{options.board}.toml"
             place.parent.mkdir()
-            place.write_bytes(order.settings.read_bytes())
-        self._packages = packages_of({order.kind, *target.kinds.split()})
+            place.write_bytes(options.settings.read_bytes())
+        self._packages = packages_of({options.kind, *target.kinds.split()})
         wheelhouse = parcel / "wheels"
         return wheels.collect(
-            self._commands, target.platform, order.wheel, wheelhouse, self._packages
+            self._commands, target.platform, options.wheel, wheelhouse, self._packages
         )
 
     def _prepare(self) -> str:
-        order = self._order
+        options = self._options
         names = [package.name for package in self._packages]
-        ended = self.connection.script(["venvs.sh", "prepare.sh"], order.root, order.python, *names)
+        ended = self.connection.script(
+            ["venvs.sh", "prepare.sh"], options.root, options.python, *names
+        )
         if ended.status != 0:
-            raise DeploymentError(f"{order.host}: the new program: {ended.reason}")
+            raise DeploymentError(f"{options.host}: the new program: {ended.reason}")
         # The last word: a login may say something of its own before.
-        return (ended.out.split() or [f"{order.home}/venv.XXXXXX"])[-1]
+        return (ended.out.split() or [f"{options.home}/venv.XXXXXX"])[-1]
 
     def _examine(self, venv: str, target: Target) -> None:
-        order = self._order
-        board = target.settings or order.board
-        if order.settings is not None:
-            board = f"{order.home}/parcel/settings/{order.board}.toml"
-        force = "yes" if order.force else "no"
+        options = self._options
+        board = target.settings or options.board
+        if options.settings is not None:
+            board = f"{options.home}/parcel/settings/{options.board}.toml"
+        force = "yes" if options.force else "no"
         ended = self.connection.script(["examine.sh"], venv, board, force)
         self._log_all(ended.out)
         if ended.status == DOCTOR_FAILS:
             raise DeploymentError(
-                f"{order.host}: the doctor found a failure; expected it fixed, or --force"
+                f"{options.host}: the doctor found a failure; expected it fixed, or --force"
             )
         if ended.status != 0:
             self._log_all(ended.error)
-            raise DeploymentError(f"{order.host}: {order.board} did not pass check or doctor")
+            raise DeploymentError(f"{options.host}: {options.board} did not pass check or doctor")
 
     def _switch(self, venv: str) -> None:
-        order = self._order
-        start = "yes" if order.start else "no"
+        options = self._options
+        start = "yes" if options.start else "no"
         scripts = ["venvs.sh", "robots.sh", "switch.sh"]
-        ended = self.connection.script(scripts, order.root, venv, order.board, start)
+        ended = self.connection.script(scripts, options.root, venv, options.board, start)
         self._log_all(ended.out)
         self._log_all(ended.error)
         if ended.status != 0:
-            raise DeploymentError(f"{order.host}: {ended.reason}")
+            raise DeploymentError(f"{options.host}: {ended.reason}")
 
     @contextmanager
     def _step(self, what: str) -> Iterator[None]:
