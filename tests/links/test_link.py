@@ -96,9 +96,9 @@ class Ends:
         )
         self.sequence = 0
 
-    def attend(self) -> list[Frame]:
+    def between_steps(self) -> list[Frame]:
         """What it sends now."""
-        self.link.attend(self.now, 0)
+        self.link.between_steps(self.now, 0)
         frames = [decoded(each) for each in self.way.sent]
         self.way.sent.clear()
         return frames
@@ -110,7 +110,7 @@ class Ends:
 
     def meet(self) -> "Ends":
         self.get(self.other.hello(self.now))
-        for frame in self.attend():
+        for frame in self.between_steps():
             self.other.accept(frame, self.now)
         self.get(self.other.hello(self.now))
         assert self.link.peer.is_good(self.now)
@@ -214,13 +214,13 @@ def test_a_datagram_that_was_overtaken_is_only_refused(ends: Ends) -> None:
 
 
 def test_silence_makes_it_bad_and_it_must_be_good_for_a_while(ends: Ends) -> None:
-    ends.attend()
+    ends.between_steps()
     ends.now += TERMS.timeout
-    ends.attend()
+    ends.between_steps()
     assert ends.bad == ["the controller has been silent for 0.5 s"]
     for since in range(6):
         ends.get(ends.other.frame(Kind.HEARTBEAT, ends.now))
-        ends.attend()
+        ends.between_steps()
         is_long_enough = since * 100 * MILLISECOND >= TERMS.good
         assert (ends.link.why_not(0) is None) is is_long_enough
         ends.now += 100 * MILLISECOND
@@ -228,30 +228,30 @@ def test_silence_makes_it_bad_and_it_must_be_good_for_a_while(ends: Ends) -> Non
 
 
 def test_what_leaves_is_sent_in_the_next_pass(ends: Ends) -> None:
-    ends.attend()
+    ends.between_steps()
     take = ends.link.leaves(ends.cut.leaving[0])
     take(ends.now, 0.25)
-    [frame] = [each for each in ends.attend() if each.kind is Kind.VALUE]
+    [frame] = [each for each in ends.between_steps() if each.kind is Kind.VALUE]
     assert (frame.port, frame.origin, frame.sequence) == (1, ends.now, 1)
     assert ends.cut.leaving[0].packing.unpack(frame.body) == 0.25
 
 
 def test_an_end_that_has_nothing_to_say_shows_that_it_is_there(ends: Ends) -> None:
-    ends.attend()
+    ends.between_steps()
     beats = 0
     for _ in range(10):
         ends.now += 50 * MILLISECOND
         ends.get(ends.other.frame(Kind.HEARTBEAT, ends.now))
-        beats += sum(each.kind is Kind.HEARTBEAT for each in ends.attend())
+        beats += sum(each.kind is Kind.HEARTBEAT for each in ends.between_steps())
     assert beats in {4, 5}, "every 100 ms; one may be a greeting"
 
 
 def test_what_the_other_end_says_at_its_end_is_handed_on(ends: Ends) -> None:
-    ends.attend()
+    ends.between_steps()
     farewell = Farewell("the target was reached", is_over=True, failed=False)
     ends.get(ends.other.bye(ends.now, farewell))
     assert ends.byes == [farewell]
-    ends.attend()
+    ends.between_steps()
     assert ends.bad == ["the controller has ended: the target was reached"]
 
 
