@@ -109,7 +109,7 @@ class RobotEnd:
             takes_old=False,
             log=lambda _: None,
         )
-        self.link.between_steps(0, 0)  # its first greeting, from which the carrier knows its session
+        self.link.between_steps(0, 0)  # its first greeting: the carrier knows its session by it
         self.carrier.work()
 
     def refused(self) -> Counter[str]:
