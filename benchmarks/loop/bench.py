@@ -75,7 +75,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="loop-") as directory:
 
         def measure(rate_hz: int) -> dict[str, Any]:
-            _tell(f"{rate_hz} Hz, {arguments.activations} activations")
+            _log(f"{rate_hz} Hz, {arguments.activations} activations")
             return run(Path(directory), rate_hz, arguments.activations)
 
         report["rates"] = highest(arguments.rates, measure, arguments.refinements)
@@ -107,7 +107,7 @@ def _splits(arguments: argparse.Namespace) -> list[dict[str, Any]]:
     """The rates take turns."""
     rounds = []
     for number in range(arguments.repetitions):
-        _tell(f"where the time goes, round {number + 1} of {arguments.repetitions}")
+        _log(f"where the time goes, round {number + 1} of {arguments.repetitions}")
         rounds.append([split(rate_hz, arguments.split_seconds) for rate_hz in arguments.rates])
     return [medians(runs) for runs in zip(*rounds, strict=True)]
 
@@ -124,5 +124,5 @@ def medians(runs: tuple[dict[str, Any], ...]) -> dict[str, Any]:
     }
 
 
-def _tell(progress: str) -> None:
+def _log(progress: str) -> None:
     print(f"bench loop: {progress}", file=sys.stderr)

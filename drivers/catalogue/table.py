@@ -12,7 +12,7 @@ from typing import Final
 
 from drivers.catalogue.identity import WITHOUT_A_DRIVER
 from drivers.catalogue.trial import Identity, OnBus, OnPort, Triable
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.entry_points import installed
 
 GROUP: Final = "firmware_runtime.chips"
@@ -26,7 +26,7 @@ def chips() -> Mapping[str, Triable]:
         try:
             found[each.name] = _checked(each.name, each.load())
         except Exception as error:  # noqa: BLE001 -- another package's module can raise anything
-            tell(f"firmware-runtime: chip {each.name} left out: {error}", sys.stderr)
+            print_line(f"firmware-runtime: chip {each.name} left out: {error}", sys.stderr)
     return MappingProxyType(found)
 
 

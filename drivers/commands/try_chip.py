@@ -13,7 +13,7 @@ from drivers.commands.readings import Readings
 from drivers.commands.single import BUS, PORT, Now, single
 from drivers.commands.trying import Watch, drive, switch_off, take
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError, SettingError
 from firmware_runtime.hal.errors import HalError
@@ -89,7 +89,7 @@ def _read(sensor: Sensor, arguments: argparse.Namespace, now: Now) -> int:
 
     def say(what: str) -> None:
         readings.end()
-        tell(f"try: {what}", sys.stderr)
+        print_line(f"try: {what}", sys.stderr)
 
     with until_signal() as signal:
         watch = Watch(sensor, _Pace(now, signal), readings.show, say)
@@ -122,14 +122,14 @@ def _move(actuator: Actuator, arguments: argparse.Namespace, now: Now) -> int:
     if failed is not None:
         raise failed
     if not arguments.json:
-        tell(f"{actuator.place}: off", sys.stdout)
+        print_line(f"{actuator.place}: off", sys.stdout)
     return _stopped_by(signal) if signal.came else Status.OK
 
 
 def _not_safe(still_on: Sequence[str]) -> int:
     """Say what could not be switched off."""
     for each in still_on:
-        tell(f"firmware-runtime: not made safe: {each}", sys.stderr)
+        print_line(f"firmware-runtime: not made safe: {each}", sys.stderr)
     return Status.NOT_SAFE
 
 
@@ -137,11 +137,13 @@ def _is_agreed(actuator: Actuator, arguments: argparse.Namespace) -> bool:
     """Whether the user agrees that it moves; a double moves without a question."""
     what = f"{actuator.place}: {actuator.promise}, for {arguments.duration_s:g} s"
     if arguments.yes or arguments.doubles:
-        tell(what, sys.stderr)
+        print_line(what, sys.stderr)
         return True
     if sys.stdin is None or not sys.stdin.isatty():
         raise ConfigError("try", ["this moves something; expected --yes, or a terminal to ask at"])
-    tell(f"{what}.\nCtrl-C switches off; after kill -9 it stays on: no guard watches.", sys.stderr)
+    print_line(
+        f"{what}.\nCtrl-C switches off; after kill -9 it stays on: no guard watches.", sys.stderr
+    )
     sys.stderr.write("Propellers off, wheels off the ground? [y/N] ")
     sys.stderr.flush()
     return sys.stdin.readline().strip().lower() in {"y", "yes"}

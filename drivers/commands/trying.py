@@ -18,7 +18,7 @@ AGAIN_AFTER = SECOND // 10
 
 Show = Callable[[int, Reading], None]
 """Shows a reading, taken so many ns after the start."""
-Tell = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 class Pace(Protocol):
@@ -34,11 +34,11 @@ class Pace(Protocol):
 class Watch:
     """Reads one sensor again and again; what fails is told, and the chip brought up again."""
 
-    def __init__(self, sensor: Sensor, pace: Pace, show: Show, tell: Tell) -> None:
+    def __init__(self, sensor: Sensor, pace: Pace, show: Show, log: Log) -> None:
         self._sensor = sensor
         self._pace = pace
         self._show = show
-        self._tell = tell
+        self._log = log
         self.values = 0
         """How many readings had a value."""
 
@@ -50,7 +50,7 @@ class Watch:
         try:
             stopped = self._first_bring_up()
             for warning in self._sensor.warnings:
-                self._tell(warning)
+                self._log(warning)
             begun_at = self._pace.now()
             until = NEVER if span is None else begun_at + span
             while not stopped:
@@ -65,7 +65,7 @@ class Watch:
             try:
                 return take(self._sensor.bring_up(), self._pace)
             except NotReady as error:
-                self._tell(str(error))
+                self._log(str(error))
             if self._pace.wait(AGAIN_AFTER):
                 return True
         return take(self._sensor.bring_up(), self._pace)
@@ -76,7 +76,7 @@ class Watch:
                 return True
             self._show(self._pace.now() - begun_at, self._sensor.read())
         except HalError as error:
-            self._tell(str(error))
+            self._log(str(error))
             return self._bring_up_again()
         self.values += 1
         return False
@@ -87,7 +87,7 @@ class Watch:
         try:
             return take(self._sensor.bring_up(), self._pace)
         except HalError as error:
-            self._tell(str(error))
+            self._log(str(error))
             return False
 
     def _wait_until(self, at: int) -> bool:
@@ -97,7 +97,7 @@ class Watch:
         try:
             self._sensor.end()
         except HalError as error:
-            self._tell(str(error))
+            self._log(str(error))
 
 
 def drive(actuator: Actuator, pace: Pace, span: int, show: Show) -> bool:

@@ -6,7 +6,7 @@ from functools import cache
 
 from firmware_runtime.board.in_force import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 
 
 def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
@@ -15,11 +15,11 @@ def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
     Raises ConfigError with every fault found.
     """
     if (copy := settings_in_force(board)) is not None:
-        _tell_once(f"firmware-runtime: {board} has its settings from {copy}")
+        _print_once(f"firmware-runtime: {board} has its settings from {copy}")
     return board_in_force(board, assignments)
 
 
 @cache
-def _tell_once(what: str) -> None:
+def _print_once(what: str) -> None:
     """A verb may read a board more than once."""
-    tell(what, sys.stderr)
+    print_line(what, sys.stderr)

@@ -18,8 +18,8 @@ from firmware_runtime.cli.readers_gone import (
     OutputError,
     not_printed,
     output_checked,
+    print_line,
     readers_may_go,
-    tell,
 )
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
@@ -204,7 +204,7 @@ def _hint(error: Exception, parsed: argparse.Namespace) -> str:
 
 
 def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
-    tell(f"firmware-runtime: {error}{hint}", sys.stderr)
+    print_line(f"firmware-runtime: {error}{hint}", sys.stderr)
     return status
 
 

@@ -61,7 +61,7 @@ def output_checked() -> Iterator[None]:
 
 def not_printed(error: OutputError) -> None:
     """Say so, and let nothing that is printed afterwards fail."""
-    tell(
+    print_line(
         f"firmware-runtime: standard output: {error.strerror}; expected room for all of it",
         sys.stderr,
     )
@@ -89,7 +89,7 @@ def _print_nowhere(streams: Iterable[TextIO | None]) -> None:
     os.close(nowhere)
 
 
-def tell(what: str, stream: TextIO | None) -> None:
+def print_line(what: str, stream: TextIO | None) -> None:
     """Print one line without waiting: no reader, a slow one or a full disk is no reason to stop."""
     printed = Sentences(stream)
     printed.say(what)

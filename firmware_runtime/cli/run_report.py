@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any
 
 from firmware_runtime.cli.chart import Series, chart
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
@@ -53,9 +53,9 @@ class Report:
         end = self._session.end_of_board
         what = board.name if end is None else f"role {end.role} of {board.name}"
         where = f" on {self._chips}" if self._session.has_hardware else ""
-        tell(f"{what}{where}, {self._clock} time, {span}; Ctrl-C stops it", sys.stdout)
+        print_line(f"{what}{where}, {self._clock} time, {span}; Ctrl-C stops it", sys.stdout)
         for warning in board.warnings:
-            tell(f"warning: {warning}", sys.stdout)
+            print_line(f"warning: {warning}", sys.stdout)
 
     def end(self, outcome: Outcome) -> None:
         """Print the result; sentences on what went wrong go to standard error."""

@@ -34,19 +34,19 @@ POLL_EVERY: Final = 250 * MILLISECOND
 
 
 class Bridge:
-    """Carries datagrams; `tell` is called with a sentence when a run appears or is gone.
+    """Carries datagrams; `log` is called with a sentence when a run appears or is gone.
 
     Raises ConfigError if an address cannot be had.
     """
 
-    def __init__(self, route: Route, tell: Callable[[str], None]) -> None:
+    def __init__(self, route: Route, log: Callable[[str], None]) -> None:
         self._udp = _listening(route.listen)
         self._robot = route.robot
         self._admission: Admission = (
             Unsigned() if route.key is None else Signed(route.key, monotonic_ns)
         )
         self._carried = Carried()
-        self._broadcast = Broadcast(route, self._carried, tell)
+        self._broadcast = Broadcast(route, self._carried, log)
         self._senders = Senders(self._forget)
         self._poll_at = 0
         self._selector = DefaultSelector()

@@ -17,7 +17,7 @@ RENEW_EVERY: Final = 2 * SECOND
 """Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
 
 
-class Told(msgspec.Struct):
+class _Sent(msgspec.Struct):
     """What is read of a message from the robot."""
 
     port: str = ""
@@ -27,18 +27,18 @@ class Told(msgspec.Struct):
 class Broadcast:
     """Watches ports and sends what they send to every peer; nothing is read from a peer.
 
-    `tell` is called with a sentence when a run appears or is gone. Raises ConfigError for a peer
+    `log` is called with a sentence when a run appears or is gone. Raises ConfigError for a peer
     that there is no way to.
     """
 
-    def __init__(self, route: Route, carried: Carried, tell: Callable[[str], None]) -> None:
+    def __init__(self, route: Route, carried: Carried, log: Callable[[str], None]) -> None:
         self.is_there: bool | None = None
         self._robot = route.robot
         self._peers = [_connected(peer) for peer in route.peers]
         self._request = message_of(watch=route.watch, every=route.every) if route.watch else b""
         self._end = RobotEnd(route.robot)
         self._carried = carried
-        self._tell = tell
+        self._log = log
         self._refusal = ""
         self._renew_at = 0
 
@@ -52,7 +52,7 @@ class Broadcast:
         if self.is_there is not (absent == ""):
             self.is_there, self._refusal, self._renew_at = absent == "", "", now
             what = f"no run listens ({absent}); waiting for one" if absent else "a run listens"
-            self._tell(f"{self._robot}: {what}")
+            self._log(f"{self._robot}: {what}")
         if self.is_there and self._request and now >= self._renew_at:
             self._renew_at = now + RENEW_EVERY
             with suppress(OSError):  # gone since, or busy: the next time, then
@@ -61,12 +61,12 @@ class Broadcast:
     def carry(self) -> None:
         """Hand on what the robot has said; a refusal is reported once."""
         for message in self._end.received():
-            said = msgspec.json.decode(message, type=Told)
+            said = msgspec.json.decode(message, type=_Sent)
             if said.port:
                 self._send(message)
             elif said.error not in ("", self._refusal):
                 self._refusal = said.error
-                self._tell(f"the run refuses: {said.error}")
+                self._log(f"the run refuses: {said.error}")
 
     def close(self) -> None:
         """Close the sockets."""

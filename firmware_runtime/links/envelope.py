@@ -20,7 +20,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 from firmware_runtime.errors import FirmwareRuntimeError
 
 UNKNOWN: Final = "0" * 16
-"""The receiver that a sender names which has heard from none yet."""
+"""The receiver that a sender names which has had no message from any yet."""
 LONGEST_HEAD: Final = 160
 """Bytes that a signature adds to a content at most."""
 Direction: TypeAlias = Literal["ask", "answer"]

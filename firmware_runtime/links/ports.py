@@ -90,7 +90,7 @@ def _components(component: Component) -> Iterator[Component]:
             yield from _components(child)
 
 
-Heard: TypeAlias = tuple[str, int, object]
+Sent: TypeAlias = tuple[str, int, object]
 """The port's path, the instant in ns, the value."""
 
 ROOM: Final = 256
@@ -100,11 +100,11 @@ ROOM: Final = 256
 class Taps:
     """Output ports that are listened to while they are watched; one that is not costs nothing.
 
-    What was sent waits in `heard`, oldest first; `lost` counts what found no room.
+    What was sent waits in `sent`, oldest first; `lost` counts what found no room.
     """
 
     def __init__(self, simulator: Engine) -> None:
-        self.heard: deque[Heard] = deque(maxlen=ROOM)
+        self.sent: deque[Sent] = deque(maxlen=ROOM)
         self.lost = 0
         self._simulator = simulator
         self._ports: Mapping[str, OutPort[Any]] = {}
@@ -120,11 +120,11 @@ class Taps:
         self._listening = [self._listen(path, port) for path, port in ports.items()]
 
     def _listen(self, path: str, port: OutPort[Any]) -> Listening:
-        heard = self.heard
+        sent = self.sent
 
         def take(at: int, value: object) -> None:
-            if len(heard) == ROOM:
+            if len(sent) == ROOM:
                 self.lost += 1
-            heard.append((path, at, value))
+            sent.append((path, at, value))
 
         return self._simulator.listen(port, take)

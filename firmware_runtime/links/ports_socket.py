@@ -117,7 +117,7 @@ class PortsSocket:
         """Send what is to be sent, as far as there is time."""
         if self._watchers and self._watchers.forget_silent():
             self._open_taps()
-        if self._answers or self._taps.heard:
+        if self._answers or self._taps.sent:
             self._send_waiting(now + left - RESERVE)
 
     # ----------------------------------------------------------------------------------------------
@@ -153,18 +153,18 @@ class PortsSocket:
             self._counts.dropped += 1
 
     def _send_waiting(self, until: int) -> None:
-        heard = self._taps.heard
+        sent = self._taps.sent
         while self._run_now() < until:
             if self._answers:
                 what, sender = self._answers.popleft()
                 self._send(partial(send_once, address=sender), message_of(**what))
-            elif heard:
-                self._pass_on(*heard.popleft())
+            elif sent:
+                self._pass_on(*sent.popleft())
             else:
                 return
 
     def _pass_on(self, path: str, at: int, value: object) -> None:
-        watchers = self._watchers.hearing(path)
+        watchers = self._watchers.of(path)
         if not watchers:
             return
         try:

@@ -100,7 +100,7 @@ class Watchers:
             self.forget(watcher.address)
         return True
 
-    def hearing(self, port: str) -> list[Watcher]:
+    def of(self, port: str) -> list[Watcher]:
         """Who is to get the message that has just left a port; counts it."""
         return [each for each in self._all.values() if each.wants(port)]
 

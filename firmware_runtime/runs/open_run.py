@@ -41,7 +41,7 @@ class OpenRun(Closing):
 
     def __init__(self, executive: Executive, dover: "DoverLink | None" = None) -> None:
         self.dover = dover
-        """What the model's blocks of `models.dover` have said and heard; None if it has none."""
+        """What the model's blocks of `models.dover` have sent and received; None if it has none."""
         self._executive = executive
         self._until = 0
         self._is_closed = False

@@ -132,7 +132,7 @@ class Session:
             )
             self._serve(ports)
             self.dover = dover_link(blocks, self.executive)
-            """What the model's blocks of `models.dover` say and hear; None if it has none."""
+            """What the model's blocks of `models.dover` send and receive; None if it has none."""
             self._held += [] if self.dover is None else [self.dover]
             self.ending: Ending | None = None
             self.link = None if link is None else self._open_link(link, log)

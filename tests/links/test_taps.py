@@ -34,8 +34,8 @@ def simulator(line: Line) -> Simulator:
 
 
 def heard(taps: Taps) -> list[Any]:
-    taken = list(taps.heard)
-    taps.heard.clear()
+    taken = list(taps.sent)
+    taps.sent.clear()
     return taken
 
 

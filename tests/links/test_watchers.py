@@ -37,13 +37,13 @@ def watchers(now: ManualClock) -> Watchers:
 
 def heard(watchers: Watchers, port: str, messages: int) -> list[int]:
     """The numbers of those messages that somebody hears."""
-    return [number for number in range(messages) if watchers.hearing(port)]
+    return [number for number in range(messages) if watchers.of(port)]
 
 
 def test_everybody_hears_its_own_ports_each_so_many_messages(watchers: Watchers) -> None:
     watchers.renew("one", ["a"], 1)
     watchers.renew("two", ["a", "b"], 3)
-    assert [[each.address for each in watchers.hearing("a")] for _ in range(5)] == [
+    assert [[each.address for each in watchers.of("a")] for _ in range(5)] == [
         ["one", "two"],
         ["one"],
         ["one"],
@@ -51,7 +51,7 @@ def test_everybody_hears_its_own_ports_each_so_many_messages(watchers: Watchers)
         ["one"],
     ]
     assert heard(watchers, "b", 7) == [0, 3, 6]
-    assert watchers.hearing("c") == []
+    assert watchers.of("c") == []
     assert watchers.ports == ("a", "b")
 
 

@@ -6,7 +6,7 @@ import sys
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.in_force import known_names, settings_in_force
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 
@@ -25,7 +25,7 @@ def execute(_arguments: argparse.Namespace) -> int:
         except ConfigError as error:
             broken.append(error)
     for each in broken:
-        tell(f"firmware-runtime: {each}", sys.stderr)
+        print_line(f"firmware-runtime: {each}", sys.stderr)
     return Status.BAD_INPUT if broken else Status.OK
 
 

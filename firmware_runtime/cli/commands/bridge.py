@@ -22,8 +22,8 @@ LISTEN = "127.0.0.1:7300"
 STATUS_EVERY = 2 * SECOND
 _ABOUT = """
 A datagram is one JSON object: {"port": "yaw_reference", "value": 1.0} puts a value into an input
-port of the model, {"watch": ["imu.sample"], "every": 10} makes its sender hear output ports for ten
-seconds, {"list": true} answers with the ports there are. It waits for a run, and for the next.
+port of the model, {"watch": ["imu.sample"], "every": 10} has output ports sent to its sender for
+ten seconds, {"list": true} answers with the ports there are. It waits for a run, and for the next.
 With --key only datagrams that are signed with it are taken: `firmware-runtime send` and `watch`
 sign them. Without a key it listens on a loopback address only.
 """
@@ -52,7 +52,7 @@ def add_to(verbs: SubParsers) -> None:
         action="append",
         default=[],
         metavar="ADDRESS:PORT",
-        help="who hears the ports of --watch unasked, and is not listened to; may be repeated",
+        help="where the ports of --watch go unasked; nothing is taken from there; may be repeated",
     )
     verb.add_argument(
         "--watch", metavar="PORT[,PORT]", help="output ports for the peers, such as imu.sample"
@@ -71,14 +71,14 @@ def execute(arguments: argparse.Namespace) -> int:
     route = _route(arguments, arguments.statistics or default_path(board.name))
     notices = Notices.from_environment()
 
-    def tell(what: str) -> None:
+    def log(what: str) -> None:
         print(f"bridge: {what}", flush=True)
         notices.status(what)
 
-    bridge = Bridge(route, tell)
-    tell(f"listening at {bridge.listens_at}")
+    bridge = Bridge(route, log)
+    log(f"listening at {bridge.listens_at}")
     if route.key is not None:
-        tell(f"takes only what is signed with {arguments.key}")
+        log(f"takes only what is signed with {arguments.key}")
     with until_signal() as signal:
         bridge.wake_by(signal.fileno())
         notices.ready()

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from firmware_runtime.board.roles import CONTROLLER
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.continuity.certificate import Certificate
 from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.stage_run import STAGES, Plan, StageRun, run_stage
@@ -90,7 +90,9 @@ def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
         if stage not in stages:
             yield StageRun(stage, "left out by --stages")
             continue
-        tell(f"{stage}: runs for {plan.for_s:g} s of {plan.board.name}'s time ...", sys.stderr)
+        print_line(
+            f"{stage}: runs for {plan.for_s:g} s of {plan.board.name}'s time ...", sys.stderr
+        )
         run = run_stage(plan, stage, folder)
         print("\n".join(_said(run)), flush=True)
         yield run

@@ -108,7 +108,7 @@ def execute(arguments: argparse.Namespace) -> int:
         force=arguments.force,
     )
     try:
-        return _deploy(options, Commands(_tell, dry_run=arguments.dry_run))
+        return _deploy(options, Commands(_log, dry_run=arguments.dry_run))
     except KeyboardInterrupt:
         print(f"firmware-runtime: interrupted; deploy to {options.host} again", file=sys.stderr)
         return Status.INTERRUPTED
@@ -183,5 +183,5 @@ def _has_begun(figures: Figures) -> bool:
     return run.state == "running" and (figures.run > 0 or run.steps > 0)
 
 
-def _tell(line: str) -> None:
+def _log(line: str) -> None:
     print(line, flush=True)

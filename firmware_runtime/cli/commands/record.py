@@ -57,15 +57,15 @@ def execute(arguments: argparse.Namespace) -> int:
     board = chosen_board(arguments.board, arguments.assignments)
     notices = Notices.from_environment()
 
-    def tell(what: str) -> None:
+    def log(what: str) -> None:
         print(f"recorder: {what}", flush=True)
         notices.status(what)
 
     late = None if arguments.late_us is None else round(arguments.late_us * MICROSECOND)
     kept = arguments.statistics or default_path(board.name)
-    recorder = Recorder(kept, _folder(arguments.into), arguments.runs, late, tell)
+    recorder = Recorder(kept, _folder(arguments.into), arguments.runs, late, log)
     with until_signal() as signal:
-        tell(f"waiting for a run at {kept}")
+        log(f"waiting for a run at {kept}")
         notices.ready()
         try:
             _record(recorder, signal, notices)

@@ -10,7 +10,7 @@ from time import monotonic_ns
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_doubles, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.readers_gone import tell
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.runs.outputs import switched_off
@@ -61,9 +61,9 @@ def execute(arguments: argparse.Namespace) -> int:
             forget_settings(path)
     safe_state.close()
     for sentence in (*faults, *warnings, *(f"not made safe: {each}" for each in failed)):
-        tell(f"firmware-runtime: {sentence}", sys.stderr)
+        print_line(f"firmware-runtime: {sentence}", sys.stderr)
     if not failed:
-        tell(f"{meant[0].name}: all outputs off ({arguments.reason})", sys.stdout)
+        print_line(f"{meant[0].name}: all outputs off ({arguments.reason})", sys.stdout)
     return Status.NOT_SAFE if failed else Status.OK
 
 

@@ -127,7 +127,7 @@ def _install(arguments: argparse.Namespace) -> int:
         return Status.OK
     for node in installation.missing_nodes():
         _warn(f"{node} does not exist; `firmware-runtime doctor {board.name}` says what to do")
-    installation.carry_out(_tell, start=start)
+    installation.carry_out(_log, start=start)
     if place.is_live and installation.changes_units:
         print(f"a robot that ran already takes this up at: {_restart(board.name)}")
     return show_status([board.name]) if place.is_live and start else Status.OK
@@ -166,7 +166,7 @@ def _uninstall(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         removal.preview(print)
         return Status.OK
-    removal.carry_out(_tell)
+    removal.carry_out(_log)
     for what in removal.what_stays():
         print(f"stays: {what}; --purge removes it too")
     return Status.OK
@@ -238,5 +238,5 @@ def _warn(what: str) -> None:
     print(f"firmware-runtime: warning: {what}", file=sys.stderr)
 
 
-def _tell(what: str) -> None:
+def _log(what: str) -> None:
     print(what, flush=True)

@@ -40,7 +40,7 @@ class RunEnd:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.seen: Seen | None = None
-        """What was heard of a run that is there."""
+        """What is known of a run that is there."""
         self.why_gone = "no run was looked for yet"
         self.lease: str | None = None
         """The lease that keeps the robot armed."""
@@ -65,7 +65,7 @@ class RunEnd:
 
     @property
     def has_lost_robot(self) -> bool:
-        """Whether a robot that was armed here is so no more; without a lease, by what was heard."""
+        """Whether a robot that was armed here is so no more; without a lease, by what is known."""
         if self.lease is not None:
             return self.has_lost_lease
         return self.seen is not None and not self.seen.armed
