@@ -244,7 +244,7 @@ def _recording(
 def _serving(
     session: Session, notices: Notices, messages: Messages
 ) -> Iterator[Callable[[], None] | None]:
-    """Report to systemd and the journal how it goes; yields what SIGHUP is for, None at a terminal."""
+    """Report to systemd and the journal; yields what SIGHUP is for, None at a terminal."""
     journal = Journal.from_environment()
     executive = session.executive
     reporter: Reporter | None = None
