@@ -63,6 +63,11 @@ class PipeSink:
         with suppress(OSError):  # over the machine's limit: its default will do
             fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, PIPE)
 
+    @property
+    def writer(self) -> int:
+        """The number of the writer's process."""
+        return self._writer.pid
+
     def take(self, frame: bytes) -> bool:
         """Take a frame whole; False if there is no room for it."""
         self._hand_over()

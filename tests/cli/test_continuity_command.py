@@ -75,5 +75,6 @@ def test_a_certificate_that_cannot_be_written_is_refused_before_anything_runs(
 def test_the_page_is_written(command: Callable[..., Any], tmp_path: Path) -> None:
     output = tmp_path / "certificate.html"
     words = ("continuity", "tachobot", "--for", 1.5, "-o", output, "--stages", "simulation")
-    assert command(*words).status == Status.OK
+    assert command(*words, "--keep", tmp_path / "kept").status == Status.OK
+    assert command("replay", tmp_path / "kept" / "simulation.recording").status == Status.OK
     assert output.read_text().startswith("<!DOCTYPE html>")

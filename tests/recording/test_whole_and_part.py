@@ -64,3 +64,30 @@ def test_whole_and_replay_are_equal(node: Node, data: st.DataObject, arrivals: A
     assert comparison.state is None
     if comparison.events:
         assert comparison.is_equal
+
+
+@pytest.mark.slow
+@given(blueprints(), st.data(), arrivals_of_a_run)
+def test_a_part_that_ran_alone_and_its_replay_are_equal(
+    node: Node, data: st.DataObject, arrivals: Arrivals
+) -> None:
+    """As the controller of two processes: what crosses the cut arrives from outside."""
+    root = build(node)
+    assert isinstance(root, Coupled)
+    names = data.draw(st.lists(st.sampled_from(list(root.components)), min_size=1, unique=True))
+    part = part_of(root, names)
+    entries = list(part.model.in_ports.values())
+    simulator, sink = Simulator(part.model), KeptFrames()
+    cut = cut_around(part.model, names)
+    recorder = Recorder(simulator, cut, header_of(cut), sink, is_real_time=False)
+    for at, side, value in [*arrivals, (END, 0, 0)]:
+        while simulator.next_at <= at:
+            simulator.advance(simulator.next_at)
+            recorder.between_steps(0, 0)
+        if at < END and entries:
+            simulator.inject(entries[(value + side) % len(entries)], value)
+            simulator.advance(at)
+            recorder.between_steps(0, 0)
+    recorder.close("ended", "")
+    comparison = replayed(node, names, sink)
+    assert (comparison.first, comparison.state) == (None, None)

@@ -5,6 +5,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -59,6 +60,13 @@ def add_to(verbs: SubParsers) -> None:
         help=f"which stages to run: {', '.join(STAGES)}; default all",
     )
 
+    verb.add_argument(
+        "--keep",
+        type=Path,
+        metavar="FOLDER",
+        help="keep each stage's recording here, as STAGE.recording, for `replay`",
+    )
+
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the stages, write the certificate, print what became of each."""
@@ -67,12 +75,27 @@ def execute(arguments: argparse.Namespace) -> int:
     board = chosen_board(arguments.board, arguments.assignments)
     components(board, CONTROLLER)  # one without roles is refused before anything runs
     plan = Plan(board, arguments.board, arguments.duration_s or board.doubles_run_s)
-    with TemporaryDirectory(prefix="firmware-runtime-") as folder:
-        runs = list(_runs(plan, arguments.stages, Path(folder)))
+    with _folder(arguments.keep) as folder:
+        runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
         _write(certificate, output)
     print(f"{'equal' if certificate.is_equal else 'NOT EQUAL'}: {output}")
     return Status.OK if certificate.is_equal else Status.MODEL_ERROR
+
+
+@contextmanager
+def _folder(stated: Path | None) -> Iterator[Path]:
+    """Where recordings are kept: a folder that stays, or one that goes. Raises ConfigError."""
+    if stated is None:
+        with TemporaryDirectory(prefix="firmware-runtime-") as folder:
+            yield Path(folder)
+        return
+    try:
+        stated.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fault = f"{stated}: {error.strerror}; expected a folder that can be made"
+        raise ConfigError("--keep", [fault]) from error
+    yield stated
 
 
 def _check_output(output: Path) -> None:
