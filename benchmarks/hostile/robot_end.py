@@ -17,7 +17,6 @@ from firmware_runtime.devs.part import part_of
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links import link as link_module
 from firmware_runtime.links import udp
 from firmware_runtime.links.cut import cut_of
 from firmware_runtime.links.link import Link, Terms
@@ -89,8 +88,7 @@ class RobotEnd:
 
     def __init__(self, stack: ExitStack) -> None:
         self.now = 1000 * 1000 * MS
-        for module in (udp, link_module):
-            stack.enter_context(patch.object(module, "monotonic_ns", lambda: self.now))
+        stack.enter_context(patch.object(udp, "monotonic_ns", lambda: self.now))
         run, to_run = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._network, to_network = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
         for each in (run, to_run, self._network, to_network):
@@ -108,6 +106,7 @@ class RobotEnd:
             role="robot",
             takes_old=False,
             log=lambda _: None,
+            time=lambda: self.now,
         )
         self.link.between_steps(0, 0)  # its first greeting: the carrier knows its session by it
         self.carrier.work()
