@@ -1,8 +1,14 @@
-"""A run of one end, tied to the run of the other: what the link means to arming and to the end."""
+"""A run of one end, tied to the run of the other: what the link means to arming and to the end.
+
+Outputs go off while the link is bad, and are driven again once it has been good for a while. When
+the task of one end is over, both end; an end that was stopped is waited for.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
+from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.part import Part
@@ -10,9 +16,13 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.links.address import End, OpenChannel
 from firmware_runtime.links.cut import cut_of
+from firmware_runtime.links.greeting import Farewell
 from firmware_runtime.links.link import Link, Terms
+from firmware_runtime.runs.arming import Arming
+from firmware_runtime.statistics.statistics import RunState
 
 
 def check_end(end: BoardEnd | None, link: OpenChannel | None, clock: Clock) -> None:
@@ -29,6 +39,17 @@ def check_end(end: BoardEnd | None, link: OpenChannel | None, clock: Clock) -> N
         raise ConfigError("run", faults)
 
 
+def idle_options(end: BoardEnd | None, **given: object) -> list[str]:
+    """Options that have no effect at an end without hardware, a sentence each."""
+    if end is None or end.has_hardware:
+        return []
+    return [
+        f"{name}: role {end.role} has no hardware: leave it out"
+        for name, value in given.items()
+        if value is not False
+    ]
+
+
 @dataclass(frozen=True, slots=True)
 class LinkedPart:
     """The part of a board's model that one end runs, in the executive's loop."""
@@ -39,7 +60,58 @@ class LinkedPart:
     executive: Executive
 
 
-def open_link(linked: LinkedPart, open_channel: OpenChannel, log: Callable[[str], None]) -> Link:
+class LinkedEnd:
+    """The link of a run; `end_with` is called when the other end says that the task is over.
+
+    Raises ConfigError where the link cannot be had.
+    """
+
+    def __init__(
+        self,
+        part: LinkedPart,
+        open_channel: OpenChannel,
+        end_with: Callable[[Ending], None],
+        log: Callable[[str], None],
+    ) -> None:
+        self.link = _open_link(part, open_channel, log)
+        self.arming: Arming | None = None
+        """Of a run that drives something; set when there is one."""
+        self._part = part
+        self._end_with = end_with
+        self._log = log
+        self._was_told = False
+        self.link.on_bad = self._turn_off
+        self.link.on_bye = self._end_too
+        self.link.on_closed = partial(
+            part.executive.request_stop, "the carrier of the link has ended", RunState.FAILED
+        )
+
+    def say_goodbye(self, outcome: Outcome, ending: Ending | None) -> None:
+        """The run is over: let the other end know why, unless it said so itself."""
+        if not self._was_told:
+            is_done = self._part.end.has_hardware and outcome.state is RunState.ENDED
+            failed = ending is not None and ending.failed
+            self.link.say_goodbye(
+                Farewell(outcome.reason, is_over=ending is not None or is_done, failed=failed)
+            )
+
+    def close(self) -> None:
+        """Close the way to the other end."""
+        self.link.close()
+
+    def _turn_off(self, why: str) -> None:
+        if self.arming is None:
+            self._log(f"link: {why}")
+        else:
+            self.arming.suspend(why)
+
+    def _end_too(self, farewell: Farewell) -> None:
+        if farewell.is_over and not self._was_told:
+            self._was_told = True
+            self._end_with(Ending(farewell.reason, farewell.failed))
+
+
+def _open_link(linked: LinkedPart, open_channel: OpenChannel, log: Callable[[str], None]) -> Link:
     """The link of this end, in its loop. Raises ConfigError where it cannot be had.
 
     Ports at which a rig's own components hang are not part of the cut: the other end has no rig.

@@ -31,6 +31,7 @@ from firmware_runtime.runs.choices import (
     demand,
     path_of,
 )
+from firmware_runtime.runs.linking import idle_options
 from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.runs.session import Session
@@ -189,19 +190,23 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         demand(what, stated, "True or False", is_sound=isinstance(stated, bool))  # "no" is true
     demand("log", log, "a function", is_sound=callable(log))
     kept_at = path_of("statistics", statistics)
-    if faults := clock_faults(name, speed, doubles=where):
-        raise ConfigError("run", faults)
     found = board_in_force(str(board), assignments_of(set))
     if (copy := settings_in_force(str(board))) is not None:
         log(f"{board} has its settings from {copy}")
     end = None if role is None else end_of(found, role)
-    has_file = where is not True and (end is None or end.has_hardware)
+    has_hardware = end is None or end.has_hardware
+    faults = idle_options(end, doubles=where, arm=arm, supervised=supervised)
+    faults += clock_faults(name, speed, doubles=where or not has_hardware)
+    if faults:
+        raise ConfigError("run", faults)
     session = Session(
         found,
         clock_of(clock, speed),
         doubles=where,
         statistics_path=_statistics_path(
-            kept_at, found.name if end is None else end.name, is_outside=has_file
+            kept_at,
+            found.name if end is None else end.name,
+            is_outside=where is not True and has_hardware,
         ),
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised, end=end),
         end=end,

@@ -38,7 +38,7 @@ class RecordedRun:
             header,
             sink,
             is_real_time=is_real_time,
-            ages=NO_AGES if session.link is None else session.link.ages,
+            ages=NO_AGES if session.linked is None else session.linked.link.ages,
         )
         if shown is not None:
             self._recorder.show(shown)

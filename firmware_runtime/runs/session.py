@@ -29,8 +29,6 @@ from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.links.address import OpenChannel
 from firmware_runtime.links.dover_blocks import DoverBlocks
-from firmware_runtime.links.greeting import Farewell
-from firmware_runtime.links.link import Link
 from firmware_runtime.links.ports import Ports
 from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
@@ -38,7 +36,7 @@ from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_link
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.lines import close_lines, open_lines
-from firmware_runtime.runs.linking import LinkedPart, check_end, open_link
+from firmware_runtime.runs.linking import LinkedEnd, LinkedPart, check_end
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.overload import ANY_LOAD, Overload
 from firmware_runtime.runs.prearm_checks import prearm_checks
@@ -48,7 +46,6 @@ from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_do
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.statistics import RunState
 
 if TYPE_CHECKING:
     from firmware_runtime.links.dover import DoverLink
@@ -90,9 +87,7 @@ class Session:
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self.doubles: Doubles | None = self.rig
-        self._held: list[ServedDoubles | Requests | PortsSocket | Link | DoverLink] = []
-        self._was_told = False
-        self._log = log
+        self._held: list[ServedDoubles | Requests | PortsSocket | LinkedEnd | DoverLink] = []
         self._lines = Lines({})
         with ExitStack() as undo:
             undo.callback(self.close)
@@ -135,7 +130,7 @@ class Session:
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
             self._held += [] if self.dover is None else [self.dover]
             self.ending: Ending | None = None
-            self.link = None if link is None else self._open_link(link, log)
+            self.linked = None if link is None else self._linked(link, log)
             self.arming = None if permission is None else self._arming(permission, log)
             self.tuning = Tuning(board, self._retune)
             self._take_requests(log)
@@ -255,9 +250,8 @@ class Session:
 
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""
-        if self.link is not None and not self._was_told:
-            is_over = self.ending is not None or outcome.state is RunState.ENDED
-            self.link.say_goodbye(Farewell(outcome.reason, is_over, self.has_failed))
+        if self.linked is not None:
+            self.linked.say_goodbye(outcome, self.ending)
         return outcome
 
     def _forget_settings(self) -> None:
@@ -272,33 +266,14 @@ class Session:
         interlock = always_enabled if permission is None else self._may_drive
         return open_lines(self.board, self.doubles, interlock, self.world_now)
 
-    def _open_link(self, open_channel: OpenChannel, log: Callable[[str], None]) -> Link:
-        """The link to the other end; what becomes of it is for arming, and for the run's end."""
+    def _linked(self, open_channel: OpenChannel, log: Callable[[str], None]) -> LinkedEnd:
+        """The link to the other end."""
         assert self.end_of_board is not None  # noqa: S101 -- `check_end` has refused it
         assert self.part is not None  # noqa: S101 -- likewise
-        linked = LinkedPart(self.board, self.end_of_board, self.part, self.executive)
-        link = open_link(linked, open_channel, log)
-        self._held.append(link)
-        link.on_bad = self._link_is_bad
-        link.on_bye = self._other_end_has_ended
-        link.on_closed = partial(
-            self.executive.request_stop, "the carrier of the link has ended", RunState.FAILED
-        )
-        return link
-
-    def _link_is_bad(self, why: str) -> None:
-        """Outputs go off until it has been good again for a while."""
-        if self.arming is None:
-            self._log(f"link: {why}")
-        else:
-            self.arming.suspend(why)
-
-    def _other_end_has_ended(self, farewell: Farewell) -> None:
-        """End with it, if the task is over; otherwise wait for it to come again."""
-        if farewell.is_over and self.ending is None:
-            self._was_told = True
-            self.ending = Ending(farewell.reason, farewell.failed)
-            self.executive.request_stop(farewell.reason)
+        part = LinkedPart(self.board, self.end_of_board, self.part, self.executive)
+        linked = LinkedEnd(part, open_channel, self._end_with, log)
+        self._held.append(linked)
+        return linked
 
     def _may_drive(self) -> bool:
         """Output interlock of a run that may not drive of itself."""
@@ -318,15 +293,18 @@ class Session:
     def _arming(self, permission: Permission, log: Callable[[str], None]) -> Arming:
         """What decides whether outputs may be driven."""
         max_late_percent = self.board.settings.arming.max_late_percent
-        return Arming(
+        arming = Arming(
             self.executive,
             permission,
             self.make_safe,
             prearm_checks(self.executive, max_late_percent),
-            link=None if self.link is None else self.link.why_not,
+            link=None if self.linked is None else self.linked.link.why_not,
             enable=partial(self._enable, enabled=True),
             log=log,
         )
+        if self.linked is not None:
+            self.linked.arming = arming
+        return arming
 
     def _take_requests(self, log: Callable[[str], None]) -> None:
         """Let other processes arm it, disarm it and change its gains, if they can find it."""
@@ -349,6 +327,9 @@ class Session:
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:
             return
+        self._end_with(ending)
+
+    def _end_with(self, ending: Ending) -> None:
         self.ending = ending
         self.executive.request_stop(ending.reason)
 

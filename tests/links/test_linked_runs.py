@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
 from tests.support.linked_runs import free_port, linked
+from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
@@ -89,3 +91,30 @@ def test_a_controller_that_is_stopped_says_so(tmp_path: Path) -> None:
         robot.process.send_signal(signal.SIGTERM)
         said = robot.report()["said"]
     assert "disarmed: the controller has ended: SIGTERM" in said
+
+
+def test_a_robot_of_another_package_runs_in_two_processes(tmp_path: Path) -> None:
+    with linked(tmp_path, "balancing", f"udp:127.0.0.1:{free_port()}") as runs:
+        robot, controller = runs.robot("--for", "5"), runs.controller()
+        ended, other = robot.report(), controller.report()
+    assert ended["status"] == other["status"] == 0
+    assert ended["link"]["received"] > 100
+    assert sum(ended["outputs_on"].values()) == 0
+
+
+def test_it_is_armed_on_request_only_while_the_link_is_good(tmp_path: Path) -> None:
+    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+        terms = ("--supervised", "--set", "arming.demand_guard=false")
+        unjudged = ("--set", "arming.max_late_percent=100.0", "--set", "executive.fifo_priority=0")
+        robot = runs.robot("--for", "600", *terms, *unjudged)
+        control = robot.statistics.with_suffix(".control")
+        wait_until(lambda: control.exists() and robot.statistics.exists(), "the run")
+        refused = ask(control, "arm")["refused"]
+        assert any("the link is not good" in why for why in refused)
+        controller = runs.controller()
+        wait_until(lambda: ask(control, "arm")["armed"], "armed", lambda: str(refused))
+        controller.kill()
+        robot.wait_until_armed(armed=False)
+        runs.controller()
+        robot.wait_until_armed()
+        assert ask(control, "disarm")["armed"] is False

@@ -21,6 +21,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
+from firmware_runtime.runs.linking import idle_options
 from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
@@ -194,11 +195,10 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
         fault = "--role and --link belong together; expected both or neither"
         raise ConfigError("run", [fault])
     end = end_of(board, arguments.role)
-    if not end.has_hardware:
-        idle = [name for name in ("doubles", "arm", "supervised") if getattr(arguments, name)]
-        faults = [f"--{name}: role {end.role} has no hardware: leave it out" for name in idle]
-        if faults:
-            raise ConfigError("run", faults)
+    idle = ("doubles", "arm", "supervised")
+    faults = idle_options(end, **{f"--{name}": getattr(arguments, name) for name in idle})
+    if faults:
+        raise ConfigError("run", faults)
     return end
 
 
