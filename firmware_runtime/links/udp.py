@@ -36,7 +36,8 @@ from firmware_runtime.status import Status
 
 AT_ONCE: Final = 64
 SESSIONS: Final = 16
-"""How many sessions of other ends are told apart; the one that was quiet longest makes room."""
+"""How many sessions of other ends are told apart; the one that was quiet longest makes room, unless
+it is the run's peer."""
 GREETINGS_EVERY: Final = 5 * MILLISECOND
 """Ns from one greeting of an end that does not know the run yet to the next that is handed on."""
 REPORT_EVERY: Final = 100 * MILLISECOND
@@ -65,6 +66,8 @@ class Carrier:
         self._peer = peer
         self._latest = peer
         self._own_session = 0
+        self._peer_session = 0
+        """Of the run's peer, which greetings of others do not displace."""
         self._sessions: OrderedDict[int, _Session] = OrderedDict()
         self.carried = Carried(dict.fromkeys(Reason, 0))
         """What it has counted; reported to the run."""
@@ -105,7 +108,10 @@ class Carrier:
 
     def _send(self, plain: bytes) -> None:
         self._own_session = int.from_bytes(plain[8:16])
-        known = self._sessions.get(int.from_bytes(plain[16:24]))
+        receiver = int.from_bytes(plain[16:24])
+        if plain[4] != Kind.HELLO:  # which goes to anyone who greets
+            self._peer_session = receiver
+        known = self._sessions.get(receiver)
         address = self._latest if known is None else known.address
         try:
             if address is not None:
@@ -164,7 +170,7 @@ class Carrier:
             raise Refused(Reason.WRONG_SESSION, "too many greetings")
         self._greeted_at = now
         if len(self._sessions) >= SESSIONS:
-            self._sessions.popitem(last=False)
+            del self._sessions[next(each for each in self._sessions if each != self._peer_session)]
         made = self._sessions[frame.session] = _Session(address)
         return made
 
