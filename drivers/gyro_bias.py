@@ -11,8 +11,8 @@ AXES: Final = "xyz"
 class GyroBias:
     """Mean rate over `samples` samples, in fixed memory. Rates in rad/s, body axes.
 
-    The limits tell rest from motion: `max_spread` between the smallest and the largest rate of an
-    axis, `max_bias` for the mean itself, which catches a robot that turns evenly. The part's own
+    The limits separate rest from motion: `max_spread` between the smallest and the largest rate of
+    an axis, `max_bias` for the mean itself, which catches a robot that turns evenly. The part's own
     bias is within 5 degrees/s (0.09 rad/s) by its data sheet.
     """
 

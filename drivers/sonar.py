@@ -12,7 +12,7 @@ from firmware_runtime.hal.line_time import Line
 
 READ_AGAIN_AFTER = 5 * MILLISECOND
 READINGS = 5
-"""How often an echo is asked for before that counts as a fault: a chip may be slower than it says.
+"""How often an echo is read before that counts as a fault: a chip may be slower than it says.
 """
 
 
@@ -165,7 +165,7 @@ class Sonar(HardwareModel):
             self.activate("reporting")
 
     def _judge(self, distance: float) -> None:
-        """Tell a detection; before the first ping something is taken to stand in the beam."""
+        """Send a detection; before the first ping something is taken to stand in the beam."""
         was_near, self.is_near = self.is_near, distance <= self.settings.threshold_m
         self.is_detection = self.is_near and not (was_near and self.settings.only_entering)
 

@@ -12,13 +12,13 @@ class Status(IntEnum):
     BAD_INPUT = 2
     """The command line, a board file or a statistics file is not usable; nothing was touched."""
     NO_DEVICE = 3
-    """A bus or chip is missing, or the run that was to be told something; nothing was actuated."""
+    """A bus or chip is missing, or the run that a request was for; nothing was actuated."""
     NOT_SAFE = 4
     """The run ended, but some outputs could not be switched off."""
     REFUSED = 5
     """Something speaks against arming, or a trial was not agreed to; nothing was actuated."""
     NOTHING_HAPPENED = 6
-    """What was waited for did not happen."""
+    """Timed out waiting for an event."""
     DOCTOR_WARNS = 7
     """The doctor's worst finding is a warning: a run works, but not as well as it could."""
     DOCTOR_FAILS = 8

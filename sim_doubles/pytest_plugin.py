@@ -7,7 +7,7 @@
 
 Within a test that asks for `i2c_bus` or `i2c_double`, `smbus2.SMBus`, `smbus.SMBus` and `busio.I2C`
 open the test's bus. pytest finds this module by its entry point and imports it in every session of
-the environment, so it imports nothing of the doubles until a fixture is asked for.
+the environment, so it imports nothing of the doubles until a fixture is used.
 """
 
 import sys

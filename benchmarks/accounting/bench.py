@@ -54,7 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Measure what is asked for; print each part with its ratio, the cost of a step last."""
+    """Measure what was chosen; print each part with its ratio, the cost of a step last."""
     report: dict[str, Any] = {"conditions": conditions()}
     shared = _SHARED_MEMORY if os.access(_SHARED_MEMORY, os.W_OK) else None
     with tempfile.TemporaryDirectory(prefix="accounting-", dir=shared) as directory:

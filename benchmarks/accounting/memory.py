@@ -55,5 +55,5 @@ def _resident(directory: Path, assignments: tuple[str, ...], doubles: tuple[str,
 
 
 def megabytes(kib: int) -> float:
-    """KiB as /proc tells them, in 10**6 bytes."""
+    """KiB as /proc has them, in 10**6 bytes."""
     return kib * 1024 / 1e6

@@ -46,14 +46,14 @@ def tickers(count: int) -> Coupled:
 class HastyClock(MonotonicClock):
     """Real time, but a wait is over at once: the clock is set to the deadline."""
 
-    def wait(self, until: int, sources: Sequence[S]) -> list[S]:  # noqa: ARG002 -- nobody is heard
+    def wait(self, until: int, sources: Sequence[S]) -> list[S]:  # noqa: ARG002 -- there are none
         """Be there."""
         self.start(until)
         return []
 
 
 def configuration(directory: Path, *, recorded: bool) -> Configuration:
-    """A statistics file, the collector of garbage, and the flight recorder if it is asked for."""
+    """A statistics file, the collector of garbage, and the flight recorder if it is wanted."""
     return Configuration(
         process=ProcessSettings(freeze_garbage=True),
         statistics_path=directory / "tickers.stats",

@@ -23,7 +23,7 @@ from firmware_runtime.devs.time import NEVER, ZERO
 class DelayedAtomic(Atomic):
     """Answers a bag of input with one output, at once.
 
-    It has no phases that anybody would want named, so it sets the time advance and nothing else.
+    It has no phases worth a name, so it sets the time advance and nothing else.
     With the verbs `passivate` and `activate`, which the peer's model uses, the benchmark took 18 %
     (HOmod) to 20 % (HI) longer on CPython 3.11.
     """
@@ -34,7 +34,7 @@ class DelayedAtomic(Atomic):
         self.outlet = self.out_port("out", int)
 
     def output(self) -> None:
-        """Send a value nobody looks at."""
+        """Send a value that is not looked at."""
         self.outlet.send(0)
 
     def internal(self) -> None:

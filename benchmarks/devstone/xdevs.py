@@ -1,6 +1,6 @@
 """One DEVStone run of xdevs.py: `python -m benchmarks.devstone.xdevs HI 200 20 [count]`.
 
-The model is the one that xdevs.py brings along. It counts transitions only if told to, which costs
+The model is the one that xdevs.py brings along. It counts transitions only on request, which costs
 it time: so the runs that are timed do not count, and the one that counts is not timed.
 """
 

@@ -23,7 +23,7 @@ def highest_share(count: int, of: int, certainty: float = CERTAINTY) -> float:
     None late of 10,000 gives 3.0 in 10,000; 1 at most, however few there were.
     """
     low, high = 0.0, 4.0 * (count + 10)
-    for _ in range(60):  # halves the interval down to what a float can tell apart
+    for _ in range(60):  # halves the interval down to what floats can resolve
         mean = (low + high) / 2
         if at_most(count, mean) > 1 - certainty:
             low = mean

@@ -18,7 +18,7 @@ class Periodic(BehaviorModel):  # type: ignore[misc]  # pyjevsim is untyped
     def ext_trans(self, port: object, msg: object) -> None:
         """Nothing comes in."""
 
-    def output(self, msg_deliver: object) -> None:  # noqa: ARG002 -- nobody listens
+    def output(self, msg_deliver: object) -> None:  # noqa: ARG002 -- it goes nowhere
         """Fire."""
         self._plan.fire(self._number + 1)
 

@@ -1,4 +1,4 @@
-"""A reader as `top` is one: `python -m benchmarks.reader.process FILE`, told what to do by bytes.
+"""A reader as `top` is one: `python -m benchmarks.reader.process FILE`, its commands are bytes.
 
 `+` makes it read the statistics ten times a second, and make JSON of them; `-` makes it rest, and
 print how often it did. It ends with its input.
@@ -26,13 +26,13 @@ def main() -> None:
 
 
 def _read_until_told(path: Path) -> int:
-    """Read at once, then at the rate until told to rest; return how often."""
-    readings, next_at, told = 0, monotonic(), False
-    while not told:
+    """Read at once, then at the rate until it is to rest; return how often."""
+    readings, next_at, stopped = 0, monotonic(), False
+    while not stopped:
         read_statistics(path).as_json()
         readings += 1
         next_at += 1 / READINGS_HZ
-        told = bool(select.select([_INPUT], (), (), max(next_at - monotonic(), 0))[0])
+        stopped = bool(select.select([_INPUT], (), (), max(next_at - monotonic(), 0))[0])
     os.read(_INPUT, 1)
     return readings
 

@@ -47,7 +47,7 @@ class Reader:
         assert self._process.stdout is not None  # noqa: S101 -- a pipe was asked for
         answer = self._process.stdout.readline()
         if not answer:
-            raise LoopError("reader: it has ended; expected it to tell how often it has read")
+            raise LoopError("reader: it has ended; expected it to say how often it has read")
         self.readings += int(answer)
 
     def _say(self, word: bytes) -> None:
@@ -57,7 +57,7 @@ class Reader:
 
 @contextmanager
 def reader(statistics: Path) -> Iterator[Reader]:
-    """A process that reads these statistics when it is told to."""
+    """A process that reads these statistics on request."""
     command = [sys.executable, "-m", "benchmarks.reader.process", str(statistics)]
     with subprocess.Popen(
         command,

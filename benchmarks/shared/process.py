@@ -2,7 +2,7 @@
 
 What it does is read from its statistics file, by this process. Byte code is kept in a directory of
 the bench's, so that a start is what a user of an installed package sees, whatever this process was
-told about byte code.
+given options on byte code.
 """
 
 import os

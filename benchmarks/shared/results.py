@@ -29,7 +29,7 @@ def add_common_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _directory(text: str) -> Path:
-    """A directory that is there or can be made, so that nobody measures for nothing."""
+    """A directory that is there or can be made, so that nothing is measured in vain."""
     path = Path(text)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -43,7 +43,7 @@ def _directory(text: str) -> Path:
 
 
 def save(directory: Path | None, name: str, report: Mapping[str, Any]) -> None:
-    """Keep a report in a directory that is there, unless nobody asked for it. Raises OSError."""
+    """Keep a report in a directory that is there, if one was stated. Raises OSError."""
     if directory is None:
         return
     text = json.dumps(report, indent=1, allow_nan=False)

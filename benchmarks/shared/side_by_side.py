@@ -2,7 +2,7 @@
 
 An engine is a module that takes the work's arguments, does it once and prints a JSON object:
 `seconds`, CPU time by part (building the model, building the simulator for it, running it), and
-`counts`, which tell what was done. Taking turns spreads whatever else the machine does over both;
+`counts`, which say what was done. Taking turns spreads whatever else the machine does over both;
 medians drop the worst of it.
 """
 

@@ -103,7 +103,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _states(asked: str) -> list[str]:
-    """What to measure; where nobody may keep processors awake, only what is left."""
+    """What to measure; where processors may not be kept awake, only what is left."""
     states = [AWAKE, ASLEEP] if asked == BOTH else [asked]
     if AWAKE in states and not os.access(CPU_DMA_LATENCY, os.W_OK):
         print(f"bench timing: {CPU_DMA_LATENCY} may not be written: asleep only", file=sys.stderr)

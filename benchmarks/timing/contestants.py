@@ -2,7 +2,7 @@
 
 Every sample is how late a wake-up was, in ns. cyclictest takes it when its thread is awake again;
 the executive when its step begins, after what the loop does between waking and that, and to the
-upper edge of a bucket 3 % wide. Where the model's output function began is told apart, by the model
+upper edge of a bucket 3 % wide. Where the model's output function began is seen apart, by the model
 itself. Processor time is that of the run: what an empty run takes, to start and to print its
 histogram, is taken off cyclictest's.
 """
@@ -77,7 +77,7 @@ class Taken:
     settings: Mapping[str, Any] = field(default_factory=dict)
     """What the executive asked of the system, and got."""
     skipped: int | None = None
-    """Periods that passed while it was late; None where nobody counts them."""
+    """Periods that passed while it was late; None where they are not counted."""
 
 
 def is_installed() -> bool:

@@ -8,7 +8,7 @@ from benchmarks.shared.conditions import conditions_text
 _WIDTH, _NAMES = 21, 20
 _STATES = {
     "awake": "all hold /dev/cpu_dma_latency at 0",
-    "asleep": "nobody holds /dev/cpu_dma_latency: processors may sleep deeply",
+    "asleep": "/dev/cpu_dma_latency is not held: processors may sleep deeply",
 }
 _TITLES = {"p50": "p50", "p99": "p99", "p999": "p99.9"}
 

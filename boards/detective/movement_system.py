@@ -1,4 +1,4 @@
-"""The Movement System: drives ahead, stops when told, turns to the target and drives to it.
+"""The Movement System: drives ahead, stops on command, turns to the target and drives to it.
 
 The table is Figure 5 of the paper: states, durations and arrows as drawn there.
 """

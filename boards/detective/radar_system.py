@@ -1,4 +1,4 @@
-"""The Radar System: turns the radar to and fro until its sonar detects, then tells the direction.
+"""The Radar System: turns the radar to and fro until its sonar detects, then sends the direction.
 
 The table is Figure 4 of the paper: states, durations and arrows as drawn there.
 """

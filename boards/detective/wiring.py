@@ -21,7 +21,7 @@ from firmware_runtime.devs.time import seconds
 class DetectiveRobot(Coupled):
     """sonars, compasses -> model (the nine atomic models of the paper) -> gates -> treads, radar.
 
-    The model is the one that event files run on; it cannot tell what feeds its ports.
+    The model is the one that event files run on; what feeds its ports makes no difference to it.
     """
 
     def __init__(self, settings: DetectiveSettings, lines: Lines) -> None:

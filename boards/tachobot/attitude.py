@@ -18,7 +18,7 @@ class Attitude(Atomic):
     waiting --enable? false--> disabled
 
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
-    Rates are integrated by the trapezoid rule over the time that really passed. The compass tells
+    Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
     that, elapsed / time constant is taken off in one step.
     """

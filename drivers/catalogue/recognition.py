@@ -17,7 +17,7 @@ class Recognition(NamedTuple):
 
 
 def recognise(bus: I2cBus, address: int) -> Recognition:
-    """Ask an address that answers what it is. Raises no error of the bus: those are told."""
+    """Ask an address that answers what it is. Errors of the bus are in the answer, not raised."""
     asked = [identity for identity in identities() if address in identity.addresses]
     if not asked:
         return Recognition((), False, "answers; no chip with a driver here lives at this address")

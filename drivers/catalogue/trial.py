@@ -1,6 +1,6 @@
 """What trying a chip out needs of it: how to read it, or how to move it and switch it off.
 
-Nothing here waits: what takes time is a `Step`, as in every driver, and whoever tries the chip lets
+Nothing here waits: what takes time is a `Step`, as in every driver, and the caller lets
 it pass.
 """
 
@@ -59,7 +59,7 @@ class Actuator:
 
     place: str
     promise: str
-    """What will happen, for whoever has to agree to it."""
+    """What will happen, for the person who has to agree."""
     bring_up: Steps
     move: Callable[[], Reading]
     """Does it, and gives what the chip said. Raises HalError."""
@@ -87,7 +87,7 @@ Options: TypeAlias = Mapping[str, Any]
 
 
 class Identity(NamedTuple):
-    """A chip, where it may be, and the question that tells.
+    """A chip, where it may be, and the question that decides.
 
     `evidence` reads, and returns what it saw, in words; it raises WrongDevice if that is no such
     chip, and other errors of the bus. Only an identity register makes it `certain`.
@@ -116,7 +116,7 @@ class OnBus:
     moves: bool = False
     """Whether `build` makes an `Actuator`; else a `Sensor`."""
     identity: Identity | None = None
-    """How it is recognised; None for what is a part of another chip, or cannot be told."""
+    """How it is recognised; None for what is a part of another chip, or cannot be recognised."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -176,14 +176,16 @@ def _add_place(
 
 def _add_time(verb: argparse.ArgumentParser, *, moves: bool) -> None:
     most = partial(positive, most=MOST_DRIVEN_S) if moves else positive
-    told = f"default {DRIVEN_S:g}, {MOST_DRIVEN_S:g} at most" if moves else "default: until Ctrl-C"
+    default = (
+        f"default {DRIVEN_S:g}, {MOST_DRIVEN_S:g} at most" if moves else "default: until Ctrl-C"
+    )
     verb.add_argument(
         "--for",
         type=most,
         default=DRIVEN_S if moves else None,
         metavar="SECONDS",
         dest="duration_s",
-        help=f"how long; {told}",
+        help=f"how long; {default}",
     )
     verb.epilog = _ABOUT_ACTUATOR if moves else _ABOUT_SENSOR
     if moves:

@@ -22,7 +22,7 @@ Log = Callable[[str], None]
 
 
 class Pace(Protocol):
-    """Time, and somebody who may want to stop."""
+    """Time, and a user who may want to stop."""
 
     def now(self) -> int:
         """The present instant, ns."""
@@ -32,7 +32,7 @@ class Pace(Protocol):
 
 
 class Watch:
-    """Reads one sensor again and again; what fails is told, and the chip brought up again."""
+    """Reads one sensor again and again; what fails is reported, and the chip brought up again."""
 
     def __init__(self, sensor: Sensor, pace: Pace, show: Show, log: Log) -> None:
         self._sensor = sensor

@@ -15,7 +15,7 @@ from firmware_runtime.board.settings import (
 from firmware_runtime.errors import SettingError
 
 PCA9685_ALLCALL = 0x70
-"""Every PCA9685 also answers here from power-up until it is told not to."""
+"""Every PCA9685 also answers here from power-up until that is switched off."""
 
 
 class Device(NamedTuple):

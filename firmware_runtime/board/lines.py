@@ -12,7 +12,7 @@ from firmware_runtime.hal.serial import SerialPort
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Real ones, doubles, or absent ones: a board's wiring cannot tell."""
+    """Real ones, doubles, or absent ones: a board's wiring sees no difference."""
 
     buses: Mapping[str, I2cBus]
     ports: Mapping[str, SerialPort] = field(default_factory=dict)

@@ -63,7 +63,7 @@ class Board:
     loads: Mapping[str, BusLoad]
     """What the board asks of each bus."""
     doubles_run_s: float
-    """How long a run on doubles takes when nobody says."""
+    """How long a run on doubles takes unless stated."""
     warnings: Sequence[str]
     ports: Mapping[str, PortSettings]
     """The serial ports it uses, if any."""

@@ -56,7 +56,7 @@ class Rig(Doubles, Protocol):
         """How each output stands at `at`, not in the past: a share of its time, or rad/s."""
 
     def next_change_at(self, at: int) -> int:
-        """The first instant after `at` at which an output changes if nobody speaks to its chip."""
+        """The first instant after `at` at which an output changes if its chip is left alone."""
 
 
 @runtime_checkable

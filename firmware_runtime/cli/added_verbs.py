@@ -12,7 +12,7 @@ from firmware_runtime.status import Status
 
 
 def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not
-    """Add the verb that is asked for. Raises ConfigError for whatever is wrong with it."""
+    """Add the verb that is called. Raises ConfigError for whatever is wrong with it."""
     with blamed_on(entry_point, "import"):
         module = entry_point.load()
     if not callable(getattr(module, "add_to", None)):
@@ -23,7 +23,7 @@ def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- ar
 
 
 def add_sound_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- as above
-    """Add a verb that is not asked for: a broken one keeps no other from being carried out."""
+    """Add a verb that is not called: a broken one keeps no other from being carried out."""
     with suppress(ConfigError):
         add_verb(entry_point, verbs)
 

@@ -1,6 +1,6 @@
 """The entry point: reads the command line, calls one verb, turns errors into sentences.
 
-Only the verb that is asked for is imported, so that a robot's start does not wait for the others.
+Only the verb that is called is imported, so that a robot's start does not wait for the others.
 """
 
 import argparse
@@ -135,7 +135,7 @@ def _executed_by_another(parsed: argparse.Namespace) -> int:
 
 
 class _ShowVersion(argparse.Action):
-    """Looks the version up when it is asked for: that takes longer than the rest of the start."""
+    """Looks the version up when it is to be shown: that takes longer than the rest of the start."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print it, and end."""

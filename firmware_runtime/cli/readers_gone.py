@@ -1,4 +1,4 @@
-"""Output that goes nowhere: that nobody reads, as in `... | head`, or that finds no room.
+"""Output that goes nowhere: without a reader, as in `... | head`, or that finds no room.
 
 A reader who has gone is no reason to fail, or to succeed. What was asked for and could not be
 printed for another reason, such as a full disk, is one sentence and a status of its own.
@@ -18,7 +18,7 @@ class OutputError(OSError):
 
 
 class _Checked:
-    """Standard output whose failures are told from those of any other file."""
+    """Standard output whose failures differ from those of any other file."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -27,16 +27,16 @@ class _Checked:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        with _told_apart():
+        with _as_output_error():
             return self._stream.write(text)
 
     def flush(self) -> None:
-        with _told_apart():
+        with _as_output_error():
             self._stream.flush()
 
 
 @contextmanager
-def _told_apart() -> Iterator[None]:
+def _as_output_error() -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
@@ -70,13 +70,13 @@ def not_printed(error: OutputError) -> None:
 
 @contextmanager
 def readers_may_go() -> Iterator[None]:
-    """Within the block, printing ends early if whoever read it has gone; nothing else changes.
+    """Within the block, printing ends early once its reader has gone; nothing else changes.
 
     What is printed afterwards, also when the interpreter ends, goes nowhere.
     """
     try:
         yield
-        if sys.stdout is not None:  # closed by whoever started this process
+        if sys.stdout is not None:  # closed by the process that started this one
             sys.stdout.flush()
     except BrokenPipeError:
         _print_nowhere((sys.stdout, sys.stderr))

@@ -26,7 +26,7 @@ class Hook(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """All of it may be left out: then nothing is asked for, and statistics stay in memory."""
+    """All of it may be left out: then no setting is requested, and statistics stay in memory."""
 
     policies: Mapping[str, ActivationPolicy] = field(default_factory=dict)
     """By path of a periodic model, without the root's name; others have policy `skip`."""

@@ -1,6 +1,6 @@
 """What a run asks of the operating system, and what it got: never silently missing.
 
-Each setting is asked for, read back where the system allows it, and reported as a
+Each setting is requested, read back where the system allows it, and reported as a
 `Request`. After the run everything is as it was before. What holds is among the run's conditions.
 
 Sources: sched(7), mlockall(2), prctl(2), Linux Documentation/power/pm_qos_interface.rst.

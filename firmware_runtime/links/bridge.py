@@ -3,7 +3,7 @@
     UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's ports socket
 
 A datagram is handed on as it is, in both directions. Each UDP sender has an end of its own at the
-robot, so the run can tell them apart, and what it answers one of them goes to no other. How many
+robot, so the run can distinguish them, and what it answers one of them goes to no other. How many
 there may be, and when one is forgotten, `senders` says.
 
 With a key, only what is signed with it is taken, and answers are signed (`admission`).

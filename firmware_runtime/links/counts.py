@@ -18,7 +18,7 @@ class Carried(msgspec.Struct):
     dropped: int = 0
     """Those that came faster than the run takes them."""
     unsent: int = 0
-    """Those for which there was no room, no way, or nobody yet."""
+    """Those for which there was no room, no way, or no receiver yet."""
 
 
 @dataclass(slots=True)

@@ -92,7 +92,7 @@ class Packing:
             return self._form.unpack(found)
         except Refused:
             raise
-        except Exception as error:  # bytes from outside, and classes of anybody's package
+        except Exception as error:  # bytes from outside, and classes of any package
             raise Refused(Reason.MALFORMED, str(error) or type(error).__name__) from error
 
 

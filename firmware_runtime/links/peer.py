@@ -45,7 +45,7 @@ class Peer:
         """The instant from which on it was never silent; None while it is, or there is none."""
         self.silences = 0
         self.wants_hello = False
-        """Whether a hello is to be sent at once: somebody greeted."""
+        """Whether a hello is to be sent at once: a greeting came."""
         self.session_of_peer = 0
         self.clock = PeerClock(is_same=False)
         self._window = Window()

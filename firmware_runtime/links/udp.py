@@ -36,7 +36,7 @@ from firmware_runtime.status import Status
 
 AT_ONCE: Final = 64
 SESSIONS: Final = 16
-"""How many sessions of other ends are told apart; the one that was quiet longest makes room, unless
+"""How many sessions of other ends are kept apart; the one that was quiet longest makes room, unless
 it is the run's peer."""
 GREETINGS_EVERY: Final = 5 * MILLISECOND
 """Ns from one greeting of an end that does not know the run yet to the next that is handed on."""

@@ -23,7 +23,7 @@ class Window:
     def judge(self, counter: int, sent_at: int) -> None:
         """Raise Refused unless a frame is later than all that were accepted.
 
-        One that was sent earlier was overtaken, or is sent again by somebody; one that was sent
+        One that was sent earlier was overtaken, or is sent again by an attacker; one that was sent
         later, and yet has a lower counter, comes from a sender that is not in order.
         """
         if counter > self.highest:

@@ -44,7 +44,7 @@ def _sentences(register: Register) -> Iterator[str]:
     if register.about is not None:
         yield register.about
     if register.identity:
-        yield "tells the chip from others"
+        yield "identifies the chip"
     if register.quantity is not None:
         sign = "signed" if register.signed else "unsigned"
         step = 1.0 if register.scale is None else register.scale

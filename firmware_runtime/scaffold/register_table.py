@@ -31,7 +31,7 @@ class Register(Settings, frozen=True, kw_only=True):
     writable: Word | None = None
     """The bits that keep what is written; all unless stated."""
     identity: bool = False
-    """Whether it always reads as at power-up, so that it tells the chip from others."""
+    """Whether it always reads as at power-up, so that it identifies the chip."""
     bring_up: Word | None = None
     """What the driver writes into it when it brings the chip up."""
     clear_on_read: Word = 0
@@ -120,7 +120,7 @@ class RegisterTable(Settings, frozen=True, kw_only=True):
 
     @property
     def identities(self) -> tuple[Register, ...]:
-        """The registers that tell the chip from others."""
+        """The registers that identify the chip."""
         return tuple(each for each in self.registers if each.identity)
 
     @property

@@ -1,4 +1,4 @@
-"""Lets other people's buses open doubles, whoever imported them, and when.
+"""Lets other people's buses open doubles, wherever and whenever they were imported.
 
 `smbus2.SMBus` stays the class it is, with the calls of ours, so what was imported by name and what
 is derived from it opens doubles too. A real `smbus` is a compiled class that nothing can be put

@@ -13,7 +13,7 @@ class Lean(Atomic):
     waiting --drive?--> leaning (0) --pitch_rad!--> waiting
 
     There is no encoder: the mean drive stands for the speed, and its integral for the way. Both
-    begin anew when balancing begins.
+    begin again when balancing begins.
     """
 
     def __init__(self, name: str, per_speed_rad: float, per_place_rad_s: float) -> None:

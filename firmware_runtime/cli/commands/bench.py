@@ -1,6 +1,6 @@
 """`firmware-runtime bench NAME`: measure the runtime beside its peers; code in `benchmarks`.
 
-The benches are imported when one is asked for, so that a robot's start does not wait for them. They
+The benches are imported when one is called, so that a robot's start does not wait for them. They
 belong to a checkout and are in no wheel.
 """
 

@@ -37,8 +37,8 @@ from firmware_runtime.host.installation.uninstall import Removal
 from firmware_runtime.status import Status
 
 _INSTALL = """
-Units, user, groups and rules are made anew each time; /etc/firmware-runtime/BOARD.toml is written
-once and is yours from then on, and a board with faults in it is refused before anything is written.
+Units, user, groups and rules are written again each time, /etc/firmware-runtime/BOARD.toml
+once: it is yours from then on, and a board with faults in it is refused before anything is written.
 Two robots of one kind have two names: a file with `name = "left"` at its top is installed as left.
 With --root nothing is run: DIR is the root of a system that is being built, and the program is
 expected at /opt/firmware-runtime/venv/bin there.

@@ -164,8 +164,8 @@ def _lines(
         noted = msgspec.to_builtins(takeovers)
         return [json.dumps({**statistics.as_json(), "takeovers": noted}, allow_nan=False)]
     latest = takeovers[max(len(takeovers) - arguments.worst, 0) :]
-    told = [f"  guard: {takeover.text()}" for takeover in latest]
-    return [*statistics_text(statistics.figures(), arguments.worst), *told]
+    lines = [f"  guard: {takeover.text()}" for takeover in latest]
+    return [*statistics_text(statistics.figures(), arguments.worst), *lines]
 
 
 def _print_difference(arguments: argparse.Namespace) -> None:

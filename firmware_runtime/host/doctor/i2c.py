@@ -114,7 +114,7 @@ CHECKS = (
     Check(
         "i2c-adapter",
         "Without the bus there is no chip. Numbers change between kernels and boards: the "
-        "adapter's name tells which is which.",
+        "adapter's name says which is which.",
         "dtparam=i2c_arm=on in /boot/firmware/config.txt, i2c-dev in /etc/modules, restart; or "
         "another device under [buses] in board.toml",
         _present,
@@ -122,7 +122,7 @@ CHECKS = (
     Check(
         "i2c-speed",
         "The bus budget is computed from speed_hz of board.toml; a Raspberry Pi's bus runs at "
-        "100 kHz unless told otherwise, and every transaction then takes four times as long.",
+        "100 kHz unless set otherwise, and every transaction then takes four times as long.",
         "dtparam=i2c_arm_baudrate=400000 in /boot/firmware/config.txt, restart",
         _speed,
     ),

@@ -145,7 +145,7 @@ CHECKS = (
     Check(
         "undervoltage-throttling",
         "A Raspberry Pi with too weak a supply, or too hot, slows its processor down without "
-        "telling any program.",
+        "a word to any program.",
         "a supply of 5.1 V and 3 A (5 A for a Pi 5) with a short cable, a heat sink or a fan; "
         "vcgencmd get_throttled must say 0x0 after a restart",
         _throttling,

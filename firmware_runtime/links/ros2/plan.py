@@ -1,4 +1,4 @@
-"""What the node is told when it starts: the verb reads the board, and the node needs none of it.
+"""What the node is given when it starts: the verb reads the board, and the node needs none of it.
 
 So an environment of ROS needs this project, and none of the packages that robots come from.
 """

@@ -40,7 +40,7 @@ class Mode(StateDiagram):
 class Tracker(Atomic):
     """Answers every distance with the motion of the wall; +inf, no echo, begins again.
 
-    waiting --distance?--> telling (0) --motion!--> waiting
+    waiting --distance?--> sending (0) --motion!--> waiting
     """
 
     def __init__(self, name: str) -> None:
@@ -71,7 +71,7 @@ class Tracker(Atomic):
         rate = 0.0 if before is None or not since_s else (distance - before.position) / since_s
         self.motion = Motion(distance, rate)
         self._since = 0
-        self.activate("telling")
+        self.activate("sending")
 
 
 class Helm(Atomic):

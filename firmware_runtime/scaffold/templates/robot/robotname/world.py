@@ -40,7 +40,7 @@ class World:
 class Probe(Atomic):
     """Answers every `tick` with the true distance, so that a trace can carry it.
 
-    waiting --tick?--> telling (0) --distance_m!--> waiting
+    waiting --tick?--> sending (0) --distance_m!--> waiting
     """
 
     def __init__(self, world: World, catch_up: Callable[[], None]) -> None:
@@ -61,4 +61,4 @@ class Probe(Atomic):
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the world has its own clock
         """Bring the world to now."""
         self._catch_up()
-        self.activate("telling")
+        self.activate("sending")
