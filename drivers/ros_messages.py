@@ -189,9 +189,17 @@ def _twist(twist: Any, _options: Options) -> object:  # noqa: ANN401 -- any mess
     return {"forward_m_s": linear.x, "turn_rad_s": angular.z}
 
 
+def _velocity(velocity: Any, _options: Options) -> Fields:  # noqa: ANN401
+    return {
+        "linear": {"x": float(velocity["forward_m_s"])},
+        "angular": {"z": float(velocity["turn_rad_s"])},
+    }
+
+
 VELOCITY: Final = Convention(
     of=Velocity,
     base="cmd_vel",
+    out=(Outgoing(type="geometry_msgs/msg/Twist", fields=_velocity),),
     into=(
         Incoming(type="geometry_msgs/msg/Twist", value=_twist),
         Incoming(

@@ -22,7 +22,8 @@ TopicName: TypeAlias = Annotated[
     str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*$", max_length=200)
 ]
 """Name of a ROS topic, relative to a namespace."""
-TopicRate: TypeAlias = Annotated[float, Meta(gt=0, le=1000)]
+TopicRate: TypeAlias = Annotated[float, Meta(ge=0, le=1000)]
+"""Messages in a second, at most; 0: every one."""
 Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
 
 
@@ -136,7 +137,6 @@ class RosTopicSettings(Settings, frozen=True):
     frame: Annotated[str, Meta(min_length=1, max_length=200)] | None = None
     """The frame in its headers."""
     rate_hz: TopicRate | None = None
-    """Messages in a second, at most."""
     convention: str | None = None
     """A package's convention by its name, for a type that does not say what it is."""
     options: dict[str, float] = {}
@@ -149,7 +149,7 @@ class RosSettings(Settings, frozen=True):
     """Topics of the robot's ROS 2 node."""
 
     rate_hz: TopicRate = 50.0
-    """Messages in a second of each topic that is published, at most."""
+    """Of each topic that is published, unless its values are events: all of those are."""
     topics: tuple[RosTopicSettings, ...] = ()
 
 

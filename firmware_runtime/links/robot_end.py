@@ -2,6 +2,7 @@
 
 import os
 import socket
+import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -21,22 +22,28 @@ class NoAnswer(HalError, TimeoutError):
 class RobotEnd:
     """A socket that speaks with whatever run listens at a path: with this one, and the next.
 
-    Raises OSError if there is no descriptor left for it.
+    `patience_s` is how long it waits for room to say something in, 0 for not at all. Raises OSError
+    if there is no descriptor left for it.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, patience_s: float = 0.0) -> None:
         self._path = os.fspath(path)
         self._socket = _made()
         self._socket.bind("")  # the kernel finds a name for the answers, in no directory
+        if patience_s > 0:
+            self._socket.setblocking(True)
+            whole, part = divmod(round(patience_s * 1e6), 10**6)
+            patience = struct.pack("@ll", whole, part)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, patience)
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when the robot has said something."""
         return self._socket.fileno()
 
     def send(self, datagram: bytes) -> None:
-        """Say something, without waiting.
+        """Say something, without waiting longer than its patience.
 
-        Raises BlockingIOError if there is no room for it now, another OSError if no run listens.
+        Raises BlockingIOError if there is no room for it, another OSError if no run listens.
         """
         self._socket.sendto(datagram, self._path)
 
@@ -44,7 +51,7 @@ class RobotEnd:
         """What the robot has said, without waiting."""
         with suppress(BlockingIOError):
             for _ in range(AT_ONCE):
-                yield self._socket.recv(_LONGEST)
+                yield self._socket.recv(_LONGEST, socket.MSG_DONTWAIT)
 
     def forget(self) -> None:
         """Nothing is to be forgotten: whatever run listens is the right one."""

@@ -40,6 +40,8 @@ class Outgoing:
     empty: the topic is named as the port is."""
     is_stamped: bool = False
     """Whether the message has a header, which bears the instant of the value."""
+    is_event: bool = False
+    """Whether each value counts, so that none is left out unless the board file states a rate."""
     frame: str = ""
     """The header's frame; empty: that of the port's component, such as `imu_link`."""
 
@@ -58,6 +60,8 @@ class Incoming:
     """Whether the message has a header; one that is too old is refused then."""
     is_sensor: bool = False
     """Whether it is what a sensor measures: taken with the best-effort QoS of sensor data."""
+    record: Mapping[str, bool] = field(default_factory=dict)
+    """Of an array: the fields that its numbers are, and whether they are whole numbers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

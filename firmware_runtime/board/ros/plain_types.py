@@ -6,14 +6,15 @@
                              Float64MultiArray: the numbers in the order of the fields; one
                              dimension, its label the names of all, such as `f1,f2,f3,f4`
 
-In a record a truth value counts as 0 or 1, and what is not there (None) as NaN.
+In a record a truth value counts as 0 or 1, and what is not there (None) as NaN. Numbers in an array
+that comes are one for each field, so a record is taken only if each of its fields is a number.
 """
 
-from collections.abc import Iterator
-from dataclasses import is_dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import is_dataclass, replace
 from enum import Enum
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from firmware_runtime.board.ros.conventions import (
     Convention,
@@ -22,75 +23,74 @@ from firmware_runtime.board.ros.conventions import (
     Options,
     Outgoing,
 )
+from firmware_runtime.models.motion import Motion
 
-_NUMBERS = (bool, int, float)
-_ARRAY = "std_msgs/msg/Float64MultiArray"
-_LARGEST = 1 << 63
+BOOL: Final = "std_msgs/msg/Bool"
+INT: Final = "std_msgs/msg/Int64"
+FLOAT: Final = "std_msgs/msg/Float64"
+TEXT: Final = "std_msgs/msg/String"
+ARRAY: Final = "std_msgs/msg/Float64MultiArray"
+
+_SINGLE: Final[tuple[tuple[type[object], str], ...]] = (
+    (bool, BOOL),
+    (int, INT),
+    (float, FLOAT),
+    (str, TEXT),
+    (Enum, TEXT),
+)
+_LARGEST: Final = 1 << 63
 
 
 def plain_convention(kind: type[object]) -> Convention | None:
     """What values of a type are in ROS 2; None if the type is none of these."""
-    for plain, message in (
-        (bool, "Bool"),
-        (int, "Int64"),
-        (float, "Float64"),
-        (str, "String"),
-        (Enum, "String"),
-    ):
+    for plain, message in _SINGLE:
         if issubclass(kind, plain):
-            return _of_one_value(kind, f"std_msgs/msg/{message}")
+            out = (plain_outgoing(message),)
+            return Convention(of=kind, out=out, into=(plain_incoming(message),))
     if not _is_numbers(kind):
         return None
-    into = () if (names := _names(kind)) is None else (_record(kind, names),)
-    return Convention(of=kind, out=(Outgoing(type=_ARRAY, fields=_array),), into=into)
+    record = _record(kind)
+    into = () if record is None else (plain_incoming(ARRAY, record),)
+    return Convention(of=kind, out=(plain_outgoing(ARRAY),), into=into)
 
 
-def _of_one_value(kind: type[object], message: str) -> Convention:
-    def fields(value: object, _options: Options) -> Fields:
-        if message.endswith("Int64") and not -_LARGEST <= int(str(value)) < _LARGEST:
-            raise ValueError(f"{value}: expected a whole number of 64 bits")
-        return {"data": float(str(value)) if message.endswith("Float64") else value}
+def plain_outgoing(message: str) -> Outgoing:
+    """How a value becomes one of these messages; those that are no measurement are events."""
+    fields = {ARRAY: _array, INT: _whole_number, FLOAT: _number}.get(message, _as_it_is)
+    return Outgoing(type=message, fields=fields, is_event=message in {BOOL, INT, TEXT})
+
+
+def plain_incoming(message: str, record: Mapping[str, bool] | None = None) -> Incoming:
+    """How a value is made of one of these; of an array, the fields and which are whole numbers."""
+    if message != ARRAY or record is None:
+        return Incoming(type=message, value=lambda said, _options: said.data)
 
     def read(said: Any, _options: Options) -> object:  # noqa: ANN401 -- a message of any type
-        return said.data
-
-    out = (Outgoing(type=message, fields=fields),)
-    return Convention(of=kind, out=out, into=(Incoming(type=message, value=read),))
-
-
-def _record(kind: type[object], names: tuple[str, ...]) -> Incoming:
-    """A record whose fields are single numbers, made of an array of as many."""
-    types = get_type_hints(kind)
-
-    def read(said: Any, _options: Options) -> object:  # noqa: ANN401
-        if len(said.data) != len(names):
+        if len(said.data) != len(record):
             found = f"{len(said.data)} numbers"
-            raise ValueError(f"{found}, expected {len(names)}: {', '.join(names)}")
-        return {
-            name: _whole(number) if types[name] is int else float(number)
-            for name, number in zip(names, said.data, strict=True)
-        }
+            raise ValueError(f"{found}, expected {len(record)}: {', '.join(record)}")
+        pairs = zip(record.items(), said.data, strict=True)
+        return {name: _whole(each) if whole else float(each) for (name, whole), each in pairs}
 
-    return Incoming(type=_ARRAY, value=read)
+    return Incoming(type=ARRAY, value=read, record=record)
 
 
-def _whole(number: float) -> int:
-    if not number.is_integer():
-        raise ValueError(f"{number}, expected a whole number")
-    return int(number)
+# Types --------------------------------------------------------------------------------------------
 
 
-def _names(kind: type[object]) -> tuple[str, ...] | None:
-    """The fields of a record of single numbers; None for anything else."""
+def _record(kind: type[object]) -> dict[str, bool] | None:
+    """The fields of a record of single numbers, and which are whole; None for anything else."""
     if not _is_record(kind):
         return None
     hints = get_type_hints(kind)
-    return tuple(hints) if all(each in {int, float} for each in hints.values()) else None
+    if any(each not in {int, float} for each in hints.values()):
+        return None
+    return {name: each is int for name, each in hints.items()}
 
 
 def _is_numbers(kind: Any) -> bool:  # noqa: ANN401 -- a type hint
-    """Whether values of a type consist of numbers alone; `tuple` and `list` may."""
-    if kind in _NUMBERS or kind in {tuple, list}:
+    """Whether values of a type consist of numbers alone; those of `tuple` and `list` may."""
+    if kind in {bool, int, float, tuple, list}:
         return True
     if get_origin(kind) in {Union, UnionType}:
         return all(_is_numbers(each) for each in get_args(kind) if each is not NoneType)
@@ -107,6 +107,29 @@ def _is_numbers(kind: Any) -> bool:  # noqa: ANN401 -- a type hint
 
 def _is_record(kind: Any) -> bool:  # noqa: ANN401
     return isinstance(kind, type) and (is_dataclass(kind) or hasattr(kind, "_fields"))
+
+
+# Values -------------------------------------------------------------------------------------------
+
+
+def _as_it_is(value: object, _options: Options) -> Fields:
+    return {"data": value}
+
+
+def _number(value: Any, _options: Options) -> Fields:  # noqa: ANN401 -- as JSON shows it
+    return {"data": float(value)}
+
+
+def _whole_number(value: Any, _options: Options) -> Fields:  # noqa: ANN401
+    if not -_LARGEST <= value < _LARGEST:
+        raise ValueError(f"{value}: expected a whole number of 64 bits")
+    return {"data": value}
+
+
+def _whole(number: float) -> int:
+    if not number.is_integer():
+        raise ValueError(f"{number}, expected a whole number")
+    return int(number)
 
 
 def _array(value: object, _options: Options) -> Fields:
@@ -134,3 +157,11 @@ def _flat(value: object, name: str) -> Iterator[tuple[str, float]]:
         yield name, float(value)
     else:
         raise TypeError(f"{name or 'value'}: {value!r}, expected a number")
+
+
+MOTION: Final = Convention(
+    of=Motion,
+    out=(plain_outgoing(ARRAY),),
+    into=(replace(plain_incoming(ARRAY, {"position": False, "rate": False}), is_sensor=True),),
+)
+"""What is measured, here or elsewhere: one that is lost is replaced by the next."""

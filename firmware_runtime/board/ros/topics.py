@@ -7,9 +7,9 @@ namespace, `/BOARD`.
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from msgspec import structs
 
@@ -31,6 +31,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.spelling import did_you_mean
 
+_Base: TypeAlias = tuple[bool, str | None]
+"""Whether it is an input port's, and the name that its convention has for the only one."""
 _FAULTS_GO: Final = "faults are in /diagnostics"
 _NO_CONVENTION: Final = "a value of {} is no message; expected a convention of its package"
 
@@ -44,11 +46,13 @@ class Publication:
     port: str
     """Path of the output port, such as `imu.sample`."""
     message: Outgoing
+    convention: str
+    """The name of its entry point; empty for a plain type."""
     options: Options
     frame: str
     """The header's, if the message has one."""
     rate_hz: float
-    """At most."""
+    """At most; 0: every message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +63,7 @@ class Subscription:
     port: str
     """An input port of the top model."""
     message: Incoming
+    convention: str
     options: Options
 
 
@@ -81,6 +86,8 @@ class _Port:
     owner: Component
     stated: RosTopicSettings
     convention: Convention | None = None
+    name: str = ""
+    """The convention's."""
     options: Options = field(default_factory=dict)
 
     @property
@@ -121,7 +128,7 @@ def topics(model: Coupled, ros: RosSettings) -> Topics:
             kind = port.type.__name__
             is_fault = issubclass(port.type, Fault)
             without[path] = _FAULTS_GO if is_fault else _NO_CONVENTION.format(kind)
-    alone = Counter(each.convention.base for each in known if each.convention is not None)
+    alone = Counter(map(_base, known))
     publications = [one for each in known for one in _publications(each, alone, ros)]
     subscriptions = [one for each in known for one in _subscriptions(each, alone)]
     faults += [fault for each in known for fault in _without_effect(each)]
@@ -181,10 +188,8 @@ def _find_convention(each: _Port, known: Mapping[str, Convention]) -> list[str]:
         expected = f"expected one of {', '.join(known) or 'none: no package provides any'}"
         like = did_you_mean(stated.convention, known)
         return [f"{where}: convention: {stated.convention!r}: {expected}{like}"]
-    if stated.convention is not None:
-        each.convention = known[stated.convention]
-    else:
-        each.convention = _convention_of(each, known.values())
+    each.name = stated.convention or _registered(each, known)
+    each.convention = known.get(each.name) or _plain(each.port.type)
     if each.convention is None:
         return []
     default = each.convention.options
@@ -196,46 +201,55 @@ def _find_convention(each: _Port, known: Mapping[str, Convention]) -> list[str]:
     ]
 
 
-def _convention_of(each: _Port, known: Iterable[Convention]) -> Convention | None:
+def _registered(each: _Port, known: Mapping[str, Convention]) -> str:
+    """The name of the first convention that is for this port; empty if there is none."""
     kind = each.port.type
-    for convention in known:
-        if convention.is_for(each.owner, each.port.name, kind):
-            return convention
+    return next(
+        (name for name, one in known.items() if one.is_for(each.owner, each.port.name, kind)), ""
+    )
+
+
+def _plain(kind: type[object]) -> Convention | None:
     return None if issubclass(kind, Fault) else plain_convention(kind)
 
 
-def _publications(
-    each: _Port, alone: Counter[str | None], ros: RosSettings
-) -> Iterator[Publication]:
+def _publications(each: _Port, alone: Counter[_Base], ros: RosSettings) -> Iterator[Publication]:
     if isinstance(each.port, InPort) or each.convention is None:
         return
     component, _, _ = each.path.rpartition(".")
     component = component or each.path
     base = each.convention.base
-    if base is None or alone[base] > 1:
+    if base is None or alone[_base(each)] > 1:
         base = _topic(component)
     below = each.stated.name or base
     for message in each.convention.out:
         topic = f"{below}/{message.leaf}".lstrip("/")
+        usual_hz = 0.0 if message.is_event else ros.rate_hz
         frame = message.frame or f"{ros_name(base or component)}_link"
         yield Publication(
             topic=topic if message.leaf else each.stated.name or _topic(each.path),
             port=each.path,
             message=message,
+            convention=each.name,
             options=each.options,
             frame=(each.stated.frame or frame) if message.is_stamped else "",
-            rate_hz=each.stated.rate_hz or ros.rate_hz,
+            rate_hz=usual_hz if each.stated.rate_hz is None else each.stated.rate_hz,
         )
 
 
-def _subscriptions(each: _Port, alone: Counter[str | None]) -> Iterator[Subscription]:
+def _subscriptions(each: _Port, alone: Counter[_Base]) -> Iterator[Subscription]:
     if isinstance(each.port, OutPort) or each.convention is None:
         return
     base = each.convention.base
     for message in each.convention.into:
-        usual = base if base and alone[base] == 1 else _topic(each.path)
+        usual = base if base and alone[_base(each)] == 1 else _topic(each.path)
         topic = each.stated.name or usual
-        yield Subscription(topic, each.path, message, each.options)
+        yield Subscription(topic, each.path, message, each.name, each.options)
+
+
+def _base(each: _Port) -> _Base:
+    base = None if each.convention is None else each.convention.base
+    return isinstance(each.port, InPort), base
 
 
 def _topic(path: str) -> str:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from firmware_runtime.board.described import described
 from firmware_runtime.board.registry import is_name
+from firmware_runtime.board.ros.topics import topics_of
+from firmware_runtime.board.ros.written import table_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.links.ros2.interpreter import find_environment, start
@@ -68,6 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
         source=arguments.board if is_name(arguments.board) else str(board.source.absolute()),
         assignments=tuple(arguments.assignments),
         settings=described(board.settings, board.retunable),
+        topics=table_of(topics_of(board)),
         statistics=str((arguments.statistics or default_path(board.name)).absolute()),
         program=(sys.executable, "-m", "firmware_runtime.cli"),
         doubles=None if arguments.doubles is None else str(arguments.doubles.absolute()),

@@ -7,11 +7,16 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from firmware_runtime.board.ros.conventions import conventions
+from firmware_runtime.board.ros.topics import Topics
+from firmware_runtime.board.ros.written import topics_in
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.parameters import Parameters
 from firmware_runtime.links.ros2.plan import Plan, read_plan
 from firmware_runtime.links.ros2.services import Services
+from firmware_runtime.links.ros2.topics import RobotTopics
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.status import Status
 from firmware_runtime.system.until_signal import until_signal
 
@@ -23,10 +28,16 @@ handles nothing (rclpy 7.1.6), and a signal is noticed when it returns."""
 def robot_node(plan: Plan) -> RobotNode:
     """The node with all its parts."""
     node = RobotNode(plan)
-    node.parts.append(Parameters(node))
+    node.parts += [Parameters(node), topics_of_plan(node, plan)]
     Services(node)
     Diagnostics(node)
     return node
+
+
+def topics_of_plan(node: RobotNode, plan: Plan) -> RobotTopics:
+    """Its topics. Raises ConfigError if a package with conventions of its own is not here."""
+    found = topics_in(plan.topics, conventions()) if plan.topics else Topics()
+    return RobotTopics(node, found, Companion.PORTS.beside(plan.statistics_path))
 
 
 def main(words: Sequence[str]) -> int:

@@ -4,7 +4,7 @@ So an environment of ROS needs this project, and none of the packages that robot
 """
 
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 from msgspec import Struct
@@ -30,6 +30,8 @@ class Plan(Struct, frozen=True, kw_only=True):
     """Overrides of its file."""
     settings: dict[str, Setting] = {}
     """What may be set while it runs, by key."""
+    topics: dict[str, Any] = {}
+    """Its ports as topics, a `board.ros.written.table_of`."""
     doubles: str | None = None
     """Where doubles are served that the run drives, for `safe-state`."""
     configures_itself: bool = False

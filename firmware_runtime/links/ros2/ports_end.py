@@ -1,0 +1,154 @@
+"""What the run's ports send, read by a thread of the node; and values for its input ports.
+
+    the run's ports socket --> watched ports, its time, its refusals --> publish
+    subscriptions --> values --> the run's ports socket
+
+rclpy waits for no descriptor of ours, hence the thread. It asks for the ports again every few
+seconds, as every watcher does, and so finds the next run too.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from selectors import EVENT_READ, DefaultSelector
+from socket import socketpair
+from threading import Thread
+from time import monotonic_ns, time_ns
+from typing import Any, Final
+
+import msgspec
+
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.links.datagrams import LONGEST, MOST_PORTS, message_of
+from firmware_runtime.links.robot_end import RobotEnd
+from firmware_runtime.links.ros2.stamps import Stamps
+
+WATCH_EVERY: Final = 4 * SECOND
+TIME_EVERY: Final = SECOND
+PATIENCE_S: Final = 0.05
+"""How long a value waits for room in the run's socket; then it is dropped, and counted."""
+
+_decode = msgspec.json.Decoder().decode
+
+
+class PortsEnd:
+    """Reads until it is closed; `hear` is called in its thread with port, stamp and value.
+
+    `late` is called when `due_at` has come. `log` takes a sentence.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        ports: Sequence[str],
+        hear: Callable[[str, int, Any], None],
+        log: Callable[[str], None],
+    ) -> None:
+        self.counts: Counter[str] = Counter()
+        """Messages heard, values sent, refused and dropped."""
+        self.stamps = Stamps()
+        self._hear = hear
+        self._log = log
+        self._said: set[str] = set()
+        self._requests = list(_requests(ports))
+        self._ends = [RobotEnd(path) for _ in self._requests]
+        self._values = RobotEnd(path, patience_s=PATIENCE_S)
+        self._wake, self._woken = socketpair()
+        self._is_open = True
+        self._watch_at = self._time_at = 0
+        self._thread = Thread(target=self._read, name="ports", daemon=True)
+
+    def begin(self, late: Callable[[int], int]) -> None:
+        """Start reading; `late` publishes what is due and says when something is due again."""
+        self._late = late
+        self._thread.start()
+
+    def send(self, port: str, value: object) -> bool:
+        """Put a value into an input port of the run; whether there was a run and room for it."""
+        try:
+            self._values.send(message_of(port=port, value=value))
+        except OSError:
+            self.counts["dropped"] += 1
+            return False
+        self.counts["sent"] += 1
+        return True
+
+    def refuse(self, sentence: str) -> None:
+        """Count a value that was refused, by the run or before; log the sentence once."""
+        self.counts["refused"] += 1
+        if sentence not in self._said and len(self._said) < MOST_PORTS:
+            self._said.add(sentence)
+            self._log(f"refused: {sentence}")
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._is_open = False
+        self._wake.send(b".")
+        self._thread.join()
+        for end in (*self._ends, self._values):
+            end.close()
+        self._wake.close()
+        self._woken.close()
+
+    # The thread -----------------------------------------------------------------------------------
+
+    def _read(self) -> None:
+        with DefaultSelector() as selector:
+            selector.register(self._woken, EVENT_READ)
+            for end in (*self._ends, self._values):
+                selector.register(end, EVENT_READ, end)
+            while self._is_open:
+                due_at = min(self._ask(monotonic_ns()), self._late(monotonic_ns()))
+                for key, _ in selector.select(max(0, due_at - monotonic_ns()) / SECOND):
+                    for datagram in key.data.received() if key.data is not None else ():
+                        self._take(datagram)
+
+    def _ask(self, now: int) -> int:
+        """Ask for the run's time and its ports again, when it is due; say when it is next."""
+        if now >= self._time_at:
+            self._time_at = now + TIME_EVERY
+            self._say(self._values, b'{"time": true}')
+        if now >= self._watch_at and self.stamps.is_known:
+            self._watch_at = now + WATCH_EVERY
+            for end, request in zip(self._ends, self._requests, strict=True):
+                self._say(end, request)
+        return min(self._time_at, self._watch_at if self.stamps.is_known else NEVER)
+
+    def _say(self, end: RobotEnd, request: bytes) -> None:
+        try:
+            end.send(request)
+        except BlockingIOError:  # the run has no time now; it is asked again
+            pass
+        except OSError:
+            self.stamps.forget()
+            self._watch_at = 0
+
+    def _take(self, datagram: bytes) -> None:
+        said = _decode(datagram)
+        if "port" in said:
+            self.counts["heard"] += 1
+            if self.stamps.is_known:
+                self._hear(said["port"], said["t_ns"], said["value"])
+        elif "monotonic_ns" in said:
+            to_system = time_ns() - monotonic_ns()
+            if not self.stamps.measure(said["t_ns"], said["monotonic_ns"], to_system):
+                self._watch_at = 0
+        elif "error" in said:
+            self.refuse(said["error"])
+
+
+def _requests(ports: Sequence[str]) -> Iterator[bytes]:
+    """The datagrams that watch all of these ports, as few as can be."""
+    some: list[str] = []
+    for port in dict.fromkeys(ports):
+        if len(some) == MOST_PORTS or len(_watch([*some, port])) > LONGEST:
+            yield _watch(some)
+            some = []
+        some.append(port)
+    if some:
+        yield _watch(some)
+
+
+def _watch(ports: Sequence[str]) -> bytes:
+    return json.dumps({"watch": ports}).encode()
