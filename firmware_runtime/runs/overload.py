@@ -14,7 +14,9 @@ from collections.abc import Callable
 from time import monotonic_ns, process_time_ns
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+from firmware_runtime.board.settings import ExecutiveSettings
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.layout import STEP_TIME
@@ -30,6 +32,18 @@ ANY_LOAD: Final = 100.0
 """The limit, per cent, that judges nothing."""
 
 Policy: TypeAlias = Literal["yield", "stop"]
+
+
+def watch_load(
+    executive: Executive,
+    settings: ExecutiveSettings,
+    arming: Arming | None,
+    log: Callable[[str], None],
+) -> None:
+    """Keep a run in real time from taking the machine for itself."""
+    limit, is_real = settings.max_load_percent, isinstance(executive.clock, MonotonicClock)
+    if is_real and limit < ANY_LOAD:
+        Overload(executive, limit, settings.overload, arming, log)
 
 
 class Overload:

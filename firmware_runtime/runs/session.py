@@ -1,7 +1,7 @@
 """One robot put together for one run: board, buses or rig, model, executive."""
 
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,24 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd, robot_of
-from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Doubles, Rig
+from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
-from firmware_runtime.executive.clocks import (
-    Clock,
-    MonotonicClock,
-    OutsideClock,
-    WorldClock,
-)
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.links.address import OpenChannel
 from firmware_runtime.links.dover_blocks import DoverBlocks
 from firmware_runtime.links.ports import Ports
@@ -34,15 +27,14 @@ from firmware_runtime.links.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_link
+from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
-from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.linking import LinkedEnd, LinkedPart, check_end
-from firmware_runtime.runs.outputs import switched_off
-from firmware_runtime.runs.overload import ANY_LOAD, Overload
+from firmware_runtime.runs.overload import watch_load
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.requests import Requests
-from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_doubles, shown_by
+from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.companions import Companion
@@ -63,7 +55,7 @@ class Session:
     a bus or chip is missing; nothing was actuated then.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0915 -- one path for the command and for programs
+    def __init__(  # noqa: PLR0913 -- one path for the command and for programs
         self,
         board: Board,
         clock: Clock,
@@ -78,69 +70,41 @@ class Session:
         check_end(end, link, clock)
         self.board = board
         self.end_of_board = end
-        self.has_hardware = end is None or end.has_hardware
-        self._doubles = doubles if self.has_hardware else False
         self._statistics_path = statistics_path
         self._is_safe = False  # by the last attempt to switch off
-        # the instant that doubles and their world live in, ns since the start of the run
-        is_own = self._doubles is True
-        self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
-        self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
-        self.doubles: Doubles | None = self.rig
-        self._held: list[ServedDoubles | Requests | PortsSocket | LinkedEnd | DoverLink] = []
-        self._lines = Lines({})
+        self._held: list[Requests | PortsSocket | LinkedEnd | DoverLink] = []
+        self._log = log
+        interlock = always_enabled if permission is None else self._may_drive
+        self.has_hardware = end is None or end.has_hardware
+        self.hardware = Hardware(board, clock, doubles, interlock, is_here=self.has_hardware)
+        self.world_now = self.hardware.world_now
         with ExitStack() as undo:
             undo.callback(self.close)
-            if isinstance(self._doubles, Path):
-                self.doubles = served = served_doubles(board, self._doubles)
-                self._held.append(served)
-            self._lines = self._open_lines(permission)
-            self.replaced: str | None = None
+            self.replaced = statistics_path and keep_clear_of_other_runs(statistics_path)
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
-            if statistics_path is not None:
-                self.replaced = keep_clear_of_other_runs(statistics_path)
-            whole = board.build(self._lines)
-            ports = Ports(whole.model)  # the world's own are none of them
-            if self.rig is not None:
-                with blamed_on_rig(board, "attach"):
-                    self.rig.attach(whole.model)
-            self.robot: Robot = whole
-            self.part: Part | None = None
-            if end is not None:
-                self.robot, self.part = robot_of(end, whole)
-                ports = ports.of_part(self.part)
+            self.robot, self.part, ports = self._robot()
             blocks = DoverBlocks(self.robot.model, clock)
-            self.executive = Executive(
-                self.robot.model,
-                clock,
-                self.make_safe,
-                replace(
-                    configuration_of(
-                        board, self.robot.model, self._lines, () if end is None else end.elsewhere
-                    ),
-                    statistics_path=statistics_path,
-                    armed_at_start=permission is None and self.has_hardware,
-                    has_link=link is not None,
-                    conditions=self._conditions(),
-                ),
-                self.world_now,
-            )
+            is_armed = permission is None and self.has_hardware
+            self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
             self._serve(ports)
             self.dover = dover_link(blocks, self.executive)
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
             self._held += [] if self.dover is None else [self.dover]
             self.ending: Ending | None = None
-            self.linked = None if link is None else self._linked(link, log)
-            self.arming = None if permission is None else self._arming(permission, log)
+            self.linked = None if link is None else self._linked(link)
+            self.arming = None if permission is None else self._arming(permission)
             self.tuning = Tuning(board, self._retune)
-            self._take_requests(log)
-            if self.robot.ended is not None:
-                self.executive.simulator.listen(self.robot.ended, self._end)
-            self._watch_load(log)
+            self._take_requests()
+            watch_load(self.executive, board.settings.executive, self.supervision, log)
             self.robot.find_chips()
             if permission is None:
-                self._enable(enabled=True)
+                self.hardware.enable(enabled=True)
             undo.pop_all()
+
+    @property
+    def rig(self) -> Rig | None:
+        """The doubles that were made for this run, and their world."""
+        return self.hardware.rig
 
     @property
     def is_outside(self) -> bool:
@@ -148,7 +112,7 @@ class Session:
 
         They stay as they are while nothing runs here, and others can switch them off.
         """
-        return self._doubles is not True and self.has_hardware
+        return self.hardware.is_outside
 
     @property
     def supervision(self) -> Arming | None:
@@ -207,19 +171,11 @@ class Session:
 
     def result(self) -> dict[str, object]:
         """How the run ended: the world's truth on doubles, else what the robot itself knows."""
-        own = self.robot.own_result()
-        if self.doubles is not None:
-            with suppress(HalError), blamed_on_rig(self.board, "result"):  # the server has gone
-                true = self.doubles.result(self.world_now.step_at, own)
-                return of_rig(self.board, "result", true)
-        return own
+        return self.hardware.result(self.robot.own_result())
 
     def outputs(self) -> dict[str, int] | None:
         """How many outputs of each chip are on; None where that is unknown."""
-        if self.doubles is not None:
-            with suppress(HalError), blamed_on_rig(self.board, "outputs"):  # the server has gone
-                return of_rig(self.board, "outputs", self.doubles.outputs)
-        return None
+        return self.hardware.outputs()
 
     def make_safe(self) -> list[str]:
         """Disable all outputs at once where a line can, then write full-off to every chip.
@@ -228,7 +184,7 @@ class Session:
         """
         failed: list[str] = []
         try:
-            self._enable(enabled=False)
+            self.hardware.enable(enabled=False)
         except HalError as error:
             failed.append(text_of(error))
         failed += self.robot.make_safe()
@@ -237,7 +193,7 @@ class Session:
 
     def close(self) -> None:
         """Release buses, sockets and doubles that are served."""
-        close_lines(self._lines)
+        self.hardware.close()
         for held in self._held:
             held.close()
 
@@ -259,19 +215,37 @@ class Session:
         if self._is_safe and self._statistics_path is not None and self.is_outside:
             forget_settings(self._statistics_path)
 
-    def _open_lines(self, permission: Permission | None) -> Lines:
-        """The robot's lines, or absent ones where the hardware is at the other end."""
-        if not self.has_hardware:
-            return absent_lines(self.board.settings.buses, self.board.ports)
-        interlock = always_enabled if permission is None else self._may_drive
-        return open_lines(self.board, self.doubles, interlock, self.world_now)
+    def _robot(self) -> tuple[Robot, Part | None, Ports]:
+        """The robot that runs here, which part of the whole it is, and its ports for others."""
+        whole = self.board.build(self.hardware.lines)
+        ports = Ports(whole.model)  # the world's own are none of them
+        self.hardware.attach(whole)
+        if self.end_of_board is None:
+            return whole, None, ports
+        robot, part = robot_of(self.end_of_board, whole)
+        return robot, part, ports.of_part(part)
 
-    def _linked(self, open_channel: OpenChannel, log: Callable[[str], None]) -> LinkedEnd:
+    def _executive(self, clock: Clock, *, is_armed: bool, has_link: bool) -> Executive:
+        model, end = self.robot.model, self.end_of_board
+        elsewhere = () if end is None else end.elsewhere
+        configuration = replace(
+            configuration_of(self.board, model, self.hardware.lines, elsewhere),
+            statistics_path=self._statistics_path,
+            armed_at_start=is_armed,
+            has_link=has_link,
+            conditions=self.hardware.conditions(end),
+        )
+        executive = Executive(model, clock, self.make_safe, configuration, self.world_now)
+        if self.robot.ended is not None:
+            executive.simulator.listen(self.robot.ended, self._end)
+        return executive
+
+    def _linked(self, open_channel: OpenChannel) -> LinkedEnd:
         """The link to the other end."""
         assert self.end_of_board is not None  # noqa: S101 -- `check_end` has refused it
         assert self.part is not None  # noqa: S101 -- likewise
         part = LinkedPart(self.board, self.end_of_board, self.part, self.executive)
-        linked = LinkedEnd(part, open_channel, self._end_with, log)
+        linked = LinkedEnd(part, open_channel, self._end_with, self._log)
         self._held.append(linked)
         return linked
 
@@ -279,18 +253,13 @@ class Session:
         """Output interlock of a run that may not drive of itself."""
         return self.arming is not None and self.arming.interlock()
 
-    def _enable(self, *, enabled: bool) -> None:
-        """Let outputs through or not, where a line decides. Raises HalError."""
-        if self._lines.enable is not None:
-            self._lines.enable.set(enabled)
-
     def _serve(self, ports: Ports) -> None:
         """Let other processes put values in and watch, in real time, if they can find it."""
         if self._statistics_path is not None and isinstance(self.executive.clock, MonotonicClock):
             path = Companion.PORTS.beside(self._statistics_path)
             self._held.append(PortsSocket(path, ports, self.executive))
 
-    def _arming(self, permission: Permission, log: Callable[[str], None]) -> Arming:
+    def _arming(self, permission: Permission) -> Arming:
         """What decides whether outputs may be driven."""
         max_late_percent = self.board.settings.arming.max_late_percent
         arming = Arming(
@@ -299,30 +268,23 @@ class Session:
             self.make_safe,
             prearm_checks(self.executive, max_late_percent),
             link=None if self.linked is None else self.linked.link.why_not,
-            enable=partial(self._enable, enabled=True),
-            log=log,
+            enable=partial(self.hardware.enable, enabled=True),
+            log=self._log,
         )
         if self.linked is not None:
             self.linked.arming = arming
         return arming
 
-    def _take_requests(self, log: Callable[[str], None]) -> None:
+    def _take_requests(self) -> None:
         """Let other processes arm it, disarm it and change its gains, if they can find it."""
         if self._statistics_path is not None:
             path = Companion.CONTROL.beside(self._statistics_path)
-            self._held.append(Requests(path, self.executive, self.arming, self.tuning, log))
+            requests = Requests(path, self.executive, self.arming, self.tuning, self._log)
+            self._held.append(requests)
 
     def _retune(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
         """Let the robot take up settings, be it recorded or not."""
         self.robot.retune(settings)
-
-    def _watch_load(self, log: Callable[[str], None]) -> None:
-        """Keep a run in real time from taking the machine for itself."""
-        settings = self.board.settings.executive
-        is_real = isinstance(self.executive.clock, MonotonicClock)
-        if is_real and settings.max_load_percent < ANY_LOAD:
-            limit, policy = settings.max_load_percent, settings.overload
-            Overload(self.executive, limit, policy, self.supervision, log)
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:
@@ -332,17 +294,3 @@ class Session:
     def _end_with(self, ending: Ending) -> None:
         self.ending = ending
         self.executive.request_stop(ending.reason)
-
-    def _conditions(self) -> dict[str, Any]:
-        """The board, and how a guard would switch it off; doubles made for the run have none."""
-        end = self.end_of_board
-        conditions: dict[str, Any] = {
-            "board": self.board.name if end is None else end.name,
-            "board_sha256": self.board.fingerprint,
-        }
-        if end is not None:
-            conditions["role"] = end.role
-        if not self.is_outside:
-            return conditions
-        served = self._doubles if isinstance(self._doubles, Path) else None
-        return {**conditions, "switched_off": switched_off(self.board, served)}

@@ -20,7 +20,7 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.in_force import PLACE
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.served.client import ServedDoubles
-from firmware_runtime.runs import session
+from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines
 from firmware_runtime.runs.open_board import OpenBoard
@@ -213,7 +213,7 @@ def outside(monkeypatch: pytest.MonkeyPatch) -> Outside:
         found.rig = rig_for(board, time)
         return open_lines(board, found.rig, interlock, time)
 
-    monkeypatch.setattr(session, "open_lines", opened)
+    monkeypatch.setattr(hardware, "open_lines", opened)
     return found
 
 
@@ -276,7 +276,7 @@ def test_doubles_that_are_served_are_left_to_others_afterwards(
         def doubles(_board: Board, _path: Path) -> ServedDoubles:
             return ServedDoubles(served.ask, lines, (), disconnect=lambda: left.append("left"))
 
-        monkeypatch.setattr(session, "served_doubles", doubles)
+        monkeypatch.setattr(hardware, "served_doubles", doubles)
         served.doubles.buses["i2c1"].faults = None if chip_is_there else REFUSED
         choices: dict[str, Any] = {"doubles": tmp_path, "statistics": tmp_path / "x.stats"}
         if chip_is_there:

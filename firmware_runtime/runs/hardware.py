@@ -1,0 +1,106 @@
+"""What a run drives: chips on their lines, doubles made for it, or doubles that are served."""
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Doubles, Rig
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.interlock import Interlock
+from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.runs.lines import close_lines, open_lines
+from firmware_runtime.runs.outputs import switched_off
+from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
+
+
+class Hardware:
+    """The lines of a run, open from construction until `close`, and what is behind them.
+
+    `rig` is there if doubles were made for the run (True); they are served at a path, or absent on
+    the real robot (False). Of a run without hardware, as `is_here` says, all lines are absent.
+    `world_now` is the instant that doubles and their world live in, ns since the start of the run.
+    Raises ConfigError, and HalError when a bus or a server is missing.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        clock: Clock,
+        doubles: bool | Path,  # noqa: FBT001 -- as the session's
+        interlock: Interlock,
+        *,
+        is_here: bool,
+    ) -> None:
+        self.is_here = is_here
+        self._board = board
+        is_own = is_here and doubles is True
+        self.is_outside = is_here and not is_own
+        """Whether outputs are outside of this process, on chips or on doubles that are served."""
+        self._served_at = doubles if is_here and isinstance(doubles, Path) else None
+        self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
+        self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
+        self._served: ServedDoubles | None = None
+        if self._served_at is not None:
+            self._served = served_doubles(board, self._served_at)
+        self.doubles: Doubles | None = self._served if self.rig is None else self.rig
+        self.lines = Lines({})
+        try:
+            self.lines = self._open_lines(interlock)
+        except BaseException:
+            self.close()
+            raise
+
+    def attach(self, robot: Robot) -> None:
+        """Tie the rig's world to a robot, where there is one."""
+        if self.rig is not None:
+            with blamed_on_rig(self._board, "attach"):
+                self.rig.attach(robot.model)
+
+    def enable(self, *, enabled: bool) -> None:
+        """Let outputs through or not, where a line decides. Raises HalError."""
+        if self.lines.enable is not None:
+            self.lines.enable.set(enabled)
+
+    def result(self, own: dict[str, object]) -> dict[str, object]:
+        """How the run ended: the world's truth on doubles, else what the robot itself knows."""
+        if self.doubles is not None:
+            with suppress(HalError), blamed_on_rig(self._board, "result"):  # the server has gone
+                true = self.doubles.result(self.world_now.step_at, own)
+                return of_rig(self._board, "result", true)
+        return own
+
+    def outputs(self) -> dict[str, int] | None:
+        """How many outputs of each chip are on; None where that is unknown."""
+        if self.doubles is not None:
+            with suppress(HalError), blamed_on_rig(self._board, "outputs"):  # the server has gone
+                return of_rig(self._board, "outputs", self.doubles.outputs)
+        return None
+
+    def conditions(self, end: BoardEnd | None) -> dict[str, Any]:
+        """The board, and how a guard would switch it off; doubles made for the run have none."""
+        conditions: dict[str, Any] = {
+            "board": self._board.name if end is None else end.name,
+            "board_sha256": self._board.fingerprint,
+        }
+        if end is not None:
+            conditions["role"] = end.role
+        if self.is_outside:
+            conditions["switched_off"] = switched_off(self._board, self._served_at)
+        return conditions
+
+    def close(self) -> None:
+        """Release buses and ports, and doubles that are served."""
+        close_lines(self.lines)
+        if self._served is not None:
+            self._served.close()
+
+    def _open_lines(self, interlock: Interlock) -> Lines:
+        """The robot's lines, or absent ones where the hardware is at the other end."""
+        if not self.is_here:
+            return absent_lines(self._board.settings.buses, self._board.ports)
+        return open_lines(self._board, self.doubles, interlock, self.world_now)
