@@ -11,6 +11,8 @@ from firmware_runtime.hal.interlock import Interlock, always_enabled
 
 CHECK_EVERY = SECOND
 """Ns between two checks of the time a mission has taken."""
+ENABLED_EVERY = SECOND // 10
+"""Ns between two checks whether outputs are enabled, before the start."""
 STOPS = 2
 """Both treads stop once when the radar sees the target, and once in front of it."""
 
@@ -18,7 +20,9 @@ STOPS = 2
 class Mission(Atomic):
     """Wakes the sensors, gives the start signal, watches faults and the treads' commands.
 
-    waking (0) --sonars! 1, compasses! periodic--> starting (start_after) --in1! 1--> watching
+    waking (0) --sonars! 1, compasses! periodic--> waiting (start_after)
+    waiting, outputs enabled --> starting (0) --in1! 1--> watching
+    waiting, outputs disabled --> waiting (a tenth of a second)
     watching (a second, again and again) --> watching
     watching, both treads stopped twice --> ending (0) --ended!--> ended
     watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
@@ -73,7 +77,9 @@ class Mission(Atomic):
     def internal(self) -> None:
         """Go on to the next phase."""
         if self.phase == "waking":
-            self.hold_in("starting", self.start_after)
+            self.hold_in("waiting", self.start_after)
+        elif self.phase == "waiting":
+            self._start_if_enabled()
         elif self.phase == "ending":
             self.passivate("ended")
         else:
@@ -88,6 +94,13 @@ class Mission(Atomic):
                 self.activate("ending")
                 return
         self.continue_(elapsed)
+
+    def _start_if_enabled(self) -> None:
+        """Start the controller once what it commands can move: it says each thing once."""
+        if self.interlock():
+            self.activate("starting")
+        else:
+            self.hold_in("waiting", ENABLED_EVERY)
 
     def _watch_on(self) -> None:
         """Look at the time once a second; longer than `longest` no mission takes."""

@@ -3,19 +3,20 @@
 An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`, such as
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
 module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
-`devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `OPTIONAL_COMPONENTS`, `DOUBLES_RUN_S`
-and `event_model` there are.
+`devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `OPTIONAL_COMPONENTS`,
+`DOUBLES_RUN_S`, `EXPERIMENTS` and `event_model` there are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
 from msgspec import Struct, ValidationError, convert
 
+from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.loads import bus_loads
@@ -33,6 +34,7 @@ _WORDS = {
     "RETUNABLE": "retunable",
     "OPTIONAL_COMPONENTS": "optional_components",
     "DOUBLES_RUN_S": "doubles_run_s",
+    "EXPERIMENTS": "experiments",
 }
 """How a module calls what is no function."""
 _FUNCTIONS = ("build", "devices", "serial_devices", "loads", "faults", "event_model")
@@ -78,6 +80,8 @@ class BoardDefinition(Generic[S]):
     """Components that the top model has with some settings only; [roles] may name them."""
     doubles_run_s: float = DOUBLES_RUN_S
     """How long a run on doubles takes unless `--for` says."""
+    experiments: Mapping[str, StepExperiment] = field(default_factory=dict)
+    """What `firmware-runtime experiment` can do with this board, by name."""
 
     def __post_init__(self) -> None:
         _check_schema(self.settings)
@@ -87,6 +91,7 @@ class BoardDefinition(Generic[S]):
                 raise SettingError(f"{name}: {value!r}: expected a function")
         _check_values(self.retunable, self.doubles_run_s)
         _check_names(self.optional_components)
+        _check_experiments(self.experiments)
 
 
 def _check_values(keys: object, length: object) -> None:
@@ -101,6 +106,14 @@ def _check_names(names: object) -> None:
     """Refuse what is no list of components."""
     if not (isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)):
         raise SettingError(f"optional_components: {names!r}: expected names, in a list")
+
+
+def _check_experiments(experiments: object) -> None:
+    """Refuse what are no experiments by name."""
+    if not isinstance(experiments, Mapping) or not all(
+        isinstance(each, StepExperiment) for each in experiments.values()
+    ):
+        raise SettingError(f"experiments: {experiments!r}: expected StepExperiments by name")
 
 
 def _check_schema(schema: object) -> None:

@@ -18,6 +18,7 @@ import msgspec
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
+from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.faults import Device, device_faults, executive_faults
 from firmware_runtime.board.kinds import (
     FILE,
@@ -72,6 +73,8 @@ class Board:
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     retunable: Sequence[str]
     """Keys that may change while the robot runs; `*` stands for any word."""
+    experiments: Mapping[str, StepExperiment]
+    """What can be tried with it beside what any board can, by name."""
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
@@ -163,6 +166,7 @@ def board_of(
         build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
         retunable=defined.retunable,
+        experiments=defined.experiments,
         fingerprint=_fingerprint(source, assignments),
     )
 

@@ -31,6 +31,8 @@ def _not_for_a_model_alone(arguments: argparse.Namespace) -> Iterator[str]:
     for option in ("doubles", "plot", "arm", "supervised", "record"):
         if getattr(arguments, option):
             yield f"--events runs the model alone: leave --{option} out"
+    if arguments.inputs:
+        yield "--input: an event file says what arrives when: leave it out"
     if arguments.until is not None and arguments.duration_s is not None:
         yield "--until and --for both say when the run ends: leave one out"
 

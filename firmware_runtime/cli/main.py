@@ -58,6 +58,7 @@ VERBS = {
     "key": "key",
     "safe-state": "safe_state",
     "bench": "bench",
+    "experiment": "experiment",
     "doctor": "doctor",
     "deploy": "deploy",
     "new": "new",

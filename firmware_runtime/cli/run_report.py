@@ -12,6 +12,7 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
+from firmware_runtime.stages.document import of_one_process
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
@@ -31,6 +32,7 @@ class Report:
         self._say = say
         self._clock = arguments.clock
         self._json = arguments.json
+        self._stage = arguments.stage
         self._chips = {False: "its chips", True: "doubles"}.get(
             arguments.doubles, f"the doubles at {arguments.doubles}"
         )
@@ -78,7 +80,7 @@ class Report:
     def _as_json(self, outcome: Outcome) -> dict[str, Any]:
         session = self._session
         outputs_on = session.outputs()
-        return {
+        document = {
             "board": session.board.name,
             "clock": self._clock,
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
@@ -87,6 +89,7 @@ class Report:
             "statistics": (statistics := session.executive.statistics.as_json()),
             **({"link": statistics["link"]} if "link" in statistics else {}),
         }
+        return document if self._stage is None else of_one_process(self._stage, document)
 
     def _as_text(self, outcome: Outcome) -> Iterator[str]:
         session = self._session

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
+from time import monotonic_ns
+from typing import Any
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.ends import BoardEnd, end_of
@@ -13,12 +15,15 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, posi
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
+from firmware_runtime.cli.planned_inputs import add_input_option, plan_inputs
 from firmware_runtime.cli.progress_line import Messages, progress_shown
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
 from firmware_runtime.cli.run_report import Report
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
+from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.experiments.loop_model import loop_board
 from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.linking import idle_options
@@ -27,6 +32,7 @@ from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
+from firmware_runtime.stages.reports import EndReports
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
@@ -99,6 +105,15 @@ def add_to(verbs: SubParsers) -> None:
         help="draw the run of the detective in its arena; FILE.png needs the extra `plot`",
     )
     verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
+    verb.add_argument(
+        "--loop",
+        action="store_true",
+        help="with --role: in place of the board's model a ramp that is sent out and back, as the "
+        "ends of `experiment loop-delay` do",
+    )
+    verb.add_argument("--report-to", type=int, help=argparse.SUPPRESS)  # by a stage's command
+    add_input_option(verb)
+    add_stage_options(verb)
     add_event_options(verb)
 
 
@@ -112,7 +127,6 @@ def _add_link(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--link",
-        type=link_address,
         metavar="ADDRESS",
         help="the way to the other part: unix:PATH, or udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]",
     )
@@ -120,12 +134,19 @@ def _add_link(verb: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
+    choose_stage(arguments)
     choose_clock(arguments)
     board = chosen_board(arguments.board, arguments.assignments)
+    if arguments.stage is not None and arguments.stage.has_two_ends:
+        both = import_module("firmware_runtime.cli.staged")  # not for a robot's own start
+        status: int = both.run_both_ends(arguments, board)
+        return status
     if arguments.events is not None:
         return run_event_file(arguments, board)
     messages = Messages()
+    board = loop_board(board) if arguments.loop else board
     end = _end_of(arguments, board)
+    link = None if arguments.link is None else link_address(arguments.link)
     path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
 
@@ -144,7 +165,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 end=end,
             ),
             end=end,
-            link=arguments.link,
+            link=link,
             log=messages,
         )
         notices.progress("starts: takes its first step", within)
@@ -161,6 +182,8 @@ def _run(
     executive = session.executive
     try:
         draw = _plotting(session, arguments.plot)
+        plan_inputs(session, arguments.inputs)
+        reports = _reports(session, arguments.report_to)
         report = Report(session, arguments, messages)
         with (
             _recording(session, arguments.record, messages) as ended,
@@ -171,6 +194,8 @@ def _run(
         ):
             report.begin()
             outcome = session.run(report.until)
+            if reports is not None:
+                reports.keep_signals_off()
             ended(outcome)
         if isinstance(outcome.error, StatisticsFileError):
             raise outcome.error  # the run never began: bad input, like a board's
@@ -184,6 +209,8 @@ def _run(
         draw(outcome.reason)
     finally:
         session.close()
+    if reports is not None:
+        reports.close()
     return status
 
 
@@ -200,6 +227,27 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
     if faults:
         raise ConfigError("run", faults)
     return end
+
+
+def _reports(session: Session, descriptor: int | None) -> EndReports | None:
+    """What tells the command of a stage how this end of it fares."""
+    if descriptor is None:
+        return None
+    return EndReports(session.executive, descriptor, session.shown, lambda: _standing(session))
+
+
+def _standing(session: Session) -> dict[str, Any]:
+    """Whether it is armed, and how its link stands."""
+    arming, linked = session.arming, session.linked
+    standing: dict[str, Any] = {"armed": arming is None or arming.armed}
+    if linked is not None:
+        peer = linked.link.peer
+        round_trip = peer.clock.round_trip
+        standing["link"] = {
+            "why_bad": peer.why_bad(monotonic_ns()),
+            "age_us": None if round_trip is None else round_trip / 2 / MICROSECOND,
+        }
+    return standing
 
 
 def _statistics_path(

@@ -1,0 +1,70 @@
+"""`run --input SECONDS:PORT=VALUE`: values for input ports of the model at known instants."""
+
+import argparse
+from dataclasses import dataclass
+from math import isfinite
+
+from msgspec import Raw
+
+from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.datagrams import Refusal
+from firmware_runtime.links.ports import Ports
+from firmware_runtime.runs.session import Session
+
+EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:yaw_reference=1.0"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedInput:
+    """One value for one port, as the command line has it."""
+
+    at: int
+    port: str
+    value: bytes
+    """In JSON."""
+
+    def __str__(self) -> str:
+        return f"{self.at / SECOND}:{self.port}={self.value.decode()}"
+
+
+def add_input_option(verb: argparse.ArgumentParser) -> None:
+    """Add --input."""
+    verb.add_argument(
+        "--input",
+        type=planned_input,
+        action="append",
+        default=[],
+        metavar="SECONDS:PORT=VALUE",
+        dest="inputs",
+        help="put a value, in JSON, into an input port of the model at that second of the run; "
+        "may be repeated",
+    )
+
+
+def planned_input(text: str) -> PlannedInput:
+    """One word of the command line."""
+    when, _, what = text.partition(":")
+    port, _, value = what.partition("=")
+    try:
+        at_s = float(when)
+    except ValueError:
+        at_s = -1.0
+    if not (isfinite(at_s) and 0 <= at_s <= 1e9 and port and value):
+        raise argparse.ArgumentTypeError(f"{text!r}: {EXPECTED}")
+    return PlannedInput(0 if at_s == 0 else seconds(at_s), port, value.encode())
+
+
+def plan_inputs(session: Session, inputs: list[PlannedInput]) -> None:
+    """Let them arrive when they are due. Raises ConfigError for a port that is not there."""
+    ports = Ports(session.robot.model)
+    faults = []
+    for each in inputs:
+        try:
+            port, value = ports.arrival(each.port, Raw(each.value))
+        except Refusal as why:
+            faults.append(f"--input: {why}")
+        else:
+            session.executive.plan(each.at, port, value)
+    if faults:
+        raise ConfigError(session.board.name, faults)

@@ -1,0 +1,1 @@
+"""One robot in four stages: simulation, network, remote, embedded."""

@@ -1,0 +1,232 @@
+"""A stage of two ends, from their start to their one result."""
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_runtime.board.ends import end_of
+from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.stages.document import of_an_end, of_two_ends
+from firmware_runtime.stages.end_process import EndProcess
+from firmware_runtime.stages.merged_trace import merge_traces
+from firmware_runtime.stages.stage import Stage
+from firmware_runtime.stages.two_ends import TwoEnds
+from firmware_runtime.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
+from firmware_runtime.status import Status
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
+
+UNTIL_STOPPED_S: Final = 1e9
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Staged:
+    """What is to run; `named` is the board as the command line has it."""
+
+    board: Board
+    named: str
+    stage: Stage
+    for_s: float
+    how: Impairment = WIFI
+    peer: str | None = None
+    key: Path | None = None
+    is_over_ros: bool = False
+    inputs: Sequence[str] = ()
+    trace: Path | None = None
+    is_loop: bool = False
+    """Whether a loop is run in place of the board's model, to measure its delay."""
+
+    @property
+    def way(self) -> Callable[[Say], AbstractContextManager[Way]]:
+        """What is between the ends."""
+        if self.peer is not None and self.key is not None:
+            peer, key = self.peer, self.key
+            return lambda _say: to_peer(peer, key)
+        if self.is_over_ros:
+            return lambda _say: ros_graph()
+        if self.stage is Stage.NETWORK:
+            return lambda _say: loopback()
+        return lambda say: bad_network(self.how, say)
+
+
+@dataclass(slots=True)
+class StagedRun:
+    """Both ends while they run; `reports` are the newest of each, by role."""
+
+    staged: Staged
+    way: Way
+    ends: TwoEnds
+    folder: Path
+    roles: Mapping[str, str]
+    """What the board calls the two ends."""
+    by_role: dict[str, EndProcess] = field(default_factory=dict)
+
+    @property
+    def reports(self) -> Mapping[str, Mapping[str, Any]]:
+        """How each end fares."""
+        return {role: end.report for role, end in self.by_role.items()}
+
+    def run(self) -> None:
+        """Start the robot end, then the controller, and watch them until both have ended."""
+        patience = seconds(self.staged.board.settings.executive.bring_up_s)
+        if self.staged.peer is None:
+            robot = self._start(ROBOT, self.way.robot_link, self.way.before_robot)
+            is_there = self.ends.wait_until(lambda: bool(robot.report), patience)
+            if not is_there and not self.ends.is_ending:
+                raise ConfigError("robot end", [f"not running within {patience // SECOND} s"])
+        if not self.ends.is_ending:
+            self._start(CONTROLLER, self.way.controller_link, self.way.before_controller)
+        self.ends.wait_until(lambda: False)
+
+    def trace_of(self, role: str) -> Path:
+        """Where an end keeps its own trace."""
+        return self.folder / f"{role}.jsonl"
+
+    def _start(self, role: str, link: str, before: Sequence[str]) -> EndProcess:
+        staged = self.staged
+        words = ["run", staged.named, "--role", self.roles[role], "--link", link]
+        for assignment in staged.board.assignments:
+            words += ["--set", assignment]
+        is_robot = role == ROBOT
+        words += ["--for", f"{UNTIL_STOPPED_S if is_robot else staged.for_s:g}"]
+        words += ["--doubles"] if is_robot and not staged.is_loop else []
+        for planned in staged.inputs:
+            if (role == ROBOT) == leads_to(staged.board, planned, self.roles[ROBOT]):
+                words += ["--input", planned]
+        if staged.is_loop:
+            words += ["--loop", "--statistics", str(self.folder / f"{role}.stats")]
+        if staged.trace is not None:
+            words += ["--trace", str(self.trace_of(role))]
+        self.by_role[role] = end = EndProcess(role, words, before)
+        self.ends.add(end)
+        return end
+
+
+@dataclass(frozen=True, slots=True)
+class StagedResult:
+    """How a stage ended: its exit status, its document, and which port was shown."""
+
+    status: int
+    document: dict[str, Any]
+    shown: str | None
+
+
+def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> StagedResult:
+    """Run a stage of two ends to its end; nothing of it is left running."""
+    roles = (
+        {each: each for each in (ROBOT, CONTROLLER)} if staged.is_loop else ends_of(staged.board)
+    )
+    with ExitStack() as stack:
+        signalled = stack.enter_context(until_signal())
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="firmware-runtime-")))
+        way = stack.enter_context(staged.way(say))
+        ends = TwoEnds(signalled, say, lambda: show(run))
+        stack.callback(ends.close)
+        run = StagedRun(staged, way, ends, folder, roles)
+        with _ended(ends):
+            run.run()
+        return _result(run, signalled)
+
+
+def ends_of(board: Board) -> dict[str, str]:
+    """What a board calls its two ends: `robot` is the one with the hardware.
+
+    Raises ConfigError for a board whose [roles] make no two ends.
+    """
+    roles = board.settings.roles
+    if not roles:
+        fault = "no table [roles] in its board.toml; expected one, for two ends"
+        raise ConfigError(board.name, [fault])
+    found = {}
+    for role in dict.fromkeys((*roles, CONTROLLER)):
+        with suppress(ConfigError):
+            components_of(roles, _model(board), role)
+            found[ROBOT if end_of(board, role).has_hardware else CONTROLLER] = role
+    if len(found) < 2:
+        first = end_of(board, next(iter(roles)))
+        fault = f"roles: {first.role} and the rest: expected one with all hardware, and one without"
+        raise ConfigError(board.name, [fault])
+    return found
+
+
+def leads_to(board: Board, planned: str, role: str) -> bool:
+    """Whether an input of the top model leads to a component of this role."""
+    name = planned.partition(":")[2].partition("=")[0]
+    model = _model(board)
+    own = set(components_of(board.settings.roles, model, role))
+    return any(end.owner.name in own for begin, end in model.couplings if begin.name == name)
+
+
+def _model(board: Board) -> Coupled:
+    return board.build(absent_lines(board.settings.buses, board.ports)).model
+
+
+@contextmanager
+def _ended(ends: TwoEnds) -> Iterator[None]:
+    """After the block all ends have ended, whatever went wrong in it."""
+    try:
+        yield
+    finally:
+        ends.end()
+
+
+def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
+    staged, ends = run.staged, run.ends
+    counted = run.way.finish()
+    documents = {role: end.document() for role, end in run.by_role.items()}
+    began = {
+        role: report["began_ns"] for role, report in run.reports.items() if "began_ns" in report
+    }
+    if staged.trace is not None:
+        merge_traces({role: run.trace_of(role) for role in run.by_role}, began, staged.trace)
+    failed = ends.failed_first
+    status = _stopped_by(signalled) if failed is None else failed.status or Status.MODEL_ERROR
+    controller, robot = (
+        of_an_end(documents[role], run.by_role[role].status) if role in documents else None
+        for role in (CONTROLLER, ROBOT)
+    )
+    merged = of_two_ends(controller or {}, robot, began)
+    link = {**run.way.conditions, **({"datagrams": counted} if counted else {})}
+    return StagedResult(
+        status,
+        {
+            "board": staged.board.name,
+            "stage": staged.stage.value,
+            "clock": "monotonic",
+            "ended": _how(ends, documents, signalled),
+            **merged,
+            "link": link,
+        },
+        next((name for each in run.reports.values() if (name := each.get("shown"))), None),
+    )
+
+
+def _stopped_by(signalled: UntilSignal) -> int:
+    if not signalled.came:
+        return Status.OK
+    return Status.INTERRUPTED if signalled.name == "SIGINT" else Status.TERMINATED
+
+
+def _how(
+    ends: TwoEnds, documents: Mapping[str, Mapping[str, Any]], signalled: UntilSignal
+) -> dict[str, Any]:
+    """How it ended, by the end that failed first, or else the one that ended first."""
+    failed = ends.failed_first
+    if failed is None and signalled.came:
+        return {"state": "stopped", "reason": signalled.name, "by": None}
+    first = failed or (ends.ended[0] if ends.ended else None)
+    if first is None:
+        return {"state": "failed", "reason": "no end was started", "by": None}
+    ended = documents[first.role].get("ended")
+    if ended is None:
+        ended = {"state": "failed", "reason": f"ended with status {first.status}"}
+    return {**ended, "by": first.role}
