@@ -22,10 +22,10 @@ def main() -> None:
     """Obey until there is nothing more to obey."""
     path = Path(sys.argv[1])
     while os.read(_INPUT, 1) == READ:
-        print(_read_until_told(path), flush=True)
+        print(_read_until_stopped(path), flush=True)
 
 
-def _read_until_told(path: Path) -> int:
+def _read_until_stopped(path: Path) -> int:
     """Read at once, then at the rate until it is to rest; return how often."""
     readings, next_at, stopped = 0, monotonic(), False
     while not stopped:

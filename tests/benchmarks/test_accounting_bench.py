@@ -151,7 +151,7 @@ def test_a_bare_interpreter_has_a_size_and_a_start(tmp_path: Path) -> None:
         status_of_python(tmp_path, "pass", "VmNothing")
 
 
-def test_memory_is_told_in_megabytes_by_that_of_numpy() -> None:
+def test_memory_is_shown_in_megabytes_by_that_of_numpy() -> None:
     assert accounting_memory.megabytes(1_000_000) == 1024.0
     megabytes = {"python": 10.0, "python with numpy": 20.0, "without doubles": 30.0}
     lines = accounting_memory.text({"megabytes": megabytes, "goal_mb": 45.0, "ratio": 1.5})
@@ -207,7 +207,7 @@ def test_another_part_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert "invalid choice: 'speed'" in capsys.readouterr().err
 
 
-def test_every_part_is_measured_and_told(
+def test_every_part_is_measured_and_printed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measured: list[str] = []
@@ -216,11 +216,11 @@ def test_every_part_is_measured_and_told(
         measured.append(part)
         return {"ratio": float(len(measured))}
 
-    told: dict[str, Callable[[dict[str, Any]], list[str]]] = {
+    reported: dict[str, Callable[[dict[str, Any]], list[str]]] = {
         part: lambda result: [f"ratio {result['ratio']}"] for part in accounting.TEXTS
     }
     monkeypatch.setattr(accounting, "_measure", fake)
-    monkeypatch.setattr(accounting, "TEXTS", told)
+    monkeypatch.setattr(accounting, "TEXTS", reported)
     assert main(["bench", "accounting"]) == 0
     assert measured == ["start", "memory", "growth", "cold", "cost"]
     assert capsys.readouterr().out.splitlines()[-1] == "ratio 5.0"

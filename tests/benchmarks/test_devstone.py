@@ -83,7 +83,7 @@ def test_the_ratio_comes_last(
     assert lines[-1] == "ratio 3.0 (HI, goal 11)"
 
 
-def test_models_that_only_wait_tell_how_their_cost_grows(
+def test_models_that_only_wait_show_how_their_cost_grows(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(hold, "transitions", lambda _kind, _count: 4)
@@ -109,7 +109,7 @@ def test_json_has_conditions_seconds_transitions_and_the_ratio_last(
     assert json.loads((tmp_path / "devstone.json").read_text()) == report
 
 
-def test_an_engine_that_did_other_work_is_told_and_fails_the_run(
+def test_an_engine_that_did_other_work_is_reported_and_fails_the_run(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, HI_3X2, {"internal": 4, "external": 5}) == 1

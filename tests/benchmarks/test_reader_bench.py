@@ -1,4 +1,4 @@
-"""With and without are told apart, the control is a control, and the reader really reads."""
+"""With and without are kept apart, the control is a control, and the reader really reads."""
 
 import json
 from collections import Counter
@@ -59,7 +59,7 @@ def test_one_round_that_was_spoilt_changes_neither_ratio() -> None:
     assert found["ratio"] == found["control"]["ratio"] == 1.0
 
 
-def test_the_interval_tells_rounds_that_agree_from_rounds_that_do_not() -> None:
+def test_the_interval_separates_rounds_that_agree_from_rounds_that_do_not() -> None:
     assert sure([1.5] * 9) == {"low": 1.5, "ratio": 1.5, "high": 1.5}
     found = sure([0.5, 0.7, 0.9, 1.0, 1.1, 1.4, 2.0])
     assert 0.5 <= found["low"] < found["ratio"] == 1.0 < found["high"] <= 2.0
@@ -72,7 +72,7 @@ def test_no_lateness_at_all_is_no_division_by_zero() -> None:
 
 
 @pytest.mark.slow
-def test_the_reader_reads_while_it_is_told_to_and_ends_with_its_input(tmp_path: Path) -> None:
+def test_the_reader_reads_while_it_is_to_and_ends_with_its_input(tmp_path: Path) -> None:
     path = tmp_path / "robot.stats"
     Executive(Robot(), VirtualClock(), list, Configuration(statistics_path=path)).run(MILLISECOND)
     with reader(path) as other:

@@ -134,7 +134,7 @@ def test_the_ratio_comes_last() -> None:
     assert report_text()[-1] == "ratio 1.30 (awake: p99 of executive by cyclictest)"
 
 
-def test_the_text_tells_what_was_refused_and_who_else_was_busy() -> None:
+def test_the_text_says_what_was_refused_and_who_else_was_busy() -> None:
     [line] = [line for line in report_text() if line.startswith("not granted")]
     assert line == (
         "not granted: fifo_priority; meanwhile other processes took 25.0% of the processors, "
@@ -150,7 +150,7 @@ def test_the_text_has_a_row_for_every_interval_in_which_something_fell() -> None
     assert rows[3][3:] == ["200", "█" * 13, "100", "█" * 13]
 
 
-def test_the_text_tells_which_goals_were_met() -> None:
+def test_the_text_says_which_goals_were_met() -> None:
     assert [line for line in report_text() if line.startswith("goal")] == [
         "goal of executive: p50 1.30, at most 1.3: met; p99 1.30, at most 1.5: met",
         "goal of executive, spinning: p50 0.10, at most 1: met; p99 0.10, at most 1: met",

@@ -85,7 +85,7 @@ def bat(tmp_path: Path) -> Iterator[None]:
         yield
 
 
-def heard(*assignments: str) -> list[float]:
+def received(*assignments: str) -> list[float]:
     """The distances that the board's sonar gives of an echo 0.75 m away, in a second."""
     from bat.definition import doubles  # type: ignore[import-not-found]  # noqa: PLC0415
 
@@ -110,7 +110,7 @@ def heard(*assignments: str) -> list[float]:
 @pytest.mark.usefixtures("bat")
 @pytest.mark.parametrize("assignments", [(), MAXBOTIX], ids=["srf08", "maxbotix"])
 def test_either_chip_receives_the_same_echo(assignments: tuple[str, ...]) -> None:
-    distances = heard(*assignments)
+    distances = received(*assignments)
     assert len(distances) >= 2
     assert distances == pytest.approx([0.75] * len(distances), abs=0.02)
 

@@ -50,7 +50,7 @@ def test_what_the_other_end_knows_is_not_made_up() -> None:
     assert controller.own_result()["yaw_rad"] is None
 
 
-def test_the_robot_s_ending_is_heard_where_it_is() -> None:
+def test_the_robot_s_ending_is_known_where_it_is() -> None:
     board = load("detective")
     assert robot_of(end_of(board, "robot"), whole(board))[0].ended is not None
     assert robot_of(end_of(board, "controller"), whole(board))[0].ended is None

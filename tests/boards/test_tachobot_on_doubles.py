@@ -41,11 +41,11 @@ def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_poll_of_four
 def test_every_tick_carries_what_an_outside_simulator_needs() -> None:
     robot = virtual_tachobot()
     robot.run(2)
-    ticks = [at for at, _ in robot.heard["imu.sample"]]
+    ticks = [at for at, _ in robot.received["imu.sample"]]
     assert all(b - a == 10 * MILLISECOND for a, b in pairwise(ticks))
     for port in ("world.yaw_rad", "world.yaw_rate_rad_s", "controller.yaw.command_n"):
-        assert [at for at, _ in robot.heard[port]] == ticks
-    assert [at for at, _ in robot.heard["thrust_pairs.duties"]] == ticks
+        assert [at for at, _ in robot.received[port]] == ticks
+    assert [at for at, _ in robot.received["thrust_pairs.duties"]] == ticks
     assert all(len(duties) == 8 for duties in robot.values("thrust_pairs.duties"))
 
 
@@ -70,7 +70,7 @@ def test_the_same_seed_gives_the_same_values_and_another_seed_does_not() -> None
     for seed in (1, 1, 2):
         robot = virtual_tachobot(f"world.seed={seed}")
         robot.run(2)
-        runs.append(robot.heard)
+        runs.append(robot.received)
     assert runs[0] == runs[1]
     assert runs[0] != runs[2]
 
@@ -121,7 +121,7 @@ def test_it_recovers_from_a_brown_out_of_the_imu() -> None:
     robot.rig.magnetometer.power_cycle()
     robot.run(8)
     assert robot.values("imu.fault") != []
-    assert robot.heard["imu.sample"][-1][0] == 8 * SECOND
+    assert robot.received["imu.sample"][-1][0] == 8 * SECOND
     assert robot.rig.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.1)
 
 
@@ -172,8 +172,8 @@ def test_a_magnetometer_that_dies_in_flight_is_found_out_and_flown_without() -> 
 def test_a_delay_in_the_yaw_loop_postpones_every_force() -> None:
     robot = virtual_tachobot("controller.yaw.delay_s=0.08")
     robot.run(2)
-    commanded = [at for at, _ in robot.heard["controller.yaw.command_n"]]
-    written = [at for at, _ in robot.heard["thrust_pairs.duties"]]
+    commanded = [at for at, _ in robot.received["controller.yaw.command_n"]]
+    written = [at for at, _ in robot.received["thrust_pairs.duties"]]
     assert written[0] - commanded[0] == 80 * MILLISECOND
 
 

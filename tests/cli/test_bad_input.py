@@ -271,7 +271,7 @@ def test_an_absent_bus_is_named_with_what_was_expected(command: Callable[..., An
     assert len(ended.error.splitlines()) == 1
 
 
-def test_statistics_that_do_not_exist_are_told(command: Callable[..., Any]) -> None:
+def test_statistics_that_do_not_exist_are_reported(command: Callable[..., Any]) -> None:
     ended = command("stats", "tachobot")
     assert ended.status == 2
     assert "no statistics of tachobot" in ended.error

@@ -142,7 +142,7 @@ def test_it_drives_to_the_target_and_says_where_it_stopped(command: Callable[...
     assert document["outputs_on"] == {"radar_motor": 0, "treads": 0}
 
 
-def test_a_failure_is_told_on_the_exit_line_and_in_the_statistics(
+def test_a_failure_is_reported_on_the_exit_line_and_in_the_statistics(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
     stuck = ("--set", "world.body_compass_stuck_s=5")

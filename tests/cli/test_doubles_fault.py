@@ -57,7 +57,7 @@ def test_bad_words_are_refused(command: Callable[..., Any], words: list[str], wh
     assert what in ended.error
 
 
-def test_where_nobody_serves_there_is_one_sentence(
+def test_where_nothing_is_served_there_is_one_sentence(
     command: Callable[..., Any], tmp_path: Path
 ) -> None:
     ended = command("doubles", "fault", "stuck", "--socket", str(tmp_path / "none"))

@@ -120,13 +120,13 @@ def test_settings_that_cannot_be_kept_are_a_sentence(tmp_path: Path) -> None:
         keep_settings(registry.load("tachobot"), tmp_path / "file" / "x.stats")
 
 
-def test_doubles_that_nobody_serves_are_one_sentence(tmp_path: Path) -> None:
+def test_doubles_that_are_not_served_are_one_sentence(tmp_path: Path) -> None:
     outputs = Outputs(registry.load("tachobot"), tmp_path / "d.socket", tmp_path / "x")
     (failed,) = outputs.make_safe()
     assert "d.socket" in failed
 
 
-def test_kept_settings_are_for_the_group_and_not_for_everybody(tmp_path: Path) -> None:
+def test_kept_settings_are_for_the_group_and_not_for_others(tmp_path: Path) -> None:
     before = os.umask(0)
     keep_settings(registry.load("tachobot"), tmp_path / "x.stats")
     os.umask(before)

@@ -121,7 +121,7 @@ def test_ctrl_c_ends_the_waiting_cleanly(
 
 
 @pytest.mark.parametrize("waiting", [[], ["--when-late", 2000]])
-def test_a_run_without_a_recorder_is_told_how_to_have_one(
+def test_a_run_without_a_recorder_is_answered_with_how_to_have_one(
     command: Command, run: RecordedRun, output: Path, state_directory: Path, waiting: list[object]
 ) -> None:
     (state_directory / "robot.spans").unlink()

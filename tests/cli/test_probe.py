@@ -153,7 +153,7 @@ def test_a_held_address_is_named_with_its_driver(
     assert "tachobot does not fit" in ended.out
 
 
-def test_a_machine_without_a_bus_is_told_how_to_get_one(
+def test_on_a_machine_without_a_bus_the_sentence_says_how_to_get_one(
     command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(probe, "THIS_MACHINE", lay_out(tmp_path, {}))

@@ -36,8 +36,8 @@ class Rig:
         shown: Any = SimpleNamespace(name="yaw_rad")
         self.line = ProgressLine(run, terminal, until, shown, lambda: self.now)
 
-    def listen(self, _port: object, hear: Callable[[int, float], None]) -> None:
-        self.hear = hear
+    def listen(self, _port: object, receive: Callable[[int, float], None]) -> None:
+        self.receive = receive
 
     def between_steps(self, at: int, left: int = SECOND) -> None:
         self.now = at
@@ -46,7 +46,7 @@ class Rig:
 
 def test_it_shows_time_value_overruns_and_faults() -> None:
     rig = Rig(until=20 * SECOND)
-    rig.hear(0, 0.98765)
+    rig.receive(0, 0.98765)
     rig.between_steps(3 * SECOND)
     assert rig.lines == ["3.0 of 20 s  yaw_rad 0.9877  3 overruns  1 fault"]
     assert rig.run.hooks == [rig.line]
@@ -120,7 +120,7 @@ os._exit(0)
 
 
 @pytest.mark.slow
-def test_a_terminal_that_takes_nothing_keeps_nobody_waiting() -> None:
+def test_a_terminal_that_takes_nothing_keeps_nothing_waiting() -> None:
     reading, writing = os.pipe()
     with terminal_of(sys.executable, "-c", FLOOD, str(writing), keep=writing):
         os.close(writing)

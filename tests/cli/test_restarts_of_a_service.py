@@ -95,7 +95,7 @@ def test_a_wait_is_ended_by_a_stop_and_nothing_was_opened(manager: Manager) -> N
     ("override", "status", "failed"),
     [("controller.yaw.kp=much", 2, None), ("overruns.nothing={}", 2, None)],
 )
-def test_settings_that_no_start_mends_do_not_count(
+def test_settings_that_no_start_fixes_do_not_count(
     manager: Manager, override: str, status: int, failed: int | None
 ) -> None:
     assert manager.start("--set", override).wait(LONG_S) == status

@@ -34,7 +34,7 @@ def install(command: Command, *words: object) -> Any:  # noqa: ANN401 -- what `c
     return command("service", "install", "tachobot", "--program", PROGRAM, *words)
 
 
-def test_an_installation_tells_systemd_in_this_order(
+def test_an_installation_calls_systemd_in_this_order(
     command: Command, machine: SystemdMachine
 ) -> None:
     ended = install(command)
@@ -149,7 +149,7 @@ def test_a_dry_run_says_that_its_program_would_be_refused(command: Command) -> N
     assert "warning: without --dry-run this is refused: /home/pi/run" in ended.error
 
 
-def test_an_ordinary_user_is_told_what_to_do(
+def test_an_ordinary_user_learns_what_to_do(
     command: Command, machine: SystemdMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 1000)

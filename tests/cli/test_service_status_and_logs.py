@@ -55,12 +55,12 @@ def test_status_ends_with_the_line_of_the_statistics(
     ended = command("service", "status", "tachobot")
     line = ended.out.splitlines()[-1]
     assert line.startswith("  statistics  100 Hz 100.00 % late 0 skip 0/1 ")
-    told = json.loads(command("service", "status", "tachobot", "--json").out)
-    assert told["boards"]["tachobot"]["statistics"] == line.removeprefix("  statistics  ")
+    reported = json.loads(command("service", "status", "tachobot", "--json").out)
+    assert reported["boards"]["tachobot"]["statistics"] == line.removeprefix("  statistics  ")
 
 
 @pytest.mark.parametrize("printed", [FAILED, "", ACTIVE.replace("=active", "=activating")])
-def test_what_is_not_active_is_told_by_the_exit_status(
+def test_what_is_not_active_is_in_the_exit_status(
     command: Command, machine: SystemdMachine, printed: str
 ) -> None:
     machine.programs.add("systemctl", out=printed)
@@ -68,10 +68,10 @@ def test_what_is_not_active_is_told_by_the_exit_status(
 
 
 @pytest.mark.usefixtures("machine")
-def test_starts_that_failed_in_a_row_are_told(command: Command, state_directory: Path) -> None:
+def test_starts_that_failed_in_a_row_are_reported(command: Command, state_directory: Path) -> None:
     def failed_starts() -> int:
-        told = json.loads(command("service", "status", "tachobot", "--json").out)
-        return int(told["boards"]["tachobot"]["failed_starts"])
+        reported = json.loads(command("service", "status", "tachobot", "--json").out)
+        return int(reported["boards"]["tachobot"]["failed_starts"])
 
     assert failed_starts() == 0
     for _ in range(5):
@@ -81,7 +81,7 @@ def test_starts_that_failed_in_a_row_are_told(command: Command, state_directory:
     assert "starts      4 failed in a row before this one, which waited 4 s" in shown
 
 
-def test_how_a_service_ended_is_told(command: Command, machine: SystemdMachine) -> None:
+def test_how_a_service_ended_is_reported(command: Command, machine: SystemdMachine) -> None:
     machine.programs.add("systemctl", out=FAILED)
     lines = command("service", "status", "tachobot").out.splitlines()
     assert lines[1].split() == ["runtime", "failed", "(failed)", "-", "-", "4", "-"]
@@ -92,11 +92,11 @@ def test_without_a_board_all_that_are_installed_are_shown(
     command: Command, machine: SystemdMachine
 ) -> None:
     install(command, machine, "tachobot", "detective")
-    told = json.loads(command("service", "status", "--json").out)
-    assert (told["schema"], list(told["boards"])) == (1, ["detective", "tachobot"])
-    run = told["boards"]["tachobot"]["runtime"]
+    reported = json.loads(command("service", "status", "--json").out)
+    assert (reported["schema"], list(reported["boards"])) == (1, ["detective", "tachobot"])
+    run = reported["boards"]["tachobot"]["runtime"]
     assert (run["unit"], run["active"], run["pid"], run["restarts"]) == (RUN, "active", 4711, 2)
-    assert told["boards"]["tachobot"]["statistics"] is None
+    assert reported["boards"]["tachobot"]["statistics"] is None
 
 
 @pytest.mark.usefixtures("machine")
@@ -139,7 +139,7 @@ def test_episodes_are_a_table_of_their_fields(command: Command, machine: Systemd
 
 
 @pytest.mark.parametrize("words", [[], ["--episodes"]])
-def test_a_machine_without_a_journal_is_told(
+def test_a_machine_without_a_journal_is_reported(
     command: Command, machine: SystemdMachine, words: list[str]
 ) -> None:
     ended = command("service", "logs", "tachobot", *words)

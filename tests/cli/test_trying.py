@@ -55,7 +55,7 @@ class Rig:
             self.doubles = [target]
             self.chip = chip.build(SerialLineDouble("double", pace.clock, target), options)
         self.shown: list[tuple[int, Reading]] = []
-        self.told: list[str] = []
+        self.reported: list[str] = []
 
     @property
     def sensor(self) -> Sensor:
@@ -68,7 +68,7 @@ class Rig:
         return self.chip
 
     def watch(self, span: int) -> Watch:
-        watch = Watch(self.sensor, self.pace, self.show, self.told.append)
+        watch = Watch(self.sensor, self.pace, self.show, self.reported.append)
         watch.run(SECOND // 5, span)
         return watch
 
@@ -203,12 +203,12 @@ def test_an_absent_sensor_is_an_error_and_not_waited_for() -> None:
         rig.watch(10 * SECOND)
 
 
-def test_a_sensor_that_fails_meanwhile_is_told_and_brought_up_again() -> None:
+def test_a_sensor_that_fails_meanwhile_is_reported_and_brought_up_again() -> None:
     rig = Rig("mpu9250", TrialPace())
     away = NackAddress(address=0x68, since=3 * SECOND, until=5 * SECOND, times=None)
     rig.bus.faults = FaultScript([away])
     watch = rig.watch(8 * SECOND)
-    assert rig.told
+    assert rig.reported
     assert any(at > 5 * SECOND for at, _ in rig.shown)
     assert watch.values < 40
 

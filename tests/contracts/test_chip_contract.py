@@ -85,7 +85,7 @@ def test_contract(check: Check, row_type: type[Row]) -> None:
     check(row_type)
 
 
-def test_every_chip_of_ours_can_be_told_from_others() -> None:
+def test_every_chip_of_ours_can_be_recognised() -> None:
     assert [row for row in ROWS if row.wrong_identity is None] == []
 
 

@@ -17,8 +17,8 @@ FROM_AN_INDEX = re.compile(r"install (?:[^\n]*[ '\"])?firmware-runtime\[")
 def test_no_text_installs_the_project_from_an_index() -> None:
     texts = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "Makefile"]
     texts += [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.[mp][dy]")]
-    told = [path for path in texts if FROM_AN_INDEX.search(path.read_text(encoding="utf-8"))]
-    assert told == []
+    reported = [path for path in texts if FROM_AN_INDEX.search(path.read_text(encoding="utf-8"))]
+    assert reported == []
 
 
 def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None:

@@ -10,7 +10,7 @@ from firmware_runtime.host.deployment.errors import DeploymentError
 
 
 class Recorded(Commands):
-    """Runs nothing; keeps what it is asked, and ends as it was told."""
+    """Runs nothing; keeps what it is asked, and ends as it was set."""
 
     def __init__(self, ended: Ended) -> None:
         super().__init__(print)

@@ -1,4 +1,4 @@
-"""The scripts that run on a target, here, with a program that does as it is told."""
+"""The scripts that run on a target, here, with a program that does as it is set."""
 
 import shutil
 import subprocess

@@ -82,8 +82,8 @@ def test_what_is_in_the_cache_is_not_downloaded(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     fill_cache(wheel, PI)
-    told = wheels.collect(NoCommands(print), PI, wheel, tmp_path / "wheels")
-    assert "from the cache" in told
+    reported = wheels.collect(NoCommands(print), PI, wheel, tmp_path / "wheels")
+    assert "from the cache" in reported
     names = {file.name for file in (tmp_path / "wheels").iterdir()}
     assert names == {wheel.name, "smbus2-0.6.1-py2.py3-none-any.whl"}
 
@@ -129,13 +129,15 @@ def test_a_wheel_packed_again_can_be_installed(tmp_path: Path) -> None:
 
 
 def test_an_editable_package_is_built_from_its_folder(tmp_path: Path) -> None:
-    told: list[str] = []
+    reported: list[str] = []
     write_robot("heron", tmp_path / "a heron")
     package = as_installed(tmp_path / "a heron", tmp_path / "site")
     found = Distribution.discover(name="heron", path=[str(package.site)])
-    wheel = package_wheel.wheel_of(next(iter(found)), Commands(told.append, dry_run=True), tmp_path)
+    wheel = package_wheel.wheel_of(
+        next(iter(found)), Commands(reported.append, dry_run=True), tmp_path
+    )
     assert wheel.name == "heron-VERSION-py3-none-any.whl"
-    assert f"'{package.folder}'" in told[0]
+    assert f"'{package.folder}'" in reported[0]
 
 
 def test_a_package_that_no_wheel_was_made_of_is_refused(tmp_path: Path) -> None:

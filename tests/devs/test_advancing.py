@@ -146,43 +146,43 @@ def test_a_model_of_another_simulator_is_refused() -> None:
         Shell().simulator.due_at(Clock("stranger", 1))
 
 
-def test_listeners_hear_in_the_order_in_which_they_came() -> None:
+def test_listeners_are_called_in_the_order_in_which_they_came() -> None:
     shell = Shell()
-    heard: list[tuple[str, int, int]] = []
-    shell.simulator.listen(shell.clock.ticks, lambda at, value: heard.append(("a", at, value)))
-    shell.simulator.listen(shell.clock.ticks, lambda at, value: heard.append(("b", at, value)))
+    received: list[tuple[str, int, int]] = []
+    shell.simulator.listen(shell.clock.ticks, lambda at, value: received.append(("a", at, value)))
+    shell.simulator.listen(shell.clock.ticks, lambda at, value: received.append(("b", at, value)))
     shell.simulator.run(20)
-    assert heard == [("a", 10, 0), ("b", 10, 0), ("a", 20, 1), ("b", 20, 1)]
+    assert received == [("a", 10, 0), ("b", 10, 0), ("a", 20, 1), ("b", 20, 1)]
 
 
 def test_a_listener_that_ends_is_called_no_more_and_leaves_nothing_behind() -> None:
     shell = Shell()
     bag = shell.clock.ticks.bag
-    heard: list[str] = []
-    first = shell.simulator.listen(shell.clock.ticks, lambda _at, _value: heard.append("first"))
-    with shell.simulator.listen(shell.clock.ticks, lambda _at, _value: heard.append("second")):
+    received: list[str] = []
+    first = shell.simulator.listen(shell.clock.ticks, lambda _at, _value: received.append("first"))
+    with shell.simulator.listen(shell.clock.ticks, lambda _at, _value: received.append("second")):
         shell.simulator.run(10)
         first.end()
         first.end()
         shell.simulator.run(20)
     shell.simulator.run(30)
-    assert heard == ["first", "second", "second"]
+    assert received == ["first", "second", "second"]
     assert shell.clock.ticks.bag is bag
     assert shell.log.bags == []
 
 
 def test_a_listener_may_end_itself_while_it_is_called() -> None:
     shell = Shell()
-    heard: list[int] = []
+    received: list[int] = []
 
     def once(_at: int, value: int) -> None:
-        heard.append(value)
+        received.append(value)
         listening.end()
 
     listening = shell.simulator.listen(shell.clock.ticks, once)
-    shell.simulator.listen(shell.clock.ticks, lambda _at, value: heard.append(-value))
+    shell.simulator.listen(shell.clock.ticks, lambda _at, value: received.append(-value))
     shell.simulator.run(30)
-    assert heard == [0, 0, -1, -2]
+    assert received == [0, 0, -1, -2]
 
 
 def test_one_listener_at_a_coupled_model_ends_at_every_source() -> None:
@@ -192,23 +192,23 @@ def test_one_listener_at_a_coupled_model_ends_at_every_source() -> None:
     simulator = Simulator(top(inner))
     for clock in clocks:
         inner.couple(clock.ticks, inner_out)
-    heard: list[int] = []
-    listening = simulator.listen(inner_out, lambda _at, value: heard.append(value))
+    received: list[int] = []
+    listening = simulator.listen(inner_out, lambda _at, value: received.append(value))
     simulator.run(10)
     listening.end()
     simulator.run(20)
-    assert heard == [0, 0, 1]
+    assert received == [0, 0, 1]
 
 
 def test_a_listener_of_an_earlier_simulator_may_end_later() -> None:
     shell = Shell()
     listening = shell.simulator.listen(shell.clock.ticks, lambda _at, _value: None)
     second = Simulator(shell.model)
-    heard: list[int] = []
-    second.listen(shell.clock.ticks, lambda _at, value: heard.append(value))
+    received: list[int] = []
+    second.listen(shell.clock.ticks, lambda _at, value: received.append(value))
     listening.end()
     second.run(10)
-    assert len(heard) == 1
+    assert len(received) == 1
 
 
 def test_a_coupled_models_output_is_listened_to_at_its_sources() -> None:
@@ -221,10 +221,10 @@ def test_a_coupled_models_output_is_listened_to_at_its_sources() -> None:
     for clock in clocks:
         inner.couple(clock.ticks, inner_out)
     simulator = Simulator(model)
-    heard: list[tuple[int, int]] = []
-    simulator.listen(outer_out, lambda at, value: heard.append((at, value)))
+    received: list[tuple[int, int]] = []
+    simulator.listen(outer_out, lambda at, value: received.append((at, value)))
     simulator.run(10)
-    assert heard == [(5, 0), (10, 0), (10, 1)]
+    assert received == [(5, 0), (10, 0), (10, 1)]
 
 
 def test_an_output_fed_straight_from_an_input_is_listened_to_at_every_source() -> None:
@@ -237,12 +237,12 @@ def test_an_output_fed_straight_from_an_input_is_listened_to_at_every_source() -
         model.couple(source, inlet)
     model.couple(outlet, leaving)
     simulator = Simulator(model)
-    heard: list[tuple[int, int]] = []
-    simulator.listen(leaving, lambda at, value: heard.append((at, value)))
+    received: list[tuple[int, int]] = []
+    simulator.listen(leaving, lambda at, value: received.append((at, value)))
     simulator.inject(entry, 7)
     simulator.advance(3)
     simulator.run(5)
-    assert heard == [(3, 7), (5, 0)]
+    assert received == [(3, 7), (5, 0)]
 
 
 def test_listening_changes_nothing_for_the_receivers() -> None:

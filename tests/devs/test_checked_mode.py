@@ -95,10 +95,10 @@ def test_an_output_function_that_only_reads_and_sends_is_let_pass() -> None:
     model = Stateful()
     model.on_output = lambda: model.outlet.send(len(model.values))
     simulator = Simulator(model, checked=True)
-    heard: list[int] = []
-    simulator.listen(model.outlet, lambda _at, value: heard.append(value))
+    received: list[int] = []
+    simulator.listen(model.outlet, lambda _at, value: received.append(value))
     simulator.run(5)
-    assert heard == [2]
+    assert received == [2]
 
 
 def test_transitions_may_change_state() -> None:

@@ -13,7 +13,7 @@ from tests.support.devs_models import Clock, Log, Scripted, top, traced
 
 
 class Choosing(Coupled):
-    """Selects as told; keeps what it was asked."""
+    """Selects as scripted; keeps what it was asked."""
 
     def __init__(self, name: str, choose: Callable[[Sequence[Component]], Component]) -> None:
         super().__init__(name)

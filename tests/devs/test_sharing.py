@@ -61,9 +61,9 @@ def test_every_bag_gets_what_was_sent_to_it_in_order_whoever_shares(
             model.couple(sender.ticks, logs[end].values)
     Simulator(model).run(rounds)
     for number, log in enumerate(logs):
-        heard = [100 * first for first, ends in enumerate(wires) if number in ends]
-        expected = [[value + tick for value in heard] for tick in range(rounds)]
-        assert log.bags == (expected if heard else [])
+        received = [100 * first for first, ends in enumerate(wires) if number in ends]
+        expected = [[value + tick for value in received] for tick in range(rounds)]
+        assert log.bags == (expected if received else [])
 
 
 class Meeting(Log):

@@ -72,7 +72,7 @@ def test_no_answer_hints_at_bypass(chip: Ak8963, registers: Registers) -> None:
         bring_up(chip)
 
 
-def test_a_mode_that_did_not_take_is_told(chip: Ak8963, registers: Registers) -> None:
+def test_a_mode_that_did_not_take_is_reported(chip: Ak8963, registers: Registers) -> None:
     bring_up(chip)
     chip.verify()
     registers[0x0C][0x0A] = 0x00

@@ -78,7 +78,7 @@ def test_a_wrapped_error_becomes_the_hal_error_again(rig: VirtualBus) -> None:
         (RuntimeError("Failed to find chip"), WrongDevice),
     ],
 )
-def test_an_error_of_the_drivers_own_is_told_by_its_kind(
+def test_an_error_of_the_drivers_own_is_named_by_its_kind(
     rig: VirtualBus, raised: Exception, expected: type[HalError]
 ) -> None:
     with pytest.raises(expected), driver_calls(rig.bus):
@@ -100,10 +100,10 @@ def test_a_driver_sleeps_in_the_time_of_the_lines(rig: VirtualBus) -> None:
 
 def test_a_reading_leaves_every_period(rig: VirtualBus) -> None:
     model = sensor(rig)
-    heard = rig.simulate([model], model.value)
+    received = rig.simulate([model], model.value)
     rig.run(35 * MILLISECOND)
-    assert [value for _, value in heard] == [0x1E] * 3
-    assert [at // MILLISECOND for at, _ in heard] == [10, 20, 30]
+    assert [value for _, value in received] == [0x1E] * 3
+    assert [at // MILLISECOND for at, _ in received] == [10, 20, 30]
 
 
 def test_a_driver_that_is_refused_is_made_again_until_it_is_there(rig: VirtualBus) -> None:
@@ -113,19 +113,19 @@ def test_a_driver_that_is_refused_is_made_again_until_it_is_there(rig: VirtualBu
 
     rig.doubles.faults = FaultScript([NackAddress(times=6)])
     model = sensor(rig, make=made)
-    heard = rig.simulate([model], model.fault_out, model.value)
+    received = rig.simulate([model], model.fault_out, model.value)
     rig.run(250 * MILLISECOND)
-    assert [value.kind for _, value in heard[:2]] == ["NoAcknowledge"] * 2
-    assert heard[2][1] == 0x1E
+    assert [value.kind for _, value in received[:2]] == ["NoAcknowledge"] * 2
+    assert received[2][1] == 0x1E
 
 
 def test_a_failed_reading_is_a_fault_and_no_value(rig: VirtualBus) -> None:
     model = sensor(rig)
-    heard = rig.simulate([model], model.fault_out, model.value)
+    received = rig.simulate([model], model.fault_out, model.value)
     rig.run(15 * MILLISECOND)
     rig.doubles.faults = FaultScript([NackAddress(times=3)])
     rig.run(35 * MILLISECOND)
-    assert [value.kind if isinstance(value, Fault) else value for _, value in heard] == [
+    assert [value.kind if isinstance(value, Fault) else value for _, value in received] == [
         *(0x1E, "NoAcknowledge", 0x1E),
     ]
     assert model.unready() is None
@@ -133,9 +133,9 @@ def test_a_failed_reading_is_a_fault_and_no_value(rig: VirtualBus) -> None:
 
 def test_none_is_not_ready(rig: VirtualBus) -> None:
     model = sensor(rig, read=lambda _: None)
-    heard = rig.simulate([model], model.fault_out)
+    received = rig.simulate([model], model.fault_out)
     rig.run(15 * MILLISECOND)
-    assert [value.kind for _, value in heard] == [NotReady.__name__]
+    assert [value.kind for _, value in received] == [NotReady.__name__]
 
 
 def test_after_three_failures_the_driver_is_made_again(rig: VirtualBus) -> None:

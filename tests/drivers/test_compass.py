@@ -216,7 +216,7 @@ def test_a_request_taken_back_while_measuring_is_not_answered() -> None:
 # Faults -------------------------------------------------------------------------------------------
 
 
-def test_a_request_that_fails_is_told_and_tried_again_until_answered(
+def test_a_request_that_fails_is_reported_and_tried_again_until_answered(
     bench: AtomicBench, chip: ScriptedCompass
 ) -> None:
     chip.readings = [SILENT, SILENT, bearing(5.0)]

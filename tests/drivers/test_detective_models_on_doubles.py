@@ -110,9 +110,9 @@ def test_a_sonar_unplugged_in_mid_run_is_a_fault_each_period_until_it_is_back(
     times = [at for at, _ in bench.said["fault"]]
     assert len(times) == 10
     assert times[0] < 1100
-    heard = [at for at, _ in bench.said["distance"]]
-    assert not any(1000 < at < 2000 for at in heard)
-    assert heard[-1] > 2900
+    received = [at for at, _ in bench.said["distance"]]
+    assert not any(1000 < at < 2000 for at in received)
+    assert received[-1] > 2900
 
 
 def test_a_serial_sonar_gives_the_same_model_its_distances(world: World) -> None:
@@ -202,7 +202,7 @@ def test_treads_turn_on_and_on_while_the_model_lives_and_stop_when_it_does_not(
 
 
 @pytest.mark.slow
-def test_a_silent_md25_is_told_within_a_refresh_and_stopped_by_its_own_timeout(
+def test_a_silent_md25_is_reported_within_a_refresh_and_stopped_by_its_own_timeout(
     world: World,
 ) -> None:
     double = Md25Double(world, full_speed_rad_s=10.0)

@@ -109,7 +109,7 @@ def test_a_browned_out_model_that_stores_its_rate_has_its_timeout_again_at_once(
     assert motors.double.speeds == (0.0, 0.0)
 
 
-def test_a_port_that_is_gone_is_told(clock: ManualClock) -> None:
+def test_a_port_that_is_gone_is_reported(clock: ManualClock) -> None:
     motors = Sabertooths(clock)
     motors.line.unplugged = True
     with pytest.raises(BusFault):
@@ -182,7 +182,7 @@ def test_the_power_up_banner_does_no_harm(clock: ManualClock) -> None:
     assert sonars.driver.read_distance() == 1.0
 
 
-def test_an_inverted_sonar_is_told_at_bring_up(clock: ManualClock) -> None:
+def test_an_inverted_sonar_is_found_at_bring_up(clock: ManualClock) -> None:
     sonars = Sonars(clock, "xl", inverted=True)
     listen, identify = sonars.driver.bring_up()
     listen.action()
@@ -191,7 +191,7 @@ def test_an_inverted_sonar_is_told_at_bring_up(clock: ManualClock) -> None:
         identify.action()
 
 
-def test_a_cut_line_is_reported_as_silence_and_mended_it_goes_on(clock: ManualClock) -> None:
+def test_a_cut_line_is_reported_as_silence_and_reconnected_it_goes_on(clock: ManualClock) -> None:
     sonars = Sonars(clock, "xl")
     sonars.line.cut()
     with pytest.raises(NotReady, match="nothing received"):

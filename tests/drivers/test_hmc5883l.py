@@ -81,7 +81,7 @@ def test_another_identity_is_refused(chip: Hmc5883l, registers: Registers) -> No
         chip.identify()
 
 
-def test_an_absent_chip_is_told_plainly(chip: Hmc5883l, registers: Registers) -> None:
+def test_an_absent_chip_is_named_plainly(chip: Hmc5883l, registers: Registers) -> None:
     registers.clear()
     expected = r"HMC5883L at 0x1e on i2c-1: no answer, expected the identity 48 34 33$"
     with pytest.raises(NoAcknowledge, match=expected):
@@ -256,7 +256,7 @@ def test_a_field_straight_down_has_no_bearing(chip: Hmc5883l, registers: Registe
         chip.read_bearing()
 
 
-def test_all_settings_that_cannot_be_are_told_at_once(register_bus: I2cBus, wire: Wire) -> None:
+def test_all_settings_that_cannot_be_are_reported_at_once(register_bus: I2cBus, wire: Wire) -> None:
     settings = Hmc5883lSettings(range_gauss=2, mounting="up", hard_iron=(0.0, math.nan, 0.0))
     with pytest.raises(SettingError, match=r"range_gauss: 2, .*hard_iron: .*mounting: 'up'"):
         Hmc5883l(register_bus, settings)

@@ -193,14 +193,14 @@ def test_a_frame_that_says_zero_is_no_distance_and_the_next_one_still_counts(
     assert sonar.read_distance() == 0.2
 
 
-def test_a_silent_line_is_told_with_what_may_be_the_reason(sonar: Maxbotix) -> None:
+def test_a_silent_line_is_reported_with_what_may_be_the_reason(sonar: Maxbotix) -> None:
     sonar.start_ranging()
     expected = "MaxBotix xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin"
     with pytest.raises(NotReady, match=expected):
         sonar.read_distance()
 
 
-def test_an_inverted_signal_is_told_by_its_bytes(port: ScriptedPort, sonar: Maxbotix) -> None:
+def test_an_inverted_signal_is_found_by_its_bytes(port: ScriptedPort, sonar: Maxbotix) -> None:
     sonar.start_ranging()
     port.arrived = bytes(100) + b"\x2b\x06"
     expected = r"no frame in (00 ){10}2b 06, .*its signal is inverted \(RS-232 polarity\)"

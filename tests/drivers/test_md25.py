@@ -161,7 +161,7 @@ def test_speeds_before_bring_up_are_refused(register_bus: I2cBus, wire: Wire) ->
     assert wire == []
 
 
-def test_a_chip_that_was_reset_is_told_and_not_driven_on(
+def test_a_chip_that_was_reset_is_reported_and_not_driven_on(
     register_bus: I2cBus, registers: Registers
 ) -> None:
     chip = Md25(register_bus, settings=Md25Settings(acceleration=10))
@@ -189,7 +189,7 @@ def test_stop_before_bring_up_asks_for_the_mode(
     assert wire == [(CHIP, (b"\x0f", 1)), (CHIP, (stop,))]
 
 
-def test_a_mode_changed_by_another_program_is_told_and_stopped_in_its_words(
+def test_a_mode_changed_by_another_program_is_reported_and_stopped_in_its_words(
     running: Md25, registers: Registers, wire: Wire
 ) -> None:
     registers[CHIP][0x0F] = 1

@@ -285,7 +285,7 @@ def test_bytes_that_are_all_zero_or_all_one_are_a_fault_not_data(
         chip.read_sample()
 
 
-def test_a_chip_reset_behind_our_back_is_told_by_its_auxiliary_data(
+def test_a_chip_reset_behind_our_back_is_reported_by_its_auxiliary_data(
     chip: Mpu9250, show: Callable[..., None]
 ) -> None:
     bring_up(chip)
@@ -313,7 +313,7 @@ def test_repeats_of_the_field_are_counted_until_a_bit_changes(
     assert counts == [0, 1, 2, 0]
 
 
-def test_a_magnetometer_that_stopped_answering_is_told_when_asked(
+def test_a_magnetometer_that_stopped_answering_is_reported_when_asked(
     chip: Mpu9250, registers: Registers
 ) -> None:
     bring_up(chip)

@@ -126,7 +126,7 @@ def test_an_absent_chip_says_what_was_expected(
         Pca9685(register_bus).silence()
 
 
-def test_another_device_at_the_address_is_told_by_its_registers(
+def test_another_device_at_the_address_is_found_by_its_registers(
     register_bus: I2cBus, registers: dict[int, bytearray]
 ) -> None:
     chip = Pca9685(register_bus)

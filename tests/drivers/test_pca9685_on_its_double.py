@@ -109,7 +109,7 @@ def test_staggered_outputs_have_the_same_duties(bench: Bench) -> None:
     assert bench.double.duties == pytest.approx(wanted, abs=1 / 8192)
 
 
-def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_look_tells(
+def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_poll_shows(
     bench: Bench,
 ) -> None:
     chip = bench.bring_up()
@@ -123,7 +123,7 @@ def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_look
         chip.set_duties(0, (0.5,) * 8)
 
 
-def test_a_brown_out_is_told_by_verify_and_cured_by_bring_up(bench: Bench) -> None:
+def test_a_brown_out_is_found_by_verify_and_cured_by_bring_up(bench: Bench) -> None:
     chip = bench.bring_up()
     chip.set_duties(0, (0.5,))
     bench.double.power_cycle()
@@ -135,7 +135,7 @@ def test_a_brown_out_is_told_by_verify_and_cured_by_bring_up(bench: Bench) -> No
     assert bench.double.duty(0) == 0.5
 
 
-def test_what_is_on_is_read_back_by_whoever_comes_later(bench: Bench) -> None:
+def test_what_is_on_is_read_back_by_a_process_that_comes_later(bench: Bench) -> None:
     chip, later = bench.bring_up(), Pca9685(bench.bus)
     assert later.still_on() is None
     chip.set_duties(3, (0.25, 0.0, 1.0))

@@ -66,7 +66,7 @@ def test_the_outputs_of_others_stay_as_they_are_when_one_comes_later(rig: Rig) -
     assert rig.double.duties[:2] == (0.25, 0.5)
 
 
-def test_a_chip_that_was_reset_is_brought_up_again_by_whoever_comes(rig: Rig) -> None:
+def test_a_chip_that_was_reset_is_brought_up_again_by_the_next_user(rig: Rig) -> None:
     rig.finish(rig.bring_up())
     rig.double.power_cycle()
     again = rig.bring_up()

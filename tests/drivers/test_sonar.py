@@ -159,7 +159,7 @@ def test_an_echo_that_never_comes_is_a_fault_and_the_next_ping_is_on_time(
     assert chip.times("ping") == [50, 150]
 
 
-def test_a_ping_nobody_answers_is_a_fault_each_period_until_one_does(
+def test_a_ping_without_an_answer_is_a_fault_each_period_until_one_does(
     bench: AtomicBench, chip: ScriptedSonar
 ) -> None:
     chip.pings = [SILENT, SILENT, None, SILENT, None]
@@ -181,7 +181,9 @@ def test_an_error_while_reading_is_not_asked_again(bench: AtomicBench, chip: Scr
     assert [fault.kind for fault in bench.faults] == ["BusTimeout"]
 
 
-def test_a_failed_bring_up_is_told_and_begun_again(bench: AtomicBench, chip: ScriptedSonar) -> None:
+def test_a_failed_bring_up_is_reported_and_begun_again(
+    bench: AtomicBench, chip: ScriptedSonar
+) -> None:
     chip.steps = [SILENT, SILENT, None]
     chip.pings = [SILENT, None]
     bench.put(5, start=1)

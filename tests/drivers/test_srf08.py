@@ -71,7 +71,7 @@ def test_a_setting_the_chip_cannot_have_is_refused(
     assert wire == []
 
 
-def test_all_faults_are_told_at_once(register_bus: I2cBus) -> None:
+def test_all_faults_are_reported_at_once(register_bus: I2cBus) -> None:
     with pytest.raises(SettingError, match=r"address: 0x40, .*max_range_m: 20, .*gain: 99"):
         Srf08(register_bus, 0x40, Srf08Settings(max_range_m=20, gain=99))
 

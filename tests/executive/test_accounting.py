@@ -46,7 +46,7 @@ class PlainSampler(Sampler):
 
 @pytest.mark.parametrize("period", [PERIOD, NEVER])
 def test_models_that_plan_in_numbers_of_numpy_are_counted_as_any(period: int) -> None:
-    told = []
+    received = []
     for kind in (NumpySampler, PlainSampler):
         sampler, root = kind("sampler"), Coupled("robot")
         sampler.period = period
@@ -60,9 +60,9 @@ def test_models_that_plan_in_numbers_of_numpy_are_counted_as_any(period: int) ->
                 at * PERIOD + MILLISECOND, partial(run.executive.inbox.post, inlet, 3 * MILLISECOND)
             )
         run.until(SECOND)
-        told.append(run.json()["models"]["sampler"])
-    assert told[0] == told[1]
-    assert told[0]["run"] > 80
+        received.append(run.json()["models"]["sampler"])
+    assert received[0] == received[1]
+    assert received[0]["run"] > 80
 
 
 def test_after_half_a_second_of_stall_one_late_activation_runs_and_49_are_skipped() -> None:

@@ -85,7 +85,7 @@ def test_a_port_of_a_narrower_type_counts_too() -> None:
     assert "imu" in faults_of(Failing("imu", "NotReady", type_=GraveFault))
 
 
-def test_models_and_kinds_are_told_apart_and_named_by_path() -> None:
+def test_models_and_kinds_are_kept_apart_and_named_by_path() -> None:
     inner = Coupled("arm")
     inner.add(Failing("motor", "BusFault", "NotReady", "BusFault"))
     root = Coupled("robot")

@@ -43,7 +43,7 @@ def test_a_stop_request_ends_the_run_after_the_step_under_way() -> None:
     robot.imu.work = lambda number: run.executive.request_stop("SIGTERM") if number == 2 else None
     outcome = run.until()
     assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
-    assert robot.thrust.told == [0, 1, 2]
+    assert robot.thrust.received == [0, 1, 2]
     assert run.made_safe == robot.thrust.exits == 1
 
 
@@ -105,7 +105,7 @@ def test_a_policy_that_stops() -> None:
     assert outcome.reason == (
         "imu: an activation was 2500 us late; its policy stops the run over 2000 us"
     )
-    assert robot.thrust.told == [0, 1, 2]
+    assert robot.thrust.received == [0, 1, 2]
     assert run.made_safe == 1
     assert run.json()["conditions"]["run"]["state"] == "overrun"
 
@@ -147,7 +147,7 @@ def test_statistics_that_cannot_be_written_refuse_the_run(tmp_path: Path) -> Non
     outcome = run.until(PERIOD)
     assert outcome.state is RunState.FAILED
     assert isinstance(outcome.error, StatisticsFileError)
-    assert robot.thrust.told == []
+    assert robot.thrust.received == []
     assert run.made_safe == 1
 
 

@@ -26,10 +26,10 @@ def test_of_several_late_models_the_latest_counts() -> None:
     robot, clock = Robot(imu=PERIOD, compass=PERIOD), StallingClock({2: MILLISECOND})
     run = Run(robot, clock)
 
-    def hear(_at: int, number: int) -> None:
+    def receive(_at: int, number: int) -> None:
         clock.spend(3 * MILLISECOND if number == 2 else 0)
 
-    run.executive.simulator.listen(robot.imu.sample, hear)
+    run.executive.simulator.listen(robot.imu.sample, receive)
     run.until(3 * PERIOD)
     worst = run.json()["worst"][0]
     assert (worst["model"], worst["t_ns"], worst["lateness_us"]) == ("compass", 2 * PERIOD, 4000)

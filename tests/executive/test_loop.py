@@ -1,4 +1,4 @@
-"""When things happen, on a clock that stands still unless told otherwise."""
+"""When things happen, on a clock that stands still unless moved."""
 
 import socket
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from tests.support.periodic_models import PERIOD, Actuator, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
 
 
-def heard(run: Run, robot: Robot) -> list[tuple[int, object]]:
+def received(run: Run, robot: Robot) -> list[tuple[int, object]]:
     """What the IMU sends from now on, with its instants."""
     sent: list[tuple[int, object]] = []
     run.executive.simulator.listen(robot.imu.sample, lambda at, value: sent.append((at, value)))
@@ -28,7 +28,7 @@ def test_the_end_is_inclusive() -> None:
     run = Run(robot, VirtualClock())
     outcome = run.until(3 * PERIOD)
     assert outcome.state is RunState.ENDED
-    assert robot.thrust.told == [0, 1, 2, 3]
+    assert robot.thrust.received == [0, 1, 2, 3]
     assert run.executive.clock.now() == 3 * PERIOD
 
 
@@ -48,7 +48,7 @@ def test_virtual_time_without_an_end_is_over_when_nothing_is_due_any_more() -> N
 def test_an_internal_event_happens_at_its_deadline_however_late_the_loop_wakes() -> None:
     robot = Robot()
     run = Run(robot, StallingClock({1: 3 * MILLISECOND}))
-    sent = heard(run, robot)
+    sent = received(run, robot)
     run.until(2 * PERIOD)
     assert sent == [(0, 0), (PERIOD, 1), (2 * PERIOD, 2)]
 
@@ -60,7 +60,7 @@ def test_an_input_happens_when_it_arrives() -> None:
     robot.thrust.work = lambda _value: instants.append(run.executive.simulator.now)
     clock.at(3, lambda: run.executive.inbox.post(robot.command, 77))
     run.until(PERIOD)
-    assert robot.thrust.told == [0, 77, 1]
+    assert robot.thrust.received == [0, 77, 1]
     assert instants == [0, 3, PERIOD]
 
 
@@ -71,7 +71,7 @@ def test_an_input_that_arrives_while_events_are_overdue_is_handled_after_them() 
     robot.thrust.work = lambda _value: instants.append(run.executive.simulator.now)
     clock.at(PERIOD + 2, lambda: run.executive.inbox.post(robot.command, 77))
     run.until(2 * PERIOD)
-    assert robot.thrust.told == [0, 1, 77, 2]
+    assert robot.thrust.received == [0, 1, 77, 2]
     assert instants == [0, PERIOD, PERIOD + 2, 2 * PERIOD]
 
 
@@ -91,7 +91,7 @@ def test_an_input_at_the_instant_of_an_event_joins_it() -> None:
     robot, clock = Robot(), StallingClock()
     run = Run(robot, clock)
     clock.at(PERIOD, lambda: run.executive.inbox.post(robot.replan, 3 * PERIOD))
-    sent = heard(run, robot)
+    sent = received(run, robot)
     run.until(4 * PERIOD)
     assert sent == [(0, 0), (PERIOD, 1), (4 * PERIOD, 2)]
 
@@ -102,7 +102,7 @@ def test_what_was_posted_before_the_run_happens_at_its_start() -> None:
     run = Run(robot, clock)
     run.executive.inbox.post(robot.command, 77)
     run.until(PERIOD)
-    assert sorted(robot.thrust.told) == [0, 1, 77]
+    assert sorted(robot.thrust.received) == [0, 1, 77]
 
 
 class Datagrams:
@@ -138,7 +138,7 @@ def test_a_source_is_read_while_the_loop_waits(robot: Robot, datagrams: Datagram
     run = Run(robot, clock, Configuration(sources=[datagrams]))
     clock.at(5, lambda: datagrams.far.send(bytes([7, 8])))
     run.until(PERIOD)
-    assert robot.thrust.told == [0, 7, 8, 1]
+    assert robot.thrust.received == [0, 7, 8, 1]
 
 
 def test_a_source_is_read_even_when_the_loop_is_always_late(
@@ -149,7 +149,7 @@ def test_a_source_is_read_even_when_the_loop_is_always_late(
     robot.imu.work = lambda _number: clock.spend(3 * PERIOD)
     clock.at(4 * PERIOD, lambda: datagrams.far.send(bytes([7])))
     run.until(8 * PERIOD)
-    assert 7 in robot.thrust.told
+    assert 7 in robot.thrust.received
 
 
 def test_a_flood_is_dropped_and_counted_not_kept(robot: Robot) -> None:
@@ -157,7 +157,7 @@ def test_a_flood_is_dropped_and_counted_not_kept(robot: Robot) -> None:
     posted = [run.executive.inbox.post(robot.command, 1) for _ in range(CAPACITY + 5)]
     assert posted == [True] * CAPACITY + [False] * 5
     run.until(PERIOD)
-    assert len(robot.thrust.told) == CAPACITY + 2
+    assert len(robot.thrust.received) == CAPACITY + 2
     assert run.json()["conditions"]["run"]["inputs_dropped"] == 5
 
 

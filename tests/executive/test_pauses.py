@@ -52,7 +52,7 @@ def test_time_that_passes_in_a_pause_is_none_of_the_run() -> None:
     clock.instant += SECOND
     run.executive.run_on(4 * PERIOD)
     run.executive.end()
-    assert robot.thrust.told == [0, 1, 2, 3, 4]
+    assert robot.thrust.received == [0, 1, 2, 3, 4]
     assert run.counts("imu") == (5, 5, 0, 0)
     assert run.executive.reached == 4 * PERIOD
 
@@ -72,7 +72,7 @@ def test_virtual_time_that_has_nothing_to_wait_for_goes_on_with_an_input() -> No
     executive.run_on(NEVER)
     executive.plan(SECOND, model.command, 1)
     executive.run_on(NEVER)
-    assert (model.told, executive.reached) == ([1], SECOND)
+    assert (model.received, executive.reached) == ([1], SECOND)
 
 
 def test_what_is_planned_comes_before_what_arrives_at_the_same_instant() -> None:
@@ -82,7 +82,7 @@ def test_what_is_planned_comes_before_what_arrives_at_the_same_instant() -> None
     executive.plan(PERIOD, model.command, 1)
     executive.plan(2 * PERIOD, model.command, 3)
     executive.run(3 * PERIOD)
-    assert model.told == [1, 2, 3]
+    assert model.received == [1, 2, 3]
 
 
 def test_an_instant_that_has_passed_is_now() -> None:
@@ -91,4 +91,4 @@ def test_an_instant_that_has_passed_is_now() -> None:
     executive.run_on(2 * PERIOD)
     executive.plan(PERIOD, model.command, 1)
     executive.run_on(3 * PERIOD)
-    assert model.told == [1]
+    assert model.received == [1]

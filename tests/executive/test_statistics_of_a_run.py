@@ -108,7 +108,7 @@ def test_the_worst_activations_say_what_they_spent_their_time_on(bus: Bus) -> No
     }
 
 
-def test_lateness_by_an_earlier_step_is_told_from_waking_late() -> None:
+def test_lateness_by_an_earlier_step_is_kept_apart_from_waking_late() -> None:
     robot, clock = Robot(imu=PERIOD, compass=PERIOD), StallingClock()
     robot.compass.offset = MILLISECOND
     run = Run(robot, clock)

@@ -183,7 +183,7 @@ class Outside:
     """Robots whose chips are as real as they get here: doubles that no session knows of."""
 
     rig: DoublesRig | None = None
-    told: list[str] = field(default_factory=list)
+    reported: list[str] = field(default_factory=list)
 
     def robot(self, *, at_start: bool) -> OpenBoard:
         board = registry.load("tachobot", ["executive.fifo_priority=0"])
@@ -194,7 +194,7 @@ class Outside:
             doubles=False,
             statistics_path=None,
             permission=permission,
-            log=self.told.append,
+            log=self.reported.append,
         )
         return OpenBoard(made, None)
 
@@ -240,7 +240,7 @@ def test_outputs_of_a_real_robot_are_off_in_a_pause_and_driven_again_after_it(
             robot.run(5.0)
             assert driven[-1] == 8
             assert (outside.on, robot.armed, robot.was_armed) == (0, False, True)
-    assert outside.told == ["armed", "disarmed: the run pauses"] * 2
+    assert outside.reported == ["armed", "disarmed: the run pauses"] * 2
     assert outside.on == 0
 
 
@@ -295,7 +295,7 @@ def test_a_name_means_the_settings_in_force_on_this_machine(
     assert "mass_kg = 3.0" in shipped
     (tmp_path / "tachobot.toml").write_text(shipped.replace("mass_kg = 3.0", "mass_kg = 2.75"))
     monkeypatch.setenv(PLACE, str(tmp_path))
-    told: list[str] = []
-    with virtual(log=told.append) as robot:
+    reported: list[str] = []
+    with virtual(log=reported.append) as robot:
         assert robot.board.settings.world.mass_kg == 2.75
-    assert told == [f"tachobot has its settings from {tmp_path / 'tachobot.toml'}"]
+    assert reported == [f"tachobot has its settings from {tmp_path / 'tachobot.toml'}"]

@@ -72,7 +72,7 @@ def test_real_time_gives_the_values_of_virtual_time() -> None:
     robot = Robot()
     every = Configuration(policies={"imu": ActivationPolicy("catch-up")})
     result = run(robot, for_s=0.05, configuration=every)
-    assert robot.thrust.told == [0, 1, 2, 3, 4, 5]
+    assert robot.thrust.received == [0, 1, 2, 3, 4, 5]
     assert result.at == 5 * PERIOD
 
 
@@ -88,9 +88,9 @@ def test_inputs_arrive_at_their_instants_whatever_their_order() -> None:
 
 def test_what_leaves_a_port_at_any_level_can_be_listened_to() -> None:
     robot = Robot()
-    heard: list[tuple[int, int]] = []
-    virtual(robot, 0.02, listen={robot.imu.sample: lambda at, value: heard.append((at, value))})
-    assert heard == [(0, 0), (PERIOD, 1), (2 * PERIOD, 2)]
+    received: list[tuple[int, int]] = []
+    virtual(robot, 0.02, listen={robot.imu.sample: lambda at, value: received.append((at, value))})
+    assert received == [(0, 0), (PERIOD, 1), (2 * PERIOD, 2)]
 
 
 def test_a_statistics_file_can_be_read_by_others(tmp_path: Path) -> None:
@@ -213,7 +213,7 @@ def test_a_run_in_stretches_is_the_run_in_one() -> None:
     with open_model(parts, clock="virtual") as opened:
         results = [opened.run(0.02), opened.run(0.03)]
     assert [each.at for each in results] == [2 * PERIOD, 5 * PERIOD]
-    assert parts.thrust.told == whole.thrust.told
+    assert parts.thrust.received == whole.thrust.received
     assert results[-1].statistics.models == at_once.statistics.models
 
 
@@ -251,12 +251,12 @@ def test_a_request_to_stop_ends_the_run_with_its_reason() -> None:
 def test_a_thread_puts_values_in_while_the_model_runs() -> None:
     model = Actuator("thrust")
     with open_model(model) as opened:
-        model.work = lambda _value: opened.request_stop("told")
+        model.work = lambda _value: opened.request_stop("received")
         posting = threading.Thread(target=opened.post, args=(model.command, 7))
         posting.start()
         result = opened.run(60.0)
         posting.join()
-    assert (model.told, result.reason) == ([7], "told")
+    assert (model.received, result.reason) == ([7], "received")
 
 
 def test_a_value_that_does_not_fit_is_refused_where_it_is_posted() -> None:
@@ -276,7 +276,7 @@ robot.imu.work = lambda number: os.kill(os.getpid(), signal.{signal}) if number 
 try:
     print(run(robot, for_s={for_s}, clock="virtual").reason)
 finally:
-    print(robot.thrust.told, robot.thrust.exits)
+    print(robot.thrust.received, robot.thrust.exits)
 """
 
 
@@ -349,7 +349,7 @@ def test_a_value_cannot_arrive_in_the_past() -> None:
         with pytest.raises(ConfigError, match=r"0\.5: the run is at 1\.0"):
             opened.plan(0.5, model.command, 2)
         opened.run(1.0)
-    assert model.told == [1]
+    assert model.received == [1]
 
 
 @pytest.mark.parametrize(

@@ -30,12 +30,12 @@ class Rig:
     def __init__(self, path: Path, clock: ManualClock, key: bytes | None = None) -> None:
         self.path = path
         self.clock = clock
-        self.told: list[str] = []
+        self.reported: list[str] = []
         self.peer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.peer.bind(("127.0.0.1", 0))
         peer_at = endpoint("--peer", f"127.0.0.1:{self.peer.getsockname()[1]}")
         route = Route(path, LOOPBACK, peers=[peer_at], watch=["imu.sample"], every=2, key=key)
-        self.bridge = Bridge(route, self.told.append)
+        self.bridge = Bridge(route, self.reported.append)
         self.sockets = [self.peer]
 
     def speaker(self, own: str = "127.0.0.1") -> socket.socket:
@@ -99,7 +99,7 @@ def opened_rig(
         each.close()
 
 
-def test_a_sender_is_told_that_there_is_no_run(rig: Rig) -> None:
+def test_a_sender_learns_that_there_is_no_run(rig: Rig) -> None:
     speaker = rig.speaker()
     rig.say(speaker, b'{"list": true}')
     error = "no run listens (No such file or directory); expected one to be alive"
@@ -133,7 +133,7 @@ def test_peers_get_messages_but_neither_acknowledgements_nor_refusals(rig: Rig) 
         robot.sendto(message, bridge)
     rig.bridge.work()
     assert rig.peer.recv(4096) == b'{"port":"imu.sample","t_ns":0,"value":1}'
-    assert rig.told == [f"{rig.path}: a run listens", "the run refuses: no"]
+    assert rig.reported == [f"{rig.path}: a run listens", "the run refuses: no"]
 
 
 def test_the_run_is_asked_again_before_it_forgets_and_the_next_one_at_once(rig: Rig) -> None:
@@ -150,7 +150,7 @@ def test_the_run_is_asked_again_before_it_forgets_and_the_next_one_at_once(rig: 
     robot = rig.robot()
     rig.poll(POLL_EVERY, speaker)
     assert b"watch" in robot.recv(4096)
-    assert rig.told == [
+    assert rig.reported == [
         f"{rig.path}: a run listens",
         f"{rig.path}: no run listens (Connection refused); waiting for one",
         f"{rig.path}: a run listens",

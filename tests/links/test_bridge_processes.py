@@ -29,7 +29,7 @@ def robot(tmp_path: Path) -> Iterator[BridgedRun]:
 
 
 def end_of(run: "subprocess.Popen[bytes]") -> dict[str, Any]:
-    """What a run says that is told to stop; all is accounted for, and everything is off."""
+    """What a run says that is to stop; all is accounted for, and everything is off."""
     status, out = stop(run, signal.SIGTERM)
     assert status == 143, out
     report: dict[str, Any] = json.loads(out)
@@ -45,13 +45,13 @@ def test_a_reference_set_over_udp_turns_the_command_that_is_watched(robot: Bridg
     line(bridge, "a run listens")
     watched = ["controller.yaw.command_n"]
     assert talker.ask({"watch": watched}) == {"watching": watched, "for_s": 10}
-    first = talker.hear()
+    first = talker.receive()
     assert (first["port"], first["value"] > 0) == ("controller.yaw.command_n", True)
     talker.say({"port": "yaw_reference", "value": -1})
-    heard = [first]
-    while heard[-1]["value"] >= 0:
-        heard.append(talker.hear())
-    instants = [message["t_ns"] for message in heard]
+    received = [first]
+    while received[-1]["value"] >= 0:
+        received.append(talker.receive())
+    instants = [message["t_ns"] for message in received]
     assert instants == sorted(set(instants))
     assert stop(bridge, signal.SIGTERM)[0] == 0
     end_of(run)
@@ -67,11 +67,11 @@ def test_each_sender_is_answered_alone(robot: BridgedRun) -> None:
     ports = two.ask({"list": True})["ports"]
     assert {"name": "yaw_reference", "direction": "in", "type": "float"} in ports
     assert {"name": "imu.sample", "direction": "out", "type": "InertialSample"} in ports
-    assert "no such input port" in one.hear()["error"]
+    assert "no such input port" in one.receive()["error"]
     assert two.ask({"list": True})["counts"]["refused"] == 1
 
 
-def test_peers_hear_without_asking_across_a_restart_of_the_run(robot: BridgedRun) -> None:
+def test_peers_receive_without_asking_across_a_restart_of_the_run(robot: BridgedRun) -> None:
     with socket.socket(socket.AF_INET6, socket.SOCK_DGRAM) as peer:
         peer.bind(("::1", 0))
         peer.settimeout(PATIENCE_S)
@@ -108,7 +108,7 @@ def has_more(peer: socket.socket) -> bool:
         return False
 
 
-def test_a_port_that_is_not_there_is_told_once(robot: BridgedRun) -> None:
+def test_a_port_that_is_not_there_is_reported_once(robot: BridgedRun) -> None:
     robot.run()
     bridge = robot.bridge("--peer", "127.0.0.1:9", "--watch", "imu.nothing")
     refused = line(bridge, "the run refuses")
@@ -134,8 +134,8 @@ def test_ten_thousand_datagrams_and_a_deaf_watcher_leave_the_run_as_it_is(
         assert (counts["refused"], counts["received"] > 10_001) == (5000, True)
         assert counts["dropped"] > 4000
         assert talker.insist({"watch": ["imu.sample"]}, "watching") == ["imu.sample"]
-        heard = [talker.hear() for _ in range(20)]
-    assert {message["port"] for message in heard} == {"imu.sample"}
+        received = [talker.receive() for _ in range(20)]
+    assert {message["port"] for message in received} == {"imu.sample"}
     statistics = end_of(run)["statistics"]
     assert statistics["run"] > 0
     assert statistics["conditions"]["run"]["inputs_dropped"] == 0
@@ -159,28 +159,28 @@ def test_it_listens_on_ipv6_too(robot: BridgedRun) -> None:
     assert "no run listens" in robot.talker(address(bridge)).ask({"list": True})["error"]
 
 
-def told_until(manager: socket.socket, last: str) -> list[str]:
-    """What systemd is told, up to this; one of the next hundred."""
-    told: list[str] = []
+def reported_until(manager: socket.socket, last: str) -> list[str]:
+    """What systemd receives, up to this; one of the next hundred."""
+    reported: list[str] = []
     for _ in range(100):
-        told.append(manager.recv(4096).decode())
-        if told[-1] == last:
-            return told
-    raise AssertionError(f"never told: {last!r}, but {told}")
+        reported.append(manager.recv(4096).decode())
+        if reported[-1] == last:
+            return reported
+    raise AssertionError(f"never reported: {last!r}, but {reported}")
 
 
-def test_systemd_hears_that_it_is_ready_alive_and_how_it_goes(
+def test_systemd_learns_that_it_is_ready_alive_and_how_it_goes(
     robot: BridgedRun, tmp_path: Path
 ) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
         manager.bind(str(tmp_path / "notify"))
         manager.settimeout(PATIENCE_S)
         bridge = robot.bridge(NOTIFY_SOCKET=str(tmp_path / "notify"), WATCHDOG_USEC="1000000")
-        ready = told_until(manager, "STATUS=no run; senders 0, to it 0, from it 0, dropped 0")
+        ready = reported_until(manager, "STATUS=no run; senders 0, to it 0, from it 0, dropped 0")
         assert "READY=1" in ready
-        assert "WATCHDOG=1" in [*ready, *told_until(manager, "WATCHDOG=1")]
+        assert "WATCHDOG=1" in [*ready, *reported_until(manager, "WATCHDOG=1")]
         bridge.send_signal(signal.SIGTERM)
-        told_until(manager, "STOPPING=1")
+        reported_until(manager, "STOPPING=1")
     bridge.communicate(timeout=PATIENCE_S)
     assert bridge.returncode == 0
 

@@ -135,11 +135,11 @@ def test_a_ramp_goes_out_to_a_ros_node_and_back_to_all_listeners(stack: ExitStac
     loop = Loop(out, back)
     node = RosNode(out, back, stack)
     opened = stack.enter_context(open_model(loop))
-    heard = [received_by(opened, block, enough=20) for block in loop.receivers]
+    received = [received_by(opened, block, enough=20) for block in loop.receivers]
     result = opened.run(PATIENCE_S)
     assert (result.state, result.reason) == (RunState.STOPPED, "enough")
-    assert heard[0][:20] == [step * RAMP_STEP for step in range(20)]
-    assert heard[0][:20] == heard[1][:20] == node.values[:20]
+    assert received[0][:20] == [step * RAMP_STEP for step in range(20)]
+    assert received[0][:20] == received[1][:20] == node.values[:20]
     assert opened.dover is not None
     assert opened.dover.dropped == 0
 
@@ -170,7 +170,7 @@ def test_what_is_no_number_is_counted_and_reaches_no_model(stack: ExitStack) -> 
 
 @pytest.mark.slow
 @pytest.mark.real_time
-def test_only_this_machine_is_heard(stack: ExitStack) -> None:
+def test_only_this_machine_is_listened_to(stack: ExitStack) -> None:
     (port,) = free_ports(1)
     stack.enter_context(open_model(RcvDover("rcv", port)))
     listed = Path("/proc/net/udp").read_text().splitlines()[1:]

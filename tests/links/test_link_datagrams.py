@@ -101,6 +101,6 @@ def test_a_datagram_may_be_so_long_and_no_longer() -> None:
         understood(longest + b" ")
 
 
-def test_what_is_told_looks_as_in_a_trace_file() -> None:
+def test_what_is_sent_looks_as_in_a_trace_file() -> None:
     message = message_of(port="attitude.yaw", t_ns=5, value=Motion(float("nan"), 1.0))
     assert message == b'{"port":"attitude.yaw","t_ns":5,"value":{"position":"nan","rate":1.0}}'

@@ -1,4 +1,4 @@
-"""Values in datagrams: what is heard may be said, and nothing else."""
+"""Values in datagrams: what is received may be sent, and nothing else."""
 
 import json
 import math

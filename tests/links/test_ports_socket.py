@@ -66,7 +66,7 @@ def test_values_keep_their_order_and_none_is_lost(rig: PortsRig, robot: Robot) -
     robot.imu.work = say_some
     rig.run.until(9 * PERIOD)
     rig.run.executive.simulator.exit()
-    assert [value for value in robot.thrust.told if value >= 100] == list(range(100, 150))
+    assert [value for value in robot.thrust.received if value >= 100] == list(range(100, 150))
 
 
 def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:
@@ -99,9 +99,9 @@ def test_what_cannot_be_obeyed_is_counted_and_answered(
     speaker = rig.speaker()
     speaker.say(datagram)
     rig.run.until(PERIOD)
-    assert speaker.told() == [{"error": answer}]
+    assert speaker.received() == [{"error": answer}]
     assert counts(rig) == (1, 1, 1, 0)
-    assert robot.thrust.told == [0, 1]
+    assert robot.thrust.received == [0, 1]
 
 
 def test_a_sender_without_an_address_may_put_but_not_ask(rig: PortsRig, robot: Robot) -> None:
@@ -109,7 +109,7 @@ def test_a_sender_without_an_address_may_put_but_not_ask(rig: PortsRig, robot: R
         for datagram in (b'{"port": "command", "value": 9}', b'{"list": true}', b"?"):
             nobody.sendto(datagram, os.fspath(rig.path))
     rig.run.until(PERIOD)
-    assert robot.thrust.told == [9, 0, 1]
+    assert robot.thrust.received == [9, 0, 1]
     assert counts(rig) == (3, 2, 0, 0)
 
 
@@ -129,41 +129,43 @@ def test_a_port_whose_type_says_too_little_is_not_written(tmp_path: Path) -> Non
         speaker.say({"port": "motion", "value": {"position": 1, "rate": -0.5}})
         assert rig.ports.receive() == [(odd.motion, Motion(1.0, -0.5))]
         rig.ports.between_steps(0, 2 * RESERVE)
-        (told,) = speaker.told()
-    assert told == {"error": "anything: a value of tuple cannot be sent; expected another port"}
+        (received,) = speaker.received()
+    assert received == {"error": "anything: a value of tuple cannot be sent; expected another port"}
 
 
 # Messages out -------------------------------------------------------------------------------------
 
 
-def test_a_watcher_hears_what_leaves_its_ports(rig: PortsRig) -> None:
+def test_a_watcher_receives_what_leaves_its_ports(rig: PortsRig) -> None:
     speaker = rig.speaker()
     speaker.say({"watch": ["imu.sample"]})
     rig.run.until(2 * PERIOD)
-    assert speaker.told() == [
+    assert speaker.received() == [
         {"watching": ["imu.sample"], "for_s": 10},
         {"port": "imu.sample", "t_ns": 0, "value": 0},
         {"port": "imu.sample", "t_ns": PERIOD, "value": 1},
-        # that of the last instant would be told after the step, and there is no time after it
+        # that of the last instant would be sent after the step, and there is no time after it
     ]
 
 
-def test_everybody_hears_what_it_asked_for(rig: PortsRig) -> None:
+def test_every_watcher_receives_what_it_asked_for(rig: PortsRig) -> None:
     often, rarely, deaf = rig.speaker(), rig.speaker(), rig.speaker()
     often.say({"watch": ["imu.sample"]})
     rarely.say({"watch": ["imu.sample"], "every": 3})
     rig.run.until(6 * PERIOD)
-    assert [each["value"] for each in often.told()[1:]] == [0, 1, 2, 3, 4, 5]
-    assert [each["value"] for each in rarely.told()[1:]] == [0, 3]
-    assert deaf.told() == []
+    assert [each["value"] for each in often.received()[1:]] == [0, 1, 2, 3, 4, 5]
+    assert [each["value"] for each in rarely.received()[1:]] == [0, 3]
+    assert deaf.received() == []
 
 
-def test_who_stops_hears_no_more_and_the_port_is_what_it_was(rig: PortsRig, robot: Robot) -> None:
+def test_a_listener_that_ends_is_called_no_more_and_the_port_is_what_it_was(
+    rig: PortsRig, robot: Robot
+) -> None:
     speaker, before = rig.speaker(), robot.imu.sample.bag
     robot.imu.work = lambda number: speaker.say({"watch": []}) if number == 2 else None
     speaker.say({"watch": ["imu.sample"]})
     rig.run.until(6 * PERIOD)
-    assert [each.get("value") for each in speaker.told()] == [None, 0, 1, 2, None]
+    assert [each.get("value") for each in speaker.received()] == [None, 0, 1, 2, None]
     assert robot.imu.sample.bag is before
 
 
@@ -172,7 +174,7 @@ def test_who_does_not_renew_is_forgotten(rig: PortsRig, robot: Robot) -> None:
     robot.imu.work = lambda number: rig.now.advance(WATCHED_FOR if number == 3 else 0)
     speaker.say({"watch": ["imu.sample"]})
     rig.run.until(6 * PERIOD)
-    assert len(speaker.told()) < 6
+    assert len(speaker.received()) < 6
     assert robot.imu.sample.bag is before
 
 
@@ -185,25 +187,25 @@ def test_who_has_gone_is_forgotten(rig: PortsRig, robot: Robot) -> None:
     assert counts(rig) == (1, 0, 3, 1)
 
 
-def test_a_reader_that_never_reads_costs_it_its_messages_and_nobody_else(rig: PortsRig) -> None:
+def test_a_reader_that_never_reads_costs_it_its_messages_and_no_other_reader(rig: PortsRig) -> None:
     lazy, eager = rig.speaker(), rig.speaker()
     lazy.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 0)
     for speaker in (lazy, eager):
         speaker.say({"watch": ["imu.sample"]})
-    heard: list[Any] = []
+    messages: list[Any] = []
     robot = rig.run.executive.simulator.root
     assert isinstance(robot, Robot)
-    robot.imu.work = lambda _number: heard.extend(eager.told())
+    robot.imu.work = lambda _number: messages.extend(eager.received())
     rig.run.until(2000 * PERIOD)
-    assert [each["value"] for each in heard[1:]] == list(range(len(heard) - 1))
-    assert len(heard) > 1990
+    assert [each["value"] for each in messages[1:]] == list(range(len(messages) - 1))
+    assert len(messages) > 1990
     received, refused, sent, dropped = counts(rig)
     assert (received, refused) == (2, 0)
     assert sent + dropped == 2 * 2000 + 2
-    assert dropped >= 2000 - len(lazy.told())
+    assert dropped >= 2000 - len(lazy.received())
 
 
-def test_who_is_connected_cannot_be_told_and_takes_nobody_else_any_room(
+def test_who_is_connected_cannot_be_seen_and_takes_no_other_any_room(
     rig: PortsRig, robot: Robot
 ) -> None:
     # What a connected reader leaves unread is limited by its sender's room alone.
@@ -211,35 +213,35 @@ def test_who_is_connected_cannot_be_told_and_takes_nobody_else_any_room(
     connected.socket.connect(os.fspath(rig.path))
     for speaker in (connected, eager):
         speaker.say({"watch": ["imu.sample"]})
-    heard: list[Any] = []
-    robot.imu.work = lambda _number: heard.extend(eager.told())
+    received: list[Any] = []
+    robot.imu.work = lambda _number: received.extend(eager.received())
     rig.run.until(2000 * PERIOD)
-    assert len(heard) > 1990
-    assert connected.told() == []
+    assert len(received) > 1990
+    assert connected.received() == []
     assert counts(rig) == (2, 1, 2001, 1)
 
 
-def test_so_many_may_watch_and_the_next_is_told_why_not(rig: PortsRig) -> None:
+def test_so_many_may_watch_and_the_next_is_answered_why_not(rig: PortsRig) -> None:
     for _ in range(MOST):
         rig.speaker().say({"watch": ["imu.sample"]})
         rig.ports.receive()
     late = rig.speaker()
     late.say({"watch": ["imu.sample"]})
     rig.run.until(PERIOD)
-    (told,) = late.told()
-    assert f"{MOST} others watch already" in told["error"]
+    (received,) = late.received()
+    assert f"{MOST} others watch already" in received["error"]
 
 
-def test_a_loop_without_time_to_spare_tells_nothing_until_it_has_some(rig: PortsRig) -> None:
+def test_a_loop_without_time_to_spare_reports_nothing_until_it_has_some(rig: PortsRig) -> None:
     speaker = rig.speaker()
     speaker.say({"list": True})
     rig.ports.receive()
     rig.ports.between_steps(0, RESERVE)
-    assert speaker.told() == []
+    assert speaker.received() == []
     rig.ports.between_steps(0, -MILLISECOND)
-    assert speaker.told() == []
+    assert speaker.received() == []
     rig.ports.between_steps(0, RESERVE + 1)
-    assert len(speaker.told()) == 1
+    assert len(speaker.received()) == 1
 
 
 def test_a_value_without_words_ends_nothing(rig: PortsRig, robot: Robot) -> None:
@@ -250,7 +252,7 @@ def test_a_value_without_words_ends_nothing(rig: PortsRig, robot: Robot) -> None
     speaker.say({"watch": ["imu.sample"]})
     robot.imu.activations = Unspeakable(7)
     rig.run.until(2 * PERIOD)
-    assert [each.get("value") for each in speaker.told()] == [None, 8]
+    assert [each.get("value") for each in speaker.received()] == [None, 8]
     assert counts(rig)[-2:] == (2, 1)
 
 
@@ -259,8 +261,8 @@ def test_the_list_names_every_port_and_the_counts(rig: PortsRig) -> None:
     speaker.say(b"?")
     speaker.say({"list": True})
     rig.run.until(PERIOD)
-    _, told = speaker.told()
-    assert told == {
+    _, received = speaker.received()
+    assert received == {
         "ports": [
             {"name": "command", "direction": "in", "type": "int"},
             {"name": "replan", "direction": "in", "type": "int"},
@@ -317,7 +319,7 @@ def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: R
         ports_of(robot, path)
 
 
-def test_a_port_that_nobody_watches_leads_straight_to_its_destination(
+def test_a_port_that_is_not_watched_leads_straight_to_its_destination(
     rig: PortsRig, robot: Robot
 ) -> None:
     rig.run.until(3 * PERIOD)
@@ -329,6 +331,6 @@ def test_the_time_of_the_run_is_said_with_that_of_the_machine(rig: PortsRig) -> 
     before = monotonic_ns()
     speaker.say({"time": True})
     rig.run.until(2 * PERIOD)
-    (answer,) = speaker.told()
+    (answer,) = speaker.received()
     assert 0 <= answer["t_ns"] <= 2 * PERIOD
     assert before <= answer["monotonic_ns"] <= monotonic_ns()

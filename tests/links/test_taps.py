@@ -33,26 +33,24 @@ def simulator(line: Line) -> Simulator:
     return Simulator(line)
 
 
-def heard(taps: Taps) -> list[Any]:
+def received(taps: Taps) -> list[Any]:
     taken = list(taps.sent)
     taps.sent.clear()
     return taken
 
 
-def test_what_is_open_is_heard_and_nothing_else(line: Line, simulator: Simulator) -> None:
+def test_what_is_open_is_tapped_and_nothing_else(line: Line, simulator: Simulator) -> None:
     taps = Taps(simulator)
     simulator.run(1)
     taps.open({"outlet": line.outlet})
     simulator.run(2)
     taps.open({})
     simulator.run(3)
-    assert heard(taps) == [("outlet", 2, 1)]
+    assert received(taps) == [("outlet", 2, 1)]
     assert line.log.bags == [[0], [1], [2]]
 
 
-def test_a_port_that_nobody_watches_any_more_is_what_it_was(
-    line: Line, simulator: Simulator
-) -> None:
+def test_a_port_that_is_watched_no_more_is_what_it_was(line: Line, simulator: Simulator) -> None:
     before = line.clock.ticks.bag
     taps = Taps(simulator)
     taps.open({"outlet": line.outlet, "clock": line.clock.ticks})
@@ -69,7 +67,7 @@ def test_ports_one_on_top_of_the_other_open_and_close_in_any_order(
     for until, ports in enumerate((inside, inside | outside, outside, outside | inside), 1):
         taps.open(ports)
         simulator.run(until)
-    assert heard(taps) == [
+    assert received(taps) == [
         ("clock", 1, 0),
         ("clock", 2, 1),
         ("outlet", 2, 1),
@@ -79,7 +77,7 @@ def test_ports_one_on_top_of_the_other_open_and_close_in_any_order(
     ]
 
 
-def test_who_listened_before_the_run_hears_on(line: Line, simulator: Simulator) -> None:
+def test_who_listened_before_the_run_goes_on_listening(line: Line, simulator: Simulator) -> None:
     traced: list[int] = []
     simulator.listen(line.clock.ticks, lambda _at, value: traced.append(value))
     taps = Taps(simulator)
@@ -88,7 +86,7 @@ def test_who_listened_before_the_run_hears_on(line: Line, simulator: Simulator) 
     taps.open({})
     simulator.run(2)
     assert traced == [0, 1]
-    assert heard(taps) == [("clock", 1, 0)]
+    assert received(taps) == [("clock", 1, 0)]
 
 
 def test_what_finds_no_room_makes_the_oldest_go(line: Line, simulator: Simulator) -> None:
@@ -96,4 +94,4 @@ def test_what_finds_no_room_makes_the_oldest_go(line: Line, simulator: Simulator
     taps.open({"clock": line.clock.ticks})
     simulator.run(ROOM + 3)
     assert taps.lost == 3
-    assert [value for _, _, value in heard(taps)] == list(range(3, ROOM + 3))
+    assert [value for _, _, value in received(taps)] == list(range(3, ROOM + 3))

@@ -35,12 +35,12 @@ def watchers(now: ManualClock) -> Watchers:
     return Watchers(now, Way)
 
 
-def heard(watchers: Watchers, port: str, messages: int) -> list[int]:
+def received(watchers: Watchers, port: str, messages: int) -> list[int]:
     """The numbers of those messages that somebody hears."""
     return [number for number in range(messages) if watchers.of(port)]
 
 
-def test_everybody_hears_its_own_ports_each_so_many_messages(watchers: Watchers) -> None:
+def test_every_watcher_receives_its_own_ports_each_so_many_messages(watchers: Watchers) -> None:
     watchers.renew("one", ["a"], 1)
     watchers.renew("two", ["a", "b"], 3)
     assert [[each.address for each in watchers.of("a")] for _ in range(5)] == [
@@ -50,18 +50,18 @@ def test_everybody_hears_its_own_ports_each_so_many_messages(watchers: Watchers)
         ["one", "two"],
         ["one"],
     ]
-    assert heard(watchers, "b", 7) == [0, 3, 6]
+    assert received(watchers, "b", 7) == [0, 3, 6]
     assert watchers.of("c") == []
     assert watchers.ports == ("a", "b")
 
 
 def test_renewing_goes_on_counting_unless_something_else_is_asked_for(watchers: Watchers) -> None:
     watchers.renew("one", ["a"], 3)
-    assert heard(watchers, "a", 2) == [0]
+    assert received(watchers, "a", 2) == [0]
     watchers.renew("one", ["a"], 3)
-    assert heard(watchers, "a", 2) == [1]
+    assert received(watchers, "a", 2) == [1]
     watchers.renew("one", ["a"], 2)
-    assert heard(watchers, "a", 3) == [0, 2]
+    assert received(watchers, "a", 3) == [0, 2]
 
 
 def test_a_new_wish_replaces_the_old_one(watchers: Watchers) -> None:
@@ -104,13 +104,13 @@ def test_there_is_room_for_so_many(watchers: Watchers) -> None:
     assert watchers.ports == ("b", "a", "c")
 
 
-def test_who_cannot_be_told_is_not_taken_in(watchers: Watchers) -> None:
+def test_a_sender_that_cannot_be_answered_is_not_taken_in(watchers: Watchers) -> None:
     with pytest.raises(Refusal, match="expected a socket that is not connected"):
         watchers.renew("connected", ["a"], 1)
     assert len(watchers) == 0
 
 
-def test_in_the_end_nobody_is_led_to(watchers: Watchers) -> None:
+def test_in_the_end_no_process_is_led_to(watchers: Watchers) -> None:
     for address in ("one", "two"):
         watchers.renew(address, ["a"], 1)
     watchers.close()

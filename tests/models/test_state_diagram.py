@@ -62,20 +62,20 @@ def run(states: tuple[State, ...], *inputs: tuple[int, str, object]) -> list[tup
     """What a machine sends within 1 s, as (ms, value), on inputs (ms, port, value)."""
     machine = Machine(*states)
     simulator = Simulator(machine, checked=True)
-    heard: list[tuple[int, object]] = []
+    received: list[tuple[int, object]] = []
 
-    def hear(at: int, value: object) -> None:
-        heard.append((at // MILLISECOND, value))
+    def receive(at: int, value: object) -> None:
+        received.append((at // MILLISECOND, value))
 
-    simulator.listen(machine.out, hear)
-    simulator.listen(machine.also, hear)
+    simulator.listen(machine.out, receive)
+    simulator.listen(machine.also, receive)
     for at_ms, group in groupby(inputs, lambda each: each[0]):
         simulator.run(max(simulator.now, at_ms * MILLISECOND - 1))
         for _, port, value in group:
             simulator.inject(machine.in_ports[port], value)
         simulator.advance(at_ms * MILLISECOND)
     simulator.run(1000 * MILLISECOND)
-    return heard
+    return received
 
 
 ECHO = (
@@ -163,8 +163,8 @@ def test_kinds_of_message_on_one_port_are_distinguished() -> None:
         State("Angle", "short", Arrow("also!angle", "Idle")),
         State("Signal", "short", Arrow("out!1", "Idle")),
     )
-    heard = run(states, (20, "message", Message(1)), (50, "message", Angle(1)))
-    assert heard == [(25, 1), (55, Angle(1))]
+    received = run(states, (20, "message", Message(1)), (50, "message", Angle(1)))
+    assert received == [(25, 1), (55, Angle(1))]
 
 
 def test_a_condition_chooses_between_arrows_without_input() -> None:

@@ -70,10 +70,10 @@ def test_a_light_sensor_on_an_ads1115_sends_volts(rig: VirtualBus) -> None:
         kind=float,
         period=100 * MILLISECOND,
     )
-    heard = rig.simulate([light], light.value)
+    received = rig.simulate([light], light.value)
     rig.run(1000 * MILLISECOND)
-    assert len(heard) > 8
-    for at, volts in heard:
+    assert len(received) > 8
+    for at, volts in received:
         assert volts == pytest.approx(at / 1e9, abs=0.012)
 
 
@@ -86,9 +86,9 @@ def test_a_light_sensor_that_is_absent_is_a_fault(rig: VirtualBus) -> None:
         kind=int,
         period=100 * MILLISECOND,
     )
-    heard = rig.simulate([light], light.fault_out)
+    received = rig.simulate([light], light.fault_out)
     rig.run(50 * MILLISECOND)
-    assert [value.kind for _, value in heard] == ["NoAcknowledge"]
+    assert [value.kind for _, value in received] == ["NoAcknowledge"]
     assert light.unready() == "is not up yet"
 
 

@@ -128,7 +128,7 @@ def test_a_loop_that_has_not_begun_has_no_heartbeat_and_no_guard(directory: Path
     assert ("firmware_runtime_heartbeat_age_seconds", "tachobot") not in found
 
 
-def test_a_text_file_is_for_everybody_and_whole(
+def test_a_text_file_is_for_all_users_and_whole(
     file: StatisticsFile, directory: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = directory / "robot.prom"

@@ -46,11 +46,13 @@ def stats(robot: RosProcesses) -> dict[str, Any]:
 def test_they_are_the_numbers_of_stats(robot: RosProcesses, user: RosUser) -> None:
     run = started(robot)
     robot.node()
-    heard = Listener(user)
-    assert heard.next()["tachobot: run"].hardware_id == "tachobot"
+    received = Listener(user)
+    assert received.next()["tachobot: run"].hardware_id == "tachobot"
     run.send_signal(signal.SIGSTOP)  # so that both are read at one moment
-    wait_until(lambda: "stands still" in heard.next()["tachobot: run"].message, "it stands still")
-    statuses, printed = heard.next(), stats(robot)
+    wait_until(
+        lambda: "stands still" in received.next()["tachobot: run"].message, "it stands still"
+    )
+    statuses, printed = received.next(), stats(robot)
     assert statuses["tachobot: run"].level == ERROR
     for path, model in printed["models"].items():
         said = {each.key: each.value for each in statuses[f"tachobot: {path}"].values}
@@ -67,11 +69,11 @@ def test_they_are_the_numbers_of_stats(robot: RosProcesses, user: RosUser) -> No
 
 def test_they_are_stale_without_a_run(robot: RosProcesses, user: RosUser) -> None:
     robot.node()
-    heard = Listener(user)
-    (status,) = heard.next().values()
+    received = Listener(user)
+    (status,) = received.next().values()
     assert (status.name, status.level) == ("tachobot: run", STALE)
     run = started(robot)
-    wait_until(lambda: heard.next()["tachobot: run"].level != STALE, "the run is seen")
+    wait_until(lambda: received.next()["tachobot: run"].level != STALE, "the run is seen")
     run.kill()
-    wait_until(lambda: heard.next()["tachobot: run"].level == STALE, "the run is gone")
-    assert "died" in heard.next()["tachobot: run"].message
+    wait_until(lambda: received.next()["tachobot: run"].level == STALE, "the run is gone")
+    assert "died" in received.next()["tachobot: run"].message

@@ -24,17 +24,17 @@ STALL = 20 * SECOND
 
 
 class Watch:
-    """A guard whose chips answer as told."""
+    """A guard whose chips answer as reported."""
 
     def __init__(self, path: Path) -> None:
         self.failing: list[str] = []
         self.offs = 0
-        self.told: list[str] = []
+        self.reported: list[str] = []
         record = TakeoverFile(path).write
         self.against: str | None = None
         self.out_of_reach: BusAbsent | None = None
         self.conditions: Mapping[str, Any] = {}
-        self.guard = Guard(path, self, STALL, self.told.append, record)
+        self.guard = Guard(path, self, STALL, self.reported.append, record)
 
     def make_safe(self) -> list[str]:
         self.offs += 1
@@ -102,7 +102,7 @@ def test_a_run_that_it_could_not_switch_off_is_watched_and_not_marked_guarded(
         watch.guard.poll()
     assert (watch.guard.phase, file.cells[GUARD]) == (Phase.WATCHING, 0)
     assert watch.conditions == HEADER["conditions"]
-    assert watch.told == [f"this run is not guarded: {watch.against}"]
+    assert watch.reported == [f"this run is not guarded: {watch.against}"]
     hang(file)
     watch.guard.poll()
     assert watch.offs == 1
@@ -135,7 +135,7 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     come_back(file)
     watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
-    assert watch.told[-1] == "the run came back, disarmed"
+    assert watch.reported[-1] == "the run came back, disarmed"
 
 
 def test_a_run_that_acknowledges_and_does_not_catch_up_stays_held(
@@ -147,7 +147,7 @@ def test_a_run_that_acknowledges_and_does_not_catch_up_stays_held(
     file.cells[ACKNOWLEDGED] = file.cells[EPOCH]
     watch.guard.poll()
     assert watch.guard.phase is Phase.HOLDING
-    assert len(watch.told) == 1
+    assert len(watch.reported) == 1
 
 
 def test_a_second_takeover_has_another_epoch_whatever_came_between(
@@ -171,7 +171,7 @@ def test_a_heartbeat_in_the_future_is_not_believed(watch: Watch, file: Statistic
     file.cells[HEARTBEAT] = monotonic_ns() + 3600 * SECOND
     watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 1)
-    assert "in the future" in watch.told[0]
+    assert "in the future" in watch.reported[0]
 
 
 def test_a_heartbeat_that_is_gone_is_not_believed(watch: Watch, file: StatisticsFile) -> None:
@@ -192,8 +192,8 @@ def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
     for _ in range(2):
         watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 2)
-    assert "cut short" in watch.told[0]
-    assert "all outputs off" in watch.told[0]
+    assert "cut short" in watch.reported[0]
+    assert "all outputs off" in watch.reported[0]
 
 
 def test_chips_that_do_not_acknowledge_are_written_again_and_logged_and_kept_once(
@@ -205,13 +205,13 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_logged_and_kept_onc
     for _ in range(3):
         watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 3)
-    assert sum("not off: i2c1 0x40: not acknowledged" in each for each in watch.told) == 1
+    assert sum("not off: i2c1 0x40: not acknowledged" in each for each in watch.reported) == 1
     (kept,) = read_takeovers(path)
     assert (kept.off_after_ns, kept.failed) == (None, watch.failing)
     watch.failing = []
     come_back(file)
     watch.guard.poll()
-    assert "all outputs off" in watch.told[-2]
+    assert "all outputs off" in watch.reported[-2]
     (kept,) = takeovers_of(path, this_process())
     assert (kept.number, kept.failed) == (1, [])
     assert kept.off_after_ns is not None
@@ -239,7 +239,7 @@ def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
         watch.guard.wait(wake_up)
         watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 1)
-    assert "has ended" in watch.told[0]
+    assert "has ended" in watch.reported[0]
     StatisticsFile(Layout(), HEADER, path)
     watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING

@@ -36,7 +36,7 @@ ERRORS = [
 
 
 class Watch:
-    """A guard and what it does, in order; each of its parts may be told to raise."""
+    """A guard and what it does, in order; each of its parts may be made to raise."""
 
     def __init__(self, path: Path) -> None:
         self.done: list[str] = []

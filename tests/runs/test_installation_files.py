@@ -39,17 +39,17 @@ def of_board(board: str) -> set[str]:
 
 
 def uninstall(board: str, root: Path, *, purge: bool = False) -> list[str]:
-    told: list[str] = []
-    Removal(board, Target(Tree(root)), purge=purge).carry_out(told.append)
-    return told
+    reported: list[str] = []
+    Removal(board, Target(Tree(root)), purge=purge).carry_out(reported.append)
+    return reported
 
 
 @pytest.mark.parametrize("board", kinds.names())
 def test_every_file_of_a_board_is_written(tmp_path: Path, board: str) -> None:
-    told = install(board, tmp_path)
+    reported = install(board, tmp_path)
     assert files_below(tmp_path).keys() == SHARED | of_board(board)
-    assert len(told) == len(SHARED) + 5
-    assert all(line.startswith(("written: ", "linked: ")) for line in told)
+    assert len(reported) == len(SHARED) + 5
+    assert all(line.startswith(("written: ", "linked: ")) for line in reported)
 
 
 def test_files_can_be_read_by_all_and_written_by_their_owner(tmp_path: Path) -> None:
@@ -81,8 +81,8 @@ def test_units_start_the_program_that_is_named(tmp_path: Path) -> None:
 def test_a_second_time_nothing_changes(tmp_path: Path) -> None:
     install("tachobot", tmp_path)
     before = files_below(tmp_path)
-    told = install("tachobot", tmp_path)
-    assert {line.partition(":")[0] for line in told} == {"unchanged"}
+    reported = install("tachobot", tmp_path)
+    assert {line.partition(":")[0] for line in reported} == {"unchanged"}
     assert files_below(tmp_path) == before
 
 
@@ -93,8 +93,8 @@ def test_what_was_changed_is_restored(tmp_path: Path) -> None:
     whole = unit.read_bytes()
     unit.write_text("[Service]\n")
     rules.chmod(0o600)
-    told = install("tachobot", tmp_path)
-    written = [line for line in told if not line.startswith("unchanged: ")]
+    reported = install("tachobot", tmp_path)
+    written = [line for line in reported if not line.startswith("unchanged: ")]
     assert written == [f"written: {unit}", f"written: {rules}"]
     assert unit.read_bytes() == whole
     assert stat.S_IMODE(rules.stat().st_mode) == 0o644
@@ -105,10 +105,10 @@ def test_the_users_settings_are_kept_and_the_difference_shown(tmp_path: Path) ->
     copy = tmp_path / "etc/firmware-runtime/tachobot.toml"
     users = copy.read_text().replace("kp = 0.75", "kp = 0.5")
     copy.write_text(users)
-    told = install("tachobot", tmp_path)
+    reported = install("tachobot", tmp_path)
     assert copy.read_text() == users
-    assert told[0] == f"kept: yours differs: {copy}"
-    assert "    -kp = 0.75\n    +kp = 0.5\n" in told[1]
+    assert reported[0] == f"kept: yours differs: {copy}"
+    assert "    -kp = 0.75\n    +kp = 0.5\n" in reported[1]
 
 
 def test_drop_ins_follow_the_users_settings(tmp_path: Path) -> None:
@@ -168,9 +168,9 @@ def test_nothing_half_written_is_left_behind(
 
 def test_the_last_board_takes_everything_with_it(tmp_path: Path) -> None:
     install("tachobot", tmp_path)
-    told = uninstall("tachobot", tmp_path, purge=True)
+    reported = uninstall("tachobot", tmp_path, purge=True)
     assert files_below(tmp_path) == {}
-    assert len(told) == len(SHARED) + 5
+    assert len(reported) == len(SHARED) + 5
     ours = [path for path in tmp_path.rglob("*") if "firmware-runtime" in path.name]
     assert ours == []
 

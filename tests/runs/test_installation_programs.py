@@ -75,9 +75,9 @@ def test_this_program_is_found_beside_its_interpreter(
 
 def test_a_command_is_shown_and_run(programs: RecordedPrograms) -> None:
     programs.add("systemctl")
-    told: list[str] = []
-    run(("systemctl", "enable", "a b"), told.append)
-    assert told == ["$ systemctl enable 'a b'"]
+    reported: list[str] = []
+    run(("systemctl", "enable", "a b"), reported.append)
+    assert reported == ["$ systemctl enable 'a b'"]
     assert programs.calls == ["systemctl enable a b"]
 
 

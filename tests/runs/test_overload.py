@@ -40,11 +40,11 @@ class Rig:
 
     def __init__(self, time: Time, policy: Policy = "yield") -> None:
         self.time = time
-        self.told: list[str] = []
+        self.reported: list[str] = []
         self.executive = Executive(Robot(), MonotonicClock(), list, Configuration())
         permission = Permission(at_start=False, demand_guard=False)
         self.arming = Arming(self.executive, permission, list)
-        self.watch = Overload(self.executive, 90.0, policy, self.arming, self.told.append)
+        self.watch = Overload(self.executive, 90.0, policy, self.arming, self.reported.append)
         self.watch.between_steps(0, 0)
 
     def pass_window(self, steps: float, processor: float = 0.0) -> None:
@@ -74,7 +74,7 @@ def test_a_load_below_the_limit_is_not_logged(time: Time) -> None:
     rig = Rig(time)
     for _ in range(5):
         rig.pass_window(steps=0.89, processor=0.89)
-    assert rig.told == []
+    assert rig.reported == []
     assert rig.run["overloaded_s"] is None
 
 
@@ -84,8 +84,8 @@ def test_steps_without_a_pause_and_processor_time_are_a_load_each(
 ) -> None:
     rig = Rig(time)
     rig.pass_window(steps, processor)
-    assert "95 % of the last 3 s" in rig.told[0]
-    assert "max_load_percent = 90" in rig.told[0]
+    assert "95 % of the last 3 s" in rig.reported[0]
+    assert "max_load_percent = 90" in rig.reported[0]
 
 
 def test_it_is_judged_over_whole_windows_and_logged_once(time: Time) -> None:
@@ -93,19 +93,19 @@ def test_it_is_judged_over_whole_windows_and_logged_once(time: Time) -> None:
     rig.executive.cells[STEP_TIME] += 2 * SECOND
     time.real += WINDOW - MILLISECOND
     rig.watch.between_steps(0, 0)
-    assert rig.told == []
+    assert rig.reported == []
     for _ in range(3):
         rig.pass_window(steps=1.0)
-    assert len(rig.told) == 1
+    assert len(rig.reported) == 1
 
 
 def test_a_process_that_was_stopped_in_the_middle_of_a_step_is_not_overloaded(time: Time) -> None:
     rig = Rig(time)
     time.real += 100 * WINDOW
     rig.pass_window(steps=101.0)
-    assert rig.told == []
+    assert rig.reported == []
     rig.pass_window(steps=1.0)
-    assert len(rig.told) == 1
+    assert len(rig.reported) == 1
 
 
 def test_priority_is_given_up_and_an_armed_run_disarmed(time: Time, fifo: list[str]) -> None:
@@ -115,7 +115,7 @@ def test_priority_is_given_up_and_an_armed_run_disarmed(time: Time, fifo: list[s
     assert fifo == ["SCHED_FIFO"]
     assert not rig.arming.armed
     assert rig.arming.reason.startswith("overload: 100 %")
-    assert "gives up SCHED_FIFO" in rig.told[0]
+    assert "gives up SCHED_FIFO" in rig.reported[0]
     assert rig.run["overloaded_s"] > 0
     assert summary(rig.executive.statistics.figures()).endswith(" overloaded disarmed")
 
@@ -125,7 +125,7 @@ def test_without_priority_to_give_up_the_run_stays_armed_and_says_so(time: Time)
     rig.arming.request(0)
     rig.pass_window(steps=1.0)
     assert rig.arming.armed
-    assert "has no SCHED_FIFO to give up" in rig.told[0]
+    assert "has no SCHED_FIFO to give up" in rig.reported[0]
 
 
 def test_a_run_may_end_instead_which_is_no_requested_stop(time: Time, fifo: list[str]) -> None:

@@ -23,9 +23,9 @@ class Rig:
         self.path.write_text(SHIPPED.read_text())
         board = registry.load(str(self.path))
         self.session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
-        self.told: list[str] = []
+        self.reported: list[str] = []
         executive = self.session.executive
-        self.reloading = Reloading(self.session.tuning, executive, Notices(), self.told.append)
+        self.reloading = Reloading(self.session.tuning, executive, Notices(), self.reported.append)
         assert self.reloading in executive.hooks
 
     def change(self, before: str, after: str) -> None:
@@ -42,40 +42,40 @@ def rig(tmp_path: Path) -> Rig:
 def test_nothing_is_read_until_it_is_requested(rig: Rig) -> None:
     rig.change("kp = 0.75", "kp = 0.5")
     rig.reloading.between_steps(0, NEEDED)
-    assert rig.told == []
+    assert rig.reported == []
 
 
 def test_it_waits_for_time_enough_before_the_next_activation(rig: Rig) -> None:
     rig.change("kp = 0.75", "kp = 0.5")
     rig.reloading.request()
     rig.reloading.between_steps(0, NEEDED - 1)
-    assert rig.told == []
+    assert rig.reported == []
     rig.reloading.between_steps(MILLISECOND, NEEDED)
-    assert rig.told == [f"reloaded {rig.path}: controller.yaw.kp"]
+    assert rig.reported == [f"reloaded {rig.path}: controller.yaw.kp"]
     rig.reloading.between_steps(2 * MILLISECOND, NEEDED)
-    assert len(rig.told) == 1
+    assert len(rig.reported) == 1
 
 
 def test_a_loop_that_never_has_the_time_reads_it_late(rig: Rig) -> None:
     rig.reloading.request()
     rig.reloading.between_steps(TIMEOUT - 1, 0)
-    assert rig.told == []
+    assert rig.reported == []
     rig.reloading.between_steps(TIMEOUT, 0)
-    assert rig.told == [f"reloaded {rig.path}: nothing new"]
+    assert rig.reported == [f"reloaded {rig.path}: nothing new"]
 
 
 def test_a_file_with_a_fault_changes_nothing(rig: Rig) -> None:
     rig.path.write_text("nothing = sound")
     rig.reloading.request()
     rig.reloading.between_steps(0, NEEDED)
-    assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
+    assert rig.reported[0].startswith("not reloaded, everything stays as it was: ")
 
 
 def test_a_file_without_end_changes_nothing(rig: Rig) -> None:
     rig.path.write_text("board = " + "[" * 3000)
     rig.reloading.request()
     rig.reloading.between_steps(0, NEEDED)
-    assert rig.told[0].startswith("not reloaded, everything stays as it was: ")
+    assert rig.reported[0].startswith("not reloaded, everything stays as it was: ")
 
 
 def test_a_file_that_no_reader_foresaw_changes_nothing(
@@ -87,14 +87,14 @@ def test_a_file_that_no_reader_foresaw_changes_nothing(
     monkeypatch.setattr(registry, "load", load)
     rig.reloading.request()
     rig.reloading.between_steps(0, NEEDED)
-    assert rig.told == ["not reloaded, everything stays as it was: MemoryError: "]
+    assert rig.reported == ["not reloaded, everything stays as it was: MemoryError: "]
 
 
 def test_what_only_a_new_run_takes_up_is_named(rig: Rig) -> None:
     rig.change("period_s = 0.01", "period_s = 0.02")
     rig.reloading.request()
     rig.reloading.between_steps(0, NEEDED)
-    assert rig.told == [
+    assert rig.reported == [
         f"reloaded {rig.path}: nothing new; only a new run takes up controller.period_s"
     ]
 
@@ -110,7 +110,7 @@ def test_what_only_a_new_run_takes_up_is_not_taken_up_with_the_rest(rig: Rig) ->
         rig.reloading.between_steps(0, NEEDED)
     assert (thrust_pairs.settings.first_channel, thrust_pairs.settings.slew_per_s) == (0, 50.0)
     left = "only a new run takes up thrust_pairs.first_channel"
-    assert rig.told == [
+    assert rig.reported == [
         f"reloaded {rig.path}: thrust_pairs.slew_per_s; {left}",
         f"reloaded {rig.path}: nothing new; {left}",
     ]
@@ -127,7 +127,7 @@ def test_a_file_that_has_become_another_robots_changes_nothing(
     rig.path.write_text(f'name = "{name}"\n{detective}')
     rig.reloading.request()
     rig.reloading.between_steps(0, NEEDED)
-    (told,) = rig.told
-    assert told.startswith("not reloaded, everything stays as it was: ")
-    assert str(rig.path) in told
-    assert why in told
+    (reported,) = rig.reported
+    assert reported.startswith("not reloaded, everything stays as it was: ")
+    assert str(rig.path) in reported
+    assert why in reported

@@ -28,13 +28,13 @@ class Listener:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self._socket.bind(os.fspath(path))
 
-    def heard(self) -> list[str]:
-        heard = []
+    def received(self) -> list[str]:
+        received = []
         while True:
             try:
-                heard.append(self._socket.recv(65536).decode())
+                received.append(self._socket.recv(65536).decode())
             except BlockingIOError:
-                return heard
+                return received
 
     def close(self) -> None:
         self._socket.close()
@@ -65,10 +65,10 @@ def test_ready_comes_after_the_first_step_and_a_stall_is_one_line(
     executive.run(30 * PERIOD)
     notices.close()
     journal.close()
-    told = systemd.heard()
-    assert told.count("READY=1") == 1
-    assert "STATUS=a summary" in told
-    (line,) = journald.heard()
+    reported = systemd.received()
+    assert reported.count("READY=1") == 1
+    assert "STATUS=a summary" in reported
+    (line,) = journald.received()
     fields = dict(each.split("=", 1) for each in line.splitlines())
     assert fields["PERIOD_US"] == str(PERIOD // 1000)
     assert (fields["MODEL"], fields["MISSED"], fields["CAUSE"]) == ("imu", "2", "wake")
@@ -86,11 +86,11 @@ def test_a_loop_that_is_always_late_writes_a_summary_a_minute_and_its_episode_at
     journal = Journal(tmp_path / "journal")
     reporter = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
     executive.run(150 * SECOND)
-    told = journald.heard()
-    assert len(told) == 2
-    assert all(entry.startswith("MESSAGE=a summary\n") for entry in told)
+    reported = journald.received()
+    assert len(reported) == 2
+    assert all(entry.startswith("MESSAGE=a summary\n") for entry in reported)
     reporter.close()
-    (episode,) = journald.heard()
+    (episode,) = journald.received()
     assert "\nMODEL=imu\n" in episode
     journal.close()
 
@@ -101,7 +101,7 @@ def test_a_run_without_steps_is_not_ready(systemd: Listener) -> None:
     reporter = Reporter(executive, notices, Journal(None), lambda _statistics: "")
     reporter.between_steps(0, 0)
     notices.close()
-    assert "READY=1" not in systemd.heard()
+    assert "READY=1" not in systemd.received()
 
 
 def test_a_manager_that_does_not_read_holds_up_no_run_and_gets_ready_later(
@@ -112,13 +112,13 @@ def test_a_manager_that_does_not_read_holds_up_no_run_and_gets_ready_later(
     for number in range(2000):  # more than any queue holds
         notices.status(f"{number} \N{MICRO SIGN}s")
     notices.ready()
-    heard = systemd.heard()
-    assert heard[0] == "STATUS=0 \N{MICRO SIGN}s"
-    assert len(heard) < 2000
+    received = systemd.received()
+    assert received[0] == "STATUS=0 \N{MICRO SIGN}s"
+    assert len(received) < 2000
     notices.alive()
-    assert systemd.heard() == ["READY=1", "WATCHDOG=1"]
+    assert systemd.received() == ["READY=1", "WATCHDOG=1"]
     notices.alive()
-    assert systemd.heard() == ["WATCHDOG=1"]
+    assert systemd.received() == ["WATCHDOG=1"]
     notices.close()
 
 
@@ -182,7 +182,7 @@ def test_the_watchdog_is_not_fed_while_logical_time_is_behind_the_clock(
     notices = Notices.from_environment()
     Reporter(executive, notices, Journal(None), lambda _statistics: "a summary")
     fed: list[bool] = []
-    robot.imu.work = lambda _number: fed.append("WATCHDOG=1" in systemd.heard())
+    robot.imu.work = lambda _number: fed.append("WATCHDOG=1" in systemd.received())
     executive.run(2 * SECOND)
     notices.close()
     late = [number for number, is_fed in enumerate(fed) if not is_fed]
@@ -205,11 +205,11 @@ def test_a_fault_is_a_line_when_it_comes_and_at_the_end_with_its_number(
     executive = Executive(Failing(), StallingClock(), list)
     reporter = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
     executive.run(10 * PERIOD)
-    (first,) = journald.heard()
+    (first,) = journald.received()
     for part in ("\nMODEL=imu\n", "\nFAULT=NotReady\n", "\nCOUNT=1\n", "the robot moved"):
         assert part in first
     reporter.close()
-    (last,) = journald.heard()
+    (last,) = journald.received()
     assert "\nCOUNT=11\n" in last
     journal.close()
 
@@ -224,7 +224,7 @@ def test_a_loop_that_is_late_again_and_again_writes_a_line_a_second_with_their_n
     executive.run(5 * SECOND)
     reporter.close()
     journal.close()
-    lines = [line for line in journald.heard() if "\nMODEL=imu\n" in line]
+    lines = [line for line in journald.received() if "\nMODEL=imu\n" in line]
     (account,) = (each for each in executive.accounts if each.path == "imu")
     assert len(lines) <= 1 + 5
     counts = [int(line.partition("\nEPISODES=")[2].partition("\n")[0]) for line in lines]

@@ -107,8 +107,8 @@ def test_units_are_the_files_at_the_top_of_the_repository() -> None:
 def test_a_service_that_is_ready_says_so_and_shows_itself() -> None:
     for service, patience in ((RUNTIME, "2"), (GUARD, "5")):
         unit = Unit(service)["Service"]
-        told = (unit["Type"], unit["NotifyAccess"], unit["WatchdogSec"])
-        assert told == ("notify", "main", patience)
+        reported = (unit["Type"], unit["NotifyAccess"], unit["WatchdogSec"])
+        assert reported == ("notify", "main", patience)
 
 
 def test_a_run_is_started_again_after_the_pause_that_its_own_waiting_counts_on() -> None:

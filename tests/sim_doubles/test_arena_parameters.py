@@ -1,4 +1,4 @@
-"""The arena's numbers: what is refused, and that all faults are told at once."""
+"""The arena's numbers: what is refused, and that all faults are reported at once."""
 
 import math
 from typing import Any

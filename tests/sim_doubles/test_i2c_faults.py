@@ -1,4 +1,4 @@
-"""Faults on the bus: each strikes where and as often as told, and is counted."""
+"""Faults on the bus: each strikes where and as often as scripted, and is counted."""
 
 import errno
 

@@ -160,6 +160,6 @@ def test_outputs_and_result_are_those_of_the_rig(rig: ServedRig) -> None:
     doubles.ports["treads"].write(bytes((0xAA, 128, 0, 127, 127)))
     rig.clock.advance(3 * SECOND)
     assert doubles.outputs == rig.doubles.outputs == {"radar_motor": 0, "treads": 1}
-    told = doubles.result(5 * SECOND, {"found": True})
-    assert told == rig.doubles.result(5 * SECOND, {"found": True})
-    assert (told["found"], told["time_s"]) == (False, 5.0)
+    reported = doubles.result(5 * SECOND, {"found": True})
+    assert reported == rig.doubles.result(5 * SECOND, {"found": True})
+    assert (reported["found"], reported["time_s"]) == (False, 5.0)

@@ -35,7 +35,7 @@ WHO_AM_I = Transfer("i2c1", 0x68, (b"\x75", 1))
 
 
 class Rig:
-    """A server of TachoBot's doubles that works when it is told to."""
+    """A server of TachoBot's doubles that works on request."""
 
     def __init__(self, folder: Path) -> None:
         self.path, self.log_path = folder / "doubles.sock", folder / "doubles.log"

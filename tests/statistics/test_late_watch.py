@@ -1,4 +1,4 @@
-"""The watch for late activations: each is told of once, and none from before it began."""
+"""The watch for late activations: each is reported once, and none from before it began."""
 
 from dataclasses import replace
 
@@ -73,9 +73,9 @@ def test_the_largest_of_all_is_known_even_where_it_is_not_among_the_worst() -> N
     run = late_run(MILLISECOND)
     watch = LateWatch(LIMIT, run.statistics())
     activation(run, 3 * MILLISECOND, kept=False)
-    told = watch.new_in(run.statistics())
-    assert told == Late("imu", run.elapsed, 3 * MILLISECOND, exact=False)
-    assert str(told) == f"imu before {run.elapsed / 1e9:.3f} s, over 3.00 ms late"
+    reported = watch.new_in(run.statistics())
+    assert reported == Late("imu", run.elapsed, 3 * MILLISECOND, exact=False)
+    assert str(reported) == f"imu before {run.elapsed / 1e9:.3f} s, over 3.00 ms late"
 
 
 def test_of_a_run_that_took_the_place_of_another_everything_is_new() -> None:
@@ -100,9 +100,9 @@ def test_the_watch_fires_only_for_lateness_over_the_limit(late: list[int], kept:
     watch = LateWatch(LIMIT, run.statistics())
     for each in late:
         activation(run, each, kept=kept)
-        told = watch.new_in(run.statistics()) is not None
-        assert told <= (each > LIMIT)
-        assert told or each <= LIMIT * 33 // 32 + 1
+        reported = watch.new_in(run.statistics()) is not None
+        assert reported <= (each > LIMIT)
+        assert reported or each <= LIMIT * 33 // 32 + 1
 
 
 def test_a_poll_reads_the_cells_and_builds_no_document(monkeypatch: pytest.MonkeyPatch) -> None:

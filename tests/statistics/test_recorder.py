@@ -32,8 +32,8 @@ class Rig:
         self.kept = folder / "robot.stats"
         self.folder = folder / "kept"
         self.folder.mkdir(exist_ok=True)
-        self.told: list[str] = []
-        self.recorder = Recorder(self.kept, self.folder, runs, late, self.told.append)
+        self.reported: list[str] = []
+        self.recorder = Recorder(self.kept, self.folder, runs, late, self.reported.append)
         self.now = 0
         self.runs_begun = 0
 
@@ -83,7 +83,7 @@ def trace(path: Path) -> dict[str, Any]:
 
 def test_without_a_run_there_is_nothing(rig: Rig) -> None:
     rig.poll(3)
-    assert (rig.files, rig.told) == ([], [])
+    assert (rig.files, rig.reported) == ([], [])
 
 
 @pytest.mark.slow
@@ -101,10 +101,10 @@ def test_a_run_is_kept_at_once_each_minute_and_at_its_end(rig: Rig) -> None:
     end_of_section(run, RunState.ENDED)
     rig.poll()
     assert activations(kept) == 2
-    assert rig.told[-1] == f"{kept}: the run is over, its statistics are kept"
-    told = len(rig.told)
+    assert rig.reported[-1] == f"{kept}: the run is over, its statistics are kept"
+    reported = len(rig.reported)
     rig.poll(2 * SAVE_EVERY // POLL)
-    assert (rig.files, len(rig.told)) == (["robot-0001.stats"], told)
+    assert (rig.files, len(rig.reported)) == (["robot-0001.stats"], reported)
 
 
 def test_the_seconds_around_a_late_activation_are_kept_once_for_a_while(rig: Rig) -> None:
@@ -140,7 +140,7 @@ def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
     TakeoverFile(rig.kept).write(Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
     rig.poll(10)
     assert "robot-0001-guard-1.json.gz" in rig.files
-    assert rig.told[-1].endswith("the guard took over")
+    assert rig.reported[-1].endswith("the guard took over")
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The page as text: whole, safe, told in words, and the same for the same statistics."""
+"""The page as text: whole, safe, in words too, and the same for the same statistics."""
 
 import re
 from collections import Counter

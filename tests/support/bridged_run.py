@@ -30,20 +30,20 @@ class Talker:
     def say(self, what: object) -> None:
         self.socket.sendto(json.dumps(what).encode(), self._robot)
 
-    def hear(self) -> dict[str, Any]:
+    def receive(self) -> dict[str, Any]:
         message: dict[str, Any] = json.loads(self.socket.recv(65536))
         return message
 
     def ask(self, what: object) -> dict[str, Any]:
         self.say(what)
-        return self.hear()
+        return self.receive()
 
     def insist(self, what: object, key: str) -> Any:  # noqa: ANN401 -- of any type, like the key
         """Ask until there is an answer with this key: one that found no room is lost."""
         for _ in range(PATIENCE_S):
             self.say(what)
             while select([self.socket], (), (), 1)[0]:
-                if key in (message := self.hear()):
+                if key in (message := self.receive()):
                     return message[key]
         raise AssertionError(f"no answer with {key!r}")
 

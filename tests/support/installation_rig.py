@@ -10,11 +10,13 @@ from firmware_runtime.host.installation.tree import Tree
 
 
 def install(board: str, root: Path, program: str = PROGRAM) -> list[str]:
-    """Install a board below a directory; return what was told."""
-    told: list[str] = []
+    """Install a board below a directory; return what was reported."""
+    reported: list[str] = []
     target = Target(Tree(root))
-    Installation(registry.load(board), target, program, "1.2.3").carry_out(told.append, start=True)
-    return told
+    Installation(registry.load(board), target, program, "1.2.3").carry_out(
+        reported.append, start=True
+    )
+    return reported
 
 
 def files_below(root: Path) -> dict[str, bytes]:

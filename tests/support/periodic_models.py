@@ -48,11 +48,11 @@ class Sampler(Atomic):
 
 
 class Actuator(Atomic):
-    """Keeps what it is told and when; `work(value)` is called in the transition."""
+    """Keeps what it received and when; `work(value)` is called in the transition."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.told: list[int] = []
+        self.received: list[int] = []
         self.exits = 0
         self.work: Callable[[int], None] = lambda _value: None
         self.command = self.in_port("command", int)
@@ -60,7 +60,7 @@ class Actuator(Atomic):
     def external(self, elapsed: int) -> None:
         self.continue_(elapsed)
         for value in self.command:
-            self.told.append(value)
+            self.received.append(value)
             self.work(value)
 
     def exit(self) -> None:

@@ -15,7 +15,7 @@ from tests.support.executives import Run
 
 
 class Speaker:
-    """Another process's end, in this one; what it is told waits until it is taken."""
+    """Another process's end, in this one; what it receives waits until it is taken."""
 
     def __init__(self, path: Path) -> None:
         self._path = os.fspath(path)
@@ -27,8 +27,8 @@ class Speaker:
         datagram = what if isinstance(what, bytes) else json.dumps(what).encode()
         self.socket.sendto(datagram, self._path)
 
-    def told(self) -> list[dict[str, Any]]:
-        """Everything it was told so far."""
+    def received(self) -> list[dict[str, Any]]:
+        """Everything it received so far."""
         messages: list[dict[str, Any]] = []
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Programs of the system that only note how they were called, and answer as they are told."""
+"""Programs of the system that only note how they were called, and answer as they are to."""
 
 import shlex
 from pathlib import Path

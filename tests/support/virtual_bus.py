@@ -41,11 +41,11 @@ class VirtualBus:
                 self._entries[entry] = robot.in_port(entry.name, entry.type)
                 robot.couple(self._entries[entry], entry)
         simulator = Simulator(robot)
-        heard: list[tuple[int, Any]] = []
+        received: list[tuple[int, Any]] = []
         for port in ports:
-            simulator.listen(port, lambda at, value: heard.append((at, value)))
+            simulator.listen(port, lambda at, value: received.append((at, value)))
         self._simulator = simulator
-        return heard
+        return received
 
     def send(self, port: InPort[T], value: T, at: int) -> None:
         """Let a value arrive at a model's port at an instant."""

@@ -22,7 +22,7 @@ class VirtualTachobot:
     rig: TachobotRig
     robot: Robot
     simulator: Simulator
-    heard: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
+    received: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
 
     @property
     def model(self) -> Tachobot:
@@ -33,18 +33,18 @@ class VirtualTachobot:
         self.simulator.run(round(until_s * SECOND))
 
     def values(self, port: str) -> list[Any]:
-        return [value for _at, value in self.heard.get(port, [])]
+        return [value for _at, value in self.received.get(port, [])]
 
     def faults(self) -> list[Fault]:
         return [
-            value for port in self.heard if port.endswith("fault") for value in self.values(port)
+            value for port in self.received if port.endswith("fault") for value in self.values(port)
         ]
 
 
 def _listen(tachobot: VirtualTachobot) -> None:
     for atomic in tachobot.simulator.atomics:
         for port in atomic.out_ports.values():
-            said = tachobot.heard.setdefault(port.path.removeprefix("tachobot."), [])
+            said = tachobot.received.setdefault(port.path.removeprefix("tachobot."), [])
             tachobot.simulator.listen(
                 port,
                 lambda at, value, said=said: said.append((at, value)),  # type: ignore[misc]

@@ -38,7 +38,7 @@ SETTINGS = {
 
 
 class WrittenRun:
-    """Counts what it is told and keeps the timeline, one activation of `imu` at a time."""
+    """Counts what it is given and keeps the timeline, one activation of `imu` at a time."""
 
     def __init__(
         self, layout: Layout = LAYOUT, path: Path | None = None, **conditions: object

@@ -30,7 +30,7 @@ def test_an_instant_that_has_passed_rings_at_once() -> None:
     assert select([alarm], (), (), PATIENCE_S)[0] == [alarm]
 
 
-def test_an_alarm_set_anew_has_not_rung() -> None:
+def test_an_alarm_set_again_has_not_rung() -> None:
     alarm = Alarm()
     alarm.set(1)
     alarm.set(monotonic_ns() + 100 * SECOND)

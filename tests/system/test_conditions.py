@@ -45,7 +45,7 @@ def test_conditions_of_a_pc_with_isolated_processors(tmp_path: Path) -> None:
     assert (conditions["model"], conditions["virtualised"]) == (None, False)
 
 
-def test_where_nothing_tells_conditions_are_null(tmp_path: Path) -> None:
+def test_where_nothing_shows_conditions_are_null(tmp_path: Path) -> None:
     assert shown(SystemFiles(tmp_path)) == dict.fromkeys(SHOWN)
 
 

@@ -20,7 +20,7 @@ GRAVITY: Final = 9.80665
 MOVE: Final = ("try", "pca9685", "--channel", 3, "--duty", 0.25, "--yes")
 
 
-def probe_tells_every_bus_its_chips_and_the_boards_they_fit() -> str:
+def probe_shows_every_bus_its_chips_and_the_boards_they_fit() -> str:
     """Both robots' doubles, each on an adapter of its own."""
     document = json.loads(run(PROGRAM, "probe", "--json"))
     buses = {bus["device"]: bus for bus in document["buses"]}
@@ -127,7 +127,7 @@ def _held(bus: str, address: int) -> Iterator[None]:
 
 
 CHECKS: Final[tuple[Check, ...]] = (
-    probe_tells_every_bus_its_chips_and_the_boards_they_fit,
+    probe_shows_every_bus_its_chips_and_the_boards_they_fit,
     probe_changes_nothing_in_the_chips,
     probe_names_the_kernel_driver_that_holds_an_address,
     probe_says_why_a_bus_may_not_be_opened,

@@ -29,11 +29,11 @@ def a_reload_takes_up_a_changed_gain() -> str:
     run("systemctl", "reload", TACHOBOT.runtime)
     said: list[str] = []
 
-    def is_told() -> bool:
+    def is_reported() -> bool:
         said[:] = [each["MESSAGE"] for each in entries(TACHOBOT) if "reloaded" in each["MESSAGE"]]
         return bool(said)
 
-    wait_until(is_told, "the journal has the reload")
+    wait_until(is_reported, "the journal has the reload")
     expect("controller.yaw.kp" in said[-1], said[-1])
     expect(TACHOBOT.pid() == pid, "the run was started anew")
     expect(TACHOBOT.shown("ActiveState") == "active", "the unit is not active")
@@ -67,7 +67,7 @@ def an_episode_of_overruns_is_one_entry_with_its_fields() -> str:
     wait_until(lambda: _counted() > before, "the statistics have the episode")
     # one may be under way again
     wait_until(
-        lambda: 0 <= _counted() - _told() <= 1 and _told() > before,
+        lambda: 0 <= _counted() - _reported() <= 1 and _reported() > before,
         "the journal has the episodes that were counted",
     )
     found = _episodes()
@@ -92,7 +92,7 @@ def _episodes() -> list[dict[str, Any]]:
     return [each for each in entries(TACHOBOT) if "LATE_US" in each and "PERIOD_US" in each]
 
 
-def _told() -> int:
+def _reported() -> int:
     """How many episodes the entries stand for."""
     return sum(int(each["EPISODES"]) for each in _episodes())
 

@@ -37,11 +37,13 @@ def a_login_is_answered_beside_a_hopelessly_overloaded_run() -> str:
         wait_until(_is_overloaded, "statistics say that it is overloaded", PATIENCE_S)
         seen = run("chrt", "--pid", str(TACHOBOT.pid()))
         expect("SCHED_OTHER" in seen, f"it did not give up its priority: {seen}")
-        told = run("journalctl", "-b", "--no-pager", "--grep=overload: ", "-u", TACHOBOT.runtime)
+        reported = run(
+            "journalctl", "-b", "--no-pager", "--grep=overload: ", "-u", TACHOBOT.runtime
+        )
         refused = attempt(PROGRAM, "arm", TACHOBOT.board)
         expect(refused.returncode == 5, f"arm ended with {refused.returncode}, expected 5")
         expect("given up" in refused.stderr, refused.stderr)
-        return f"{said}; {told.strip().splitlines()[-1].rpartition('firmware-runtime: ')[2]}"
+        return f"{said}; {reported.strip().splitlines()[-1].rpartition('firmware-runtime: ')[2]}"
 
 
 def a_login_is_answered_beside_a_run_that_dies_of_overload_again_and_again() -> str:
@@ -53,9 +55,9 @@ def a_login_is_answered_beside_a_run_that_dies_of_overload_again_and_again() -> 
         guard = TACHOBOT.shown("ActiveState", TACHOBOT.guard)
         expect(guard == "active", f"its guard is {guard}")
         shown = attempt(PROGRAM, "service", "status", TACHOBOT.board).stdout
-        told = [line.strip() for line in shown.splitlines() if "failed in a row" in line]
-        expect(told, f"service status does not say how often it failed: {shown}")
-        return f"{said}; {told[0]}"
+        reported = [line.strip() for line in shown.splitlines() if "failed in a row" in line]
+        expect(reported, f"service status does not say how often it failed: {shown}")
+        return f"{said}; {reported[0]}"
 
 
 @contextmanager

@@ -93,7 +93,7 @@ def the_run_has_the_fifo_priority_it_asked_for() -> str:
     return f"not granted: {json.dumps(refused)}" if refused else "all that was asked for is granted"
 
 
-def statistics_are_read_by_the_group_and_by_nobody_else() -> str:
+def statistics_are_read_by_the_group_and_by_no_others() -> str:
     """Two ordinary users, one of them a member."""
     for user in ("member", "stranger"):
         run("useradd", user)
@@ -138,7 +138,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     the_unit_runs_under_its_whole_sandbox,
     the_sandbox_is_rated_below_2,
     the_run_has_the_fifo_priority_it_asked_for,
-    statistics_are_read_by_the_group_and_by_nobody_else,
+    statistics_are_read_by_the_group_and_by_no_others,
     a_second_run_on_the_same_bus_is_refused,
 )
 TWO_ROBOTS: Final[tuple[Check, ...]] = (
