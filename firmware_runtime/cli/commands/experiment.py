@@ -46,7 +46,9 @@ def add_to(verbs: SubParsers) -> None:
         help="what stage network goes over (default udp)",
     )
     verb.add_argument(
-        "--impair", metavar="HOW", help=f"stage remote's network, each way; default {WIFI}"
+        "--impair",
+        metavar="HOW",
+        help=f"stage remote's network, each way; default {WIFI}".replace("%", "%%"),
     )
     verb.add_argument(
         "--for",
