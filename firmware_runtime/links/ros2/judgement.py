@@ -69,7 +69,7 @@ class Judge:
             return [Status(f"{self._board}: run", Level.STALE, f"no run: {error}")]
         if statistics.state is not RunState.RUNNING or not statistics.writer_alive:
             self._before.clear()
-            return [self._over(figures)]
+            return [self._over(figures), *self._left(figures)]
         wrong = wrong_counts(figures)
         lately = self._lately(now, wrong)
         statuses = [self._part(name, figures, lately) for name in _parts(figures)]
@@ -90,6 +90,15 @@ class Judge:
         run = figures.conditions.run
         message = f"the run is over: {run.state}" + (f", {run.reason}" if run.reason else "")
         return Status(f"{self._board}: run", Level.STALE, message, _run_values(figures))
+
+    def _left(self, figures: Figures) -> list[Status]:
+        """The parts of a run that is over, with their last numbers."""
+        return [
+            Status(
+                self._name(name), Level.STALE, "of a run that is over", _values(name, figures)[0]
+            )
+            for name in _parts(figures)
+        ]
 
     def _run(
         self,
@@ -117,14 +126,15 @@ class Judge:
         )
 
     def _part(self, name: str, figures: Figures, lately: Mapping[str, int]) -> Status:
-        kind, _, path = name.partition(" ")
-        values, what, reasons = _of_part(kind, path, figures)
+        values, what, reasons = _values(name, figures)
         level, why = _by_count(lately[name], what)
         if reasons:
             level = max(level, Level.WARN)
         message = "; ".join(filter(None, [why, *reasons])) or "nothing went wrong lately"
-        shown = path if kind == "model" else name
-        return Status(f"{self._board}: {shown}", level, message, values)
+        return Status(self._name(name), level, message, values)
+
+    def _name(self, part: str) -> str:
+        return f"{self._board}: {part.removeprefix('model ')}"
 
 
 def wrong_counts(figures: Figures) -> dict[str, int]:
@@ -155,8 +165,9 @@ def _parts(figures: Figures) -> list[str]:
     return [name for name in wrong_counts(figures) if name != "run"]
 
 
-def _of_part(kind: str, path: str, figures: Figures) -> tuple[dict[str, str], str, list[str]]:
+def _values(name: str, figures: Figures) -> tuple[dict[str, str], str, list[str]]:
     """The values of a part, what went wrong with it where something did, and what else is wrong."""
+    kind, _, path = name.partition(" ")
     found = figures.as_json()
     if kind == "bus":
         bus = figures.bus[path]
