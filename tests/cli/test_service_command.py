@@ -113,7 +113,7 @@ def test_a_dry_run_prints_every_file_and_touches_nothing(
     assert (files_below(machine.root), machine.calls) == (before, [])
     assert install(command).status == 0
     written = [path for path in files_below(machine.root) if path not in before]
-    assert len(written) == 11
+    assert len(written) == 13
     for path in map(machine.path, written):
         assert f"### {path}, mode 0644: to be written\n" in ended.out
         assert path.read_text() in ended.out
@@ -128,7 +128,7 @@ def test_a_dry_run_shows_what_is_kept(command: Command, tmp_path: Path) -> None:
     shown = install(command, "--root", tmp_path, "--dry-run").out
     assert f"### {copy}, mode 0644: is kept: yours differs, as shown below\n" in shown
     assert "    -kp = 0.75\n    +kp = 0.5\n" in shown
-    assert shown.count(": is there already\n") == 10
+    assert shown.count(": is there already\n") == 12
     assert shown.count(" -> /etc/systemd/system/") == 2
 
 
@@ -139,7 +139,7 @@ def test_a_dry_run_needs_neither_root_nor_systemd(
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     ended = install(command, "--dry-run")
     assert (ended.status, ended.error) == (0, "")
-    assert ended.out.count("### ") == 11
+    assert ended.out.count("### ") == 13
 
 
 @pytest.mark.usefixtures("machine")
@@ -229,6 +229,7 @@ def test_removing_stops_the_run_before_its_guard(command: Command, machine: Syst
     asked = [call for call in machine.calls[before:] if "systemctl show" not in call]
     assert asked == [
         f"systemctl disable --now {RUN}",
+        "systemctl disable --now firmware-runtime-ros2@tachobot.service",
         f"systemctl disable --now {BRIDGE}",
         f"systemctl disable --now {METRICS}",
         f"systemctl disable --now {RECORDER}",

@@ -7,7 +7,7 @@ import pytest
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.host.installation.drop_in import device_nodes, drop_in
 from firmware_runtime.host.installation.errors import InstallationRefused
-from firmware_runtime.host.installation.places import GUARD, RUNTIME
+from firmware_runtime.host.installation.places import GUARD, ROS2, RUNTIME
 
 SABERTOOTH = (
     'treads.driver="sabertooth"',
@@ -45,8 +45,12 @@ def test_its_guard_comes_first_and_opens_the_bus_only(board: str) -> None:
     ]
 
 
-def test_a_serial_port_is_opened_by_both() -> None:
-    for service in (RUNTIME, GUARD):
+def test_the_node_of_ros_opens_the_devices_and_has_no_priority() -> None:
+    assert lines(ROS2, "tachobot") == ["[Service]", "DeviceAllow=/dev/i2c-1 rw"]
+
+
+def test_a_serial_port_is_opened_by_all_three() -> None:
+    for service in (RUNTIME, GUARD, ROS2):
         assert "DeviceAllow=/dev/ttyAMA0 rw" in lines(service, "detective", SABERTOOTH)
 
 

@@ -22,6 +22,7 @@ SHARED = {
     f"{UNITS}/firmware-runtime-metrics@.service",
     f"{UNITS}/firmware-runtime-record@.service",
     f"{UNITS}/firmware-runtime-bridge@.service",
+    f"{UNITS}/firmware-runtime-ros2@.service",
     "etc/sysusers.d/firmware-runtime.conf",
     "etc/tmpfiles.d/firmware-runtime.conf",
     "etc/udev/rules.d/60-firmware-runtime.rules",
@@ -33,6 +34,7 @@ def of_board(board: str) -> set[str]:
         f"etc/firmware-runtime/{board}.toml",
         f"{UNITS}/firmware-runtime@{board}.service.d/board.conf",
         f"{UNITS}/firmware-runtime-guard@{board}.service.d/board.conf",
+        f"{UNITS}/firmware-runtime-ros2@{board}.service.d/board.conf",
         f"{UNITS}/multi-user.target.wants/firmware-runtime@{board}.service",
         f"{UNITS}/multi-user.target.wants/firmware-runtime-guard@{board}.service",
     }
@@ -48,7 +50,7 @@ def uninstall(board: str, root: Path, *, purge: bool = False) -> list[str]:
 def test_every_file_of_a_board_is_written(tmp_path: Path, board: str) -> None:
     reported = install(board, tmp_path)
     assert files_below(tmp_path).keys() == SHARED | of_board(board)
-    assert len(reported) == len(SHARED) + 5
+    assert len(reported) == len(SHARED) + 6
     assert all(line.startswith(("written: ", "linked: ")) for line in reported)
 
 
@@ -170,7 +172,7 @@ def test_the_last_board_takes_everything_with_it(tmp_path: Path) -> None:
     install("tachobot", tmp_path)
     reported = uninstall("tachobot", tmp_path, purge=True)
     assert files_below(tmp_path) == {}
-    assert len(reported) == len(SHARED) + 5
+    assert len(reported) == len(SHARED) + 6
     ours = [path for path in tmp_path.rglob("*") if "firmware-runtime" in path.name]
     assert ours == []
 

@@ -13,6 +13,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.host.installation.places import (
     GUARD,
     PROGRAM,
+    ROS2,
     RUNTIME,
     SERVICES,
 )
@@ -101,11 +102,11 @@ def test_units_are_the_files_at_the_top_of_the_repository() -> None:
     packaged = files("firmware_runtime.host.installation") / "units"
     top = {path.name: path.read_text() for path in (REPOSITORY / "systemd").iterdir()}
     assert {each.name: each.read_text() for each in packaged.iterdir()} == top
-    assert len(top) == 8
+    assert len(top) == 9
 
 
 def test_a_service_that_is_ready_says_so_and_shows_itself() -> None:
-    for service, patience in ((RUNTIME, "2"), (GUARD, "5")):
+    for service, patience in ((RUNTIME, "2"), (GUARD, "5"), (ROS2, "30")):
         unit = Unit(service)["Service"]
         reported = (unit["Type"], unit["NotifyAccess"], unit["WatchdogSec"])
         assert reported == ("notify", "main", patience)

@@ -4,7 +4,7 @@ import os
 import signal
 import socket
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -28,16 +28,15 @@ class RosProcesses:
         self.directory = directory
         self._stack = stack
 
-    def start(self, *words: str, **variables: str) -> "subprocess.Popen[bytes]":
-        """A command of the program, without what the tests' own interpreter needs."""
+    def start(self, *words: str, under: Sequence[str] = ()) -> "subprocess.Popen[bytes]":
+        """A command of the program, `under` another, outside of the tests' own environment."""
         inherited = {name: text for name, text in os.environ.items() if name not in _OF_ROS}
         process = subprocess.Popen(
-            [PYTHON, "-m", "firmware_runtime.cli", *words],
+            [*under, PYTHON, "-m", "firmware_runtime.cli", *words],
             env={
                 **inherited,
                 "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self.directory),
                 "PYTHONUNBUFFERED": "1",
-                **variables,
             },
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -51,9 +50,11 @@ class RosProcesses:
         """A run on doubles, in real time, until it is stopped."""
         return self.start("run", board, "--doubles", "--for", "600", *words)
 
-    def node(self, *words: str, board: str = "tachobot") -> "subprocess.Popen[bytes]":
+    def node(
+        self, *words: str, board: str = "tachobot", under: Sequence[str] = ()
+    ) -> "subprocess.Popen[bytes]":
         """A node that is up."""
-        process = self.start("ros2", board, "--venv", str(ROS_VENV), *words)
+        process = self.start("ros2", board, "--venv", str(ROS_VENV), *words, under=under)
         line(process, "is up")
         return process
 

@@ -24,6 +24,7 @@ from firmware_runtime.statistics.takeovers import TakeoverFile
 from firmware_runtime.statistics.text.sentences import refusals
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.own_environment import refuse_ros
 from firmware_runtime.system.sentences import Sentences
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
@@ -54,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     All that a takeover takes is imported, opened and locked before it says that it watches.
     """
+    refuse_ros()
     board = chosen_board(arguments.board, arguments.assignments)
     path = arguments.statistics or default_path(board.name)
     notices = Notices.from_environment()

@@ -42,6 +42,7 @@ from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.own_environment import refuse_ros
 from firmware_runtime.system.signals import stop_on_signals
 
 
@@ -134,6 +135,7 @@ def _add_link(verb: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
+    refuse_ros()
     choose_stage(arguments)
     choose_clock(arguments)
     board = chosen_board(arguments.board, arguments.assignments)

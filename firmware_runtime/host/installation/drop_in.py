@@ -12,7 +12,7 @@ import msgspec
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.settings import ExecutiveSettings
 from firmware_runtime.host.installation.errors import InstallationRefused
-from firmware_runtime.host.installation.places import GUARD, RUNTIME, settings_path
+from firmware_runtime.host.installation.places import GUARD, ROS2, RUNTIME, settings_path
 
 _DEVICES = "/dev/"
 _PLAIN = re.compile(r"/dev/[A-Za-z0-9_.,:+/-]+")
@@ -22,13 +22,13 @@ _CPU_LATENCY = "/dev/cpu_dma_latency"
 
 
 def drop_in(service: str, board: Board, version: str) -> str:
-    """The drop-in of the run or of its guard. Raises InstallationRefused."""
+    """The drop-in of a service that opens devices. Raises InstallationRefused."""
     lines = [
         f"# Written by firmware-runtime {version} from {settings_path(board.name)}, and again by",
         f"# every `firmware-runtime service install {board.name}`. Device nodes, priority and",
         "# the watchdog's time belong into that file; other changes: systemctl edit.",
         "[Service]",
-        *_scheduling(service, board.settings.executive.fifo_priority),
+        *([] if service == ROS2 else _scheduling(service, board.settings.executive.fifo_priority)),
         *(f"DeviceAllow={node} rw" for node in device_nodes(board)),
     ]
     if service == RUNTIME:

@@ -7,8 +7,10 @@ from firmware_runtime.board.in_force import SETTINGS
 
 RUNTIME, GUARD = "firmware-runtime", "firmware-runtime-guard"
 METRICS, RECORDER = "firmware-runtime-metrics", "firmware-runtime-record"
-BRIDGE = "firmware-runtime-bridge"
-SERVICES = (RUNTIME, GUARD, METRICS, RECORDER, BRIDGE)
+BRIDGE, ROS2 = "firmware-runtime-bridge", "firmware-runtime-ros2"
+SERVICES = (RUNTIME, GUARD, METRICS, RECORDER, BRIDGE, ROS2)
+WITH_DEVICES = (RUNTIME, GUARD, ROS2)
+"""Those that open the device nodes of their board."""
 
 UNITS = "/etc/systemd/system"
 WANTED = f"{UNITS}/multi-user.target.wants"

@@ -11,12 +11,11 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.host.installation.drop_in import drop_in
 from firmware_runtime.host.installation.places import (
     DEVICE_RULES,
-    GUARD,
     PROGRAM,
-    RUNTIME,
     SERVICES,
     SYSTEM_USERS,
     TEMPORARY_FILES,
+    WITH_DEVICES,
     drop_in_path,
     settings_path,
     unit_path,
@@ -51,7 +50,7 @@ def files_of(board: Board, shipped: str, program: str, version: str) -> tuple[Fi
         *shared_files(program),
         *(
             File(drop_in_path(service, board.name), drop_in(service, board, version))
-            for service in (RUNTIME, GUARD)
+            for service in WITH_DEVICES
         ),
     )
 

@@ -10,12 +10,14 @@ from firmware_runtime.host.installation.places import (
     METRICS,
     RECORDER,
     RECORDS,
+    ROS2,
     RUNTIME,
     RUNTIME_DIRECTORY,
     SERVICES,
     UNITS,
     USER,
     WANTED,
+    WITH_DEVICES,
     boards_among,
     drop_in_path,
     instance,
@@ -99,7 +101,7 @@ class Removal:
         """What there is to remove."""
         board, tree = self._board, self._target.tree
         paths = [f"{WANTED}/{instance(service, board)}" for service in SERVICES]
-        paths += [drop_in_path(service, board) for service in (RUNTIME, GUARD)]
+        paths += [drop_in_path(service, board) for service in WITH_DEVICES]
         if self._is_last:
             paths += [file.path for file in shared_files()]
         if self._purge:
@@ -111,7 +113,7 @@ class Removal:
 
     def _commands_before(self) -> Iterator[Words]:
         if self._target.is_live and self._target.tree.exists(unit_path(RUNTIME)):
-            for service in (RUNTIME, BRIDGE, METRICS, RECORDER, GUARD):
+            for service in (RUNTIME, ROS2, BRIDGE, METRICS, RECORDER, GUARD):
                 yield ("systemctl", "disable", "--now", instance(service, self._board))
             yield ("systemctl", "reset-failed", instance(f"{RUNTIME}*", self._board))
 

@@ -18,6 +18,7 @@ from firmware_runtime.links.ros2.services import Services
 from firmware_runtime.links.ros2.topics import RobotTopics
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.status import Status
+from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.until_signal import until_signal
 
 WAIT_S = 0.1
@@ -47,9 +48,17 @@ def main(words: Sequence[str]) -> int:
         node = robot_node(read_plan(words[0]))
         executor = EventsExecutor()
         executor.add_node(node)
+        notices = Notices.from_environment()
+        notices.ready()
+        said = ""
         node.get_logger().info(f"{node.get_fully_qualified_name()} is up")
         while not signal.came:
             executor.spin_once(timeout_sec=WAIT_S)
+            notices.alive()
+            if node.phase != said:
+                said = node.phase
+                notices.status(said)
+        notices.stopping()
         node.leave()
         executor.remove_node(node)
         node.destroy_node()
