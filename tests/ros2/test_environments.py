@@ -38,7 +38,7 @@ def test_safe_state_refuses_no_environment(tmp_path: Path) -> None:
 def test_the_environment_of_a_run_has_nothing_of_ros() -> None:
     words = [PYTHON, "-X", "importtime", "-m", "firmware_runtime.cli", "run", "tachobot"]
     ended = subprocess.run(
-        [*words, "--doubles", "--clock", "virtual", "--for", "0.1"],
+        [*words, "--doubles", "--clock", "virtual", "--for", "2"],
         capture_output=True,
         text=True,
         check=True,
