@@ -73,11 +73,8 @@ class Executive:
         self._readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock() if world_now is None else world_now
         self.world_now.tolerance = self._profiler.accounting.tolerance
-        self._ending = Ending(
-            self.simulator,
-            self._readiness,
-            SwitchOffRetry(make_safe, clock, configuration.switch_off_for, self._go_on_ending),
-        )
+        off = SwitchOffRetry(make_safe, clock, configuration.switch_off_for, self._go_on_ending)
+        self._ending = Ending(self.simulator, self._readiness, off)
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
@@ -263,10 +260,9 @@ class Executive:
             for port, value in self._arrivals.take(at):
                 self.simulator.inject(port, value)
             self.simulator.advance(at)
-        except BaseException:
-            self._ledger.commit(self.clock.now(), self._next_at)
-            raise
-        return self._ledger.commit(self.clock.now(), self._next_at)
+        finally:
+            next_at = self._ledger.commit(self.clock.now(), self._next_at)
+        return next_at
 
     # Before it and after it ---------------------------------------------------------------------
 

@@ -50,6 +50,24 @@ def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     verb = add_verb(verbs, "run", "Run a robot until its time is up or a signal stops it.", execute)
     add_board(verb)
+    _add_choices(verb)
+    _add_link(verb)
+    _add_files(verb)
+    verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
+    verb.add_argument(
+        "--loop",
+        action="store_true",
+        help="with --role: in place of the board's model a ramp that is sent out and back, as the "
+        "ends of `experiment loop-delay` do",
+    )
+    verb.add_argument("--report-to", type=int, help=argparse.SUPPRESS)  # by a stage's command
+    add_input_option(verb)
+    add_stage_options(verb)
+    add_event_options(verb)
+
+
+def _add_choices(verb: argparse.ArgumentParser) -> None:
+    """Add what drives, in which time, for how long, and who may arm."""
     verb.add_argument(
         "--doubles",
         type=Path,
@@ -83,7 +101,10 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--supervised", action="store_true", help="on doubles too, drive outputs only when armed"
     )
-    _add_link(verb)
+
+
+def _add_files(verb: argparse.ArgumentParser) -> None:
+    """Add the files that a run leaves."""
     verb.add_argument(
         "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
     )
@@ -105,17 +126,6 @@ def add_to(verbs: SubParsers) -> None:
         metavar="FILE.svg",
         help="draw the run of the detective in its arena; FILE.png needs the extra `plot`",
     )
-    verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
-    verb.add_argument(
-        "--loop",
-        action="store_true",
-        help="with --role: in place of the board's model a ramp that is sent out and back, as the "
-        "ends of `experiment loop-delay` do",
-    )
-    verb.add_argument("--report-to", type=int, help=argparse.SUPPRESS)  # by a stage's command
-    add_input_option(verb)
-    add_stage_options(verb)
-    add_event_options(verb)
 
 
 def _add_link(verb: argparse.ArgumentParser) -> None:
