@@ -13,7 +13,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.impairment import impairment
 from firmware_runtime.stages.staged_run import Staged, StagedResult, StagedRun, run_staged
 from firmware_runtime.stages.way import WIFI
-from firmware_runtime.statistics.number_formats import microseconds, milliseconds
+from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
 from firmware_runtime.status import Status
 
 ROLES: Final = ("controller", "robot")
@@ -133,8 +133,21 @@ def _text(document: Mapping[str, Any]) -> Iterator[str]:
     impaired = link["impairment"]
     how = f", {impaired['how']} by {impaired['by']}" if impaired is not None else ""
     yield f"link: {link['over']}, between {link['between']}{how}"
+    yield from (_way_text(way, link[way]) for way in ("out", "back") if link[way])
     for role in ROLES:
         yield from _end_text(role, document[role])
+
+
+def _way_text(way: str, crossed: Mapping[str, Any]) -> str:
+    """What went one way; what only the other end knows, and left no word of, is a dash."""
+    refused = crossed.get("refused", {})
+    reasons = ", ".join(f"{count} {reason}" for reason, count in refused.items() if count)
+    age = crossed.get("age_us", {})
+    counts = (f"{name} {crossed.get(name, NOT_KNOWN)}" for name in ("sent", "received", "dropped"))
+    return (
+        f"  {way}: {', '.join(counts)}, refused {reasons or '0'}; "
+        f"age p50 {microseconds(age.get('p50'))}, p99 {microseconds(age.get('p99'))}"
+    )
 
 
 def _end_text(role: str, end: Mapping[str, Any] | None) -> Iterator[str]:

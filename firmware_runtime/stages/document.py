@@ -81,3 +81,27 @@ def merged_statistics(
         "begins_ns": offsets,
         "worst": sorted(worst, key=lambda each: each["t_ns"]),
     }
+
+
+def crossed(
+    controller: Mapping[str, Any] | None, robot: Mapping[str, Any] | None
+) -> dict[str, dict[str, Any]]:
+    """What went each way: sent by one end, received by the other, its age there since its origin.
+
+    What only an end knows that left no statistics is left out.
+    """
+    ways = {"out": (controller, robot), "back": (robot, controller)}
+    return {
+        way: _one_way(_link_of(sender), _link_of(taker)) for way, (sender, taker) in ways.items()
+    }
+
+
+def _one_way(sender: Mapping[str, Any], taker: Mapping[str, Any]) -> dict[str, Any]:
+    sent = {name: sender[name] for name in ("sent", "repeated") if name in sender}
+    kept = ("received", "dropped", "refused", "age_us", "round_trip_us")
+    return {**sent, **{name: taker[name] for name in kept if name in taker}}
+
+
+def _link_of(end: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    statistics: Mapping[str, Any] = {} if end is None else end.get("statistics", {})
+    return statistics.get("link") or {}

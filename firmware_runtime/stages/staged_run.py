@@ -15,7 +15,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.impairment import Impairment
-from firmware_runtime.stages.document import of_an_end, of_two_ends
+from firmware_runtime.stages.document import crossed, of_an_end, of_two_ends
 from firmware_runtime.stages.end_process import EndProcess
 from firmware_runtime.stages.merged_trace import merge_traces
 from firmware_runtime.stages.stage import Stage
@@ -195,7 +195,9 @@ def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
         for role in (CONTROLLER, ROBOT)
     )
     merged = of_two_ends(controller or {}, robot, began)
-    link = {**run.way.conditions, **({"datagrams": counted} if counted else {})}
+    link = {**run.way.conditions, **crossed(controller, robot)}
+    if counted:
+        link["datagrams"] = counted
     return StagedResult(
         status,
         {

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.stages.document import merged_statistics, of_one_process, of_two_ends
+from firmware_runtime.stages.document import crossed, merged_statistics, of_one_process, of_two_ends
 from firmware_runtime.stages.merged_trace import merge_traces
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.statistics.errors import TraceFileError
@@ -47,6 +47,16 @@ def test_without_a_robot_end_here_the_result_is_what_the_controller_knows() -> N
     found = of_two_ends(controller, None, {})
     assert found["robot"] is None
     assert found["result"] == {"yaw_rad": 1.0}
+
+
+def test_what_went_each_way_is_from_both_ends() -> None:
+    taken = {"received": 9, "dropped": 1, "refused": {"stale": 2}, "age_us": {"p50": 80.0}}
+    controller = {"statistics": {"link": {"sent": 12, "repeated": 1, **taken}}}
+    robot = {"statistics": {"link": {"sent": 11, "repeated": 0, **taken, "received": 10}}}
+    found = crossed(controller, robot)
+    assert (found["out"]["sent"], found["out"]["received"]) == (12, 10)
+    assert (found["back"]["sent"], found["back"]["received"]) == (11, 9)
+    assert crossed(controller, None)["out"] == {"sent": 12, "repeated": 1}
 
 
 def test_one_process_is_both_ends() -> None:
