@@ -94,11 +94,21 @@ def _named(value: object) -> Iterable[tuple[str, object]] | None:
 
 
 @contextmanager
-def tracing(simulator: Engine, path: Path | None) -> Iterator[None]:
-    """Write what leaves every port to `path`, if there is one; raises TraceFileError."""
+def tracing(simulator: Engine, path: Path | None, *, at_end: bool = False) -> Iterator[None]:
+    """Write what leaves every port to `path`, if there is one; raises TraceFileError.
+
+    `at_end` keeps it in memory until then: for a short run whose times are what is measured.
+    """
     if path is None:
         yield
         return
     with TraceFile(path) as file:
-        trace(simulator, file.write)
+        if not at_end:
+            trace(simulator, file.write)
+            yield
+            return
+        kept: list[tuple[int, str, object]] = []
+        trace(simulator, lambda *message: kept.append(message))
         yield
+        for message in kept:
+            file.write(*message)

@@ -48,6 +48,12 @@ def test_what_belongs_to_a_stage_is_refused_without_one(command: Command, option
     assert f"{option} belongs to --stage remote" in ended.error
 
 
+def test_a_loop_takes_two_ends(command: Command) -> None:
+    ended = command("run", "tachobot", "--loop", "--doubles")
+    assert ended.status == 2
+    assert "--loop belongs to --role" in ended.error
+
+
 def test_an_unknown_stage_is_refused(command: Command) -> None:
     ended = command("run", "tachobot", "--stage", "simulatoin")
     assert ended.status == 2

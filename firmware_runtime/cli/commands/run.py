@@ -199,7 +199,7 @@ def _run(
         report = Report(session, arguments, messages)
         with (
             _recording(session, arguments.record, messages) as ended,
-            tracing(session.executive.simulator, arguments.trace),
+            tracing(session.executive.simulator, arguments.trace, at_end=arguments.loop),
             _serving(session, notices, messages) as reload,
             progress_shown(session, report.until, messages, wanted=not arguments.json),
             stop_on_signals(executive.request_stop, reload, executive.give_up),
