@@ -2,18 +2,21 @@
 
     unix:PATH                                      two runs on one machine
     udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]    over a network, by a carrier (`udp`)
+    ros2[:key=FILE]                                over topics of ROS 2, by a carrier as well
 
 PATH and HOST:PORT are of the end that has the hardware, at both ends alike: it listens there, and
 the other one speaks to it. With `listen` an end listens there, and HOST:PORT is the other end.
 """
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.channel import CarrierChannel, Channel, PathChannel
+from firmware_runtime.links.channel import CarrierChannel, Channel, Interpreter, PathChannel
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.route import endpoint
 
@@ -24,8 +27,9 @@ _LONGEST_PATH: Final = 90
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """Which end is to be opened: the role, and whether it has the hardware."""
+    """Which end is to be opened: of which board, the role, and whether it has the hardware."""
 
+    board: str
     role: str
     has_hardware: bool
     timeout: int
@@ -40,7 +44,7 @@ def link_address(text: str) -> OpenChannel:
     """Read what `--link` says. Raises ConfigError."""
     scheme, _, rest = text.partition(":")
     if scheme not in _SCHEMES or (rest == "" and ":" in text):
-        expected = "expected unix:PATH or udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]"
+        expected = "expected unix:PATH, udp:HOST:PORT[,listen=HOST:PORT][,key=FILE] or ros2"
         raise ConfigError.of_one(OPTION, f"{text!r}: {expected}")
     return _SCHEMES[scheme](rest)
 
@@ -88,4 +92,39 @@ def _arguments(end: End, where: str, stated: Mapping[str, str]) -> list[str]:
     return [*words, "--key", stated["key"]] if "key" in stated else words
 
 
-_SCHEMES: Final[dict[str, Callable[[str], OpenChannel]]] = {"unix": _unix, "udp": _udp}
+def _ros2(rest: str) -> OpenChannel:
+    name, _, key = rest.partition("=")
+    if rest and (name != "key" or not key):
+        raise ConfigError.of_one(OPTION, f"ros2:{rest}: expected ros2 or ros2:key=FILE")
+    if key:
+        read_key(Path(key), OPTION)
+
+    def open_carrier(end: End) -> Channel:
+        # what leads to ROS is imported where it is wanted
+        interpreter = import_module("firmware_runtime.links.ros2.interpreter")
+        environment = interpreter.find_environment(None)
+        words = interpreter.command_of(environment, ["-P"])
+        variables = interpreter.variables_of(environment, os.environ)
+        return CarrierChannel(
+            "firmware_runtime.links.ros2.carrier",
+            [*_topics(end), *(["--key", key] if key else [])],
+            interpreter=Interpreter(words, variables),
+        )
+
+    return open_carrier
+
+
+def _topics(end: End) -> list[str]:
+    """What the carrier over ROS 2 is started with: the same topics at both ends, crosswise."""
+    names = import_module("firmware_runtime.board.ros.names")
+    namespace = f"/{names.node_name(end.board)}"
+    sends, receives = ("from_robot", "to_robot")[:: 1 if end.has_hardware else -1]
+    words = ["--namespace", namespace, "--role", names.ros_name(end.role)]
+    return [*words, "--sends", f"link/{sends}", "--receives", f"link/{receives}"]
+
+
+_SCHEMES: Final[dict[str, Callable[[str], OpenChannel]]] = {
+    "unix": _unix,
+    "udp": _udp,
+    "ros2": _ros2,
+}

@@ -10,8 +10,9 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from select import select
 from typing import Final, Protocol
@@ -80,6 +81,14 @@ class PathChannel:
         self._file.close()
 
 
+@dataclass(frozen=True, slots=True)
+class Interpreter:
+    """The Python that a carrier runs in: its first words, and its variables."""
+
+    words: Sequence[str] = (sys.executable, "-P")
+    variables: Mapping[str, str] | None = None
+
+
 class CarrierChannel:
     """A carrier of its own: module `carrier` of Python, with these arguments and the pair's end.
 
@@ -87,17 +96,24 @@ class CarrierChannel:
     kernel. Raises ConfigError about `where`, with what it says, if it cannot begin.
     """
 
-    def __init__(self, carrier: str, arguments: Sequence[str], where: str = "--link") -> None:
+    def __init__(
+        self,
+        carrier: str,
+        arguments: Sequence[str],
+        where: str = "--link",
+        interpreter: Interpreter = Interpreter(),
+    ) -> None:
         self._socket, theirs = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
         )
         self._socket.set_inheritable(False)
         theirs.setblocking(True)
-        words = [sys.executable, "-P", "-m", carrier, str(theirs.fileno()), *arguments]
+        words = [*interpreter.words, "-m", carrier, str(theirs.fileno()), *arguments]
         try:
             self.process = subprocess.Popen(  # noqa: S603 -- this project's own module
                 words,
                 pass_fds=[theirs.fileno()],
+                env=interpreter.variables,
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
                 stdout=subprocess.PIPE,

@@ -201,12 +201,7 @@ def main() -> int:
     parser.add_argument("--peer")
     parser.add_argument("--key", type=Path)
     stated = parser.parse_args()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
-    if os.sched_getscheduler(0) != os.SCHED_OTHER:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    run = socket.socket(fileno=stated.pair)
-    run.setblocking(False)
+    run = begin_carrier(stated.pair)
     try:
         peer = None if stated.peer is None else endpoint(_OPTION, stated.peer)
         own = None if stated.listen is None else endpoint(_OPTION, stated.listen)
@@ -221,6 +216,17 @@ def main() -> int:
     while carrier.work():
         pass
     return Status.OK
+
+
+def begin_carrier(pair: int) -> socket.socket:
+    """Make this process a carrier: no signal ends it, its priority is ordinary; the run's end."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    if os.sched_getscheduler(0) != os.SCHED_OTHER:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    run = socket.socket(fileno=pair)
+    run.setblocking(False)
+    return run
 
 
 def _bound(own: Endpoint | None, peer: Endpoint | None) -> socket.socket:

@@ -125,7 +125,7 @@ def _open_link(linked: LinkedPart, open_channel: OpenChannel, log: Callable[[str
         keep=stated.keep,
         retain=frozenset(stated.retain),
     )
-    channel = open_channel(End(end.role, end.has_hardware, terms.timeout))
+    channel = open_channel(End(board.name, end.role, end.has_hardware, terms.timeout))
     link = Link(
         executive,
         cut,

@@ -12,7 +12,8 @@ import pytest
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.differential_drive import Velocity
 from firmware_runtime.board.registry import load
-from firmware_runtime.board.ros.topics import Topics, ros_name, topics, topics_of
+from firmware_runtime.board.ros.names import ros_name
+from firmware_runtime.board.ros.topics import Topics, topics, topics_of
 from firmware_runtime.board.settings import RosSettings, RosTopicSettings
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled

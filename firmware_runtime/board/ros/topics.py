@@ -5,7 +5,6 @@ Published are the output ports of the top model and of its components, and those
 namespace, `/BOARD`.
 """
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from firmware_runtime.board.ros.conventions import (
     Outgoing,
     conventions,
 )
+from firmware_runtime.board.ros.names import ros_name
 from firmware_runtime.board.ros.plain_types import plain_convention
 from firmware_runtime.board.settings import RosSettings, RosTopicSettings
 from firmware_runtime.devs.component import Component
@@ -134,12 +134,6 @@ def topics(model: Coupled, ros: RosSettings) -> Topics:
     faults += [fault for each in known for fault in _without_effect(each)]
     faults += _clashes(publications, subscriptions)
     return Topics(publications, subscriptions, without, faults)
-
-
-def ros_name(text: str) -> str:
-    """The text as a name in ROS: letters, digits and underscores, no digit first."""
-    name = re.sub(r"[^A-Za-z0-9_]", "_", text)
-    return f"_{name}" if name[:1].isdigit() else name
 
 
 # --------------------------------------------------------------------------------------------------

@@ -139,7 +139,8 @@ def _add_link(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--link",
         metavar="ADDRESS",
-        help="the way to the other part: unix:PATH, or udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]",
+        help="the way to the other part: unix:PATH, udp:HOST:PORT[,listen=HOST:PORT][,key=FILE], "
+        "or ros2[:key=FILE]",
     )
 
 

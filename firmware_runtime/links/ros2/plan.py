@@ -10,6 +10,7 @@ import msgspec
 from msgspec import Struct
 
 from firmware_runtime.board.described import Setting
+from firmware_runtime.board.ros.names import node_name
 
 LEASE_S: Final = 0.45
 """Outputs are off within half a second and a period of the node's end."""
@@ -42,8 +43,7 @@ class Plan(Struct, frozen=True, kw_only=True):
     @property
     def node(self) -> str:
         """The node's name, which is also its namespace: the board's, as ROS allows it."""
-        name = self.board.replace("-", "_")
-        return f"robot_{name}" if name[0].isdigit() else name
+        return node_name(self.board)
 
     @property
     def statistics_path(self) -> Path:

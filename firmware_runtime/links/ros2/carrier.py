@@ -1,0 +1,131 @@
+"""The carrier of a link over ROS 2: as the one over UDP, with two topics in the network's place.
+
+    run <--pair of Unix sockets--> this process <--topics--> the other end's carrier <--pair--> run
+
+The end with the hardware publishes on `/BOARD/link/from_robot` and listens to `to_robot`, the other
+one the other way round: std_msgs/UInt8MultiArray, a frame in each; reliable, keep last 10. What is
+signed, refused, counted and reported is as over UDP: the same code does it.
+"""
+
+import argparse
+import socket
+import sys
+from array import array
+from pathlib import Path
+from threading import Thread
+from typing import Any, Final
+
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import UInt8MultiArray
+
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.key_file import read_key
+from firmware_runtime.links.udp import Carrier, UdpAddress, begin_carrier
+from firmware_runtime.links.wire import LONGEST
+from firmware_runtime.status import Status
+
+SPIN_S: Final = 0.2
+"""`spin` would not end when it is to; each turn takes no longer than this."""
+_OTHER_END: Final[UdpAddress] = ("ros2", 0)
+
+
+class TopicSocket:
+    """Two topics in the place of a UDP socket: what `Carrier` asks of one."""
+
+    def __init__(self, node: Node, sends: str, receives: str) -> None:
+        self._arrived, self._arriving = socket.socketpair(
+            socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
+        )
+        quality = QoSProfile(depth=10)
+        self.dropped = 0
+        """Frames for which there was no room in this process."""
+        self._publisher = node.create_publisher(UInt8MultiArray, sends, quality)
+        node.create_subscription(UInt8MultiArray, receives, self.hear, quality)
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a frame has come."""
+        return self._arrived.fileno()
+
+    def sendto(self, frame: bytes, _address: UdpAddress) -> None:
+        """Publish a frame."""
+        self._publisher.publish(UInt8MultiArray(data=array("B", frame)))
+
+    def recvfrom(self, most: int) -> tuple[bytes, UdpAddress]:
+        """The next frame. Raises BlockingIOError if there is none."""
+        return self._arrived.recv(most), _OTHER_END
+
+    def hear(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
+        """Take a message from the executor's thread; one that finds no room is dropped."""
+        frame = message.data.tobytes()
+        if 0 < len(frame) <= LONGEST:
+            try:
+                self._arriving.send(frame)
+            except BlockingIOError:
+                self.dropped += 1
+
+
+class Spinning:
+    """A node of ROS, spun by a thread of its own."""
+
+    def __init__(self, name: str, namespace: str) -> None:
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node(
+            name, namespace=namespace, start_parameter_services=False, enable_rosout=False
+        )
+        self._executor = EventsExecutor()
+        self._executor.add_node(self.node)
+        self._is_open = True
+        self._thread = Thread(target=self._spin, name="spin", daemon=True)
+
+    def begin(self) -> None:
+        """Handle what comes."""
+        self._thread.start()
+
+    def _spin(self) -> None:
+        while self._is_open:
+            self._executor.spin_once(timeout_sec=SPIN_S)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._is_open = False
+        self._thread.join()
+        self.node.destroy_node()
+        rclpy.shutdown()
+
+
+def main() -> int:
+    """Carry until the run closes its end of the pair, given by the number of a descriptor."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("pair", type=int)
+    parser.add_argument("--namespace", required=True)
+    parser.add_argument("--role", required=True)
+    parser.add_argument("--sends", required=True)
+    parser.add_argument("--receives", required=True)
+    parser.add_argument("--key", type=Path)
+    stated = parser.parse_args()
+    run = begin_carrier(stated.pair)
+    try:
+        key = None if stated.key is None else read_key(stated.key, "--link")
+    except ConfigError as error:
+        sys.stderr.write(f"{error}\n")
+        return Status.BAD_INPUT
+    spinning = Spinning(f"link_{stated.role}", stated.namespace)
+    topics: Any = TopicSocket(spinning.node, stated.sends, stated.receives)
+    spinning.begin()
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    carrier = Carrier(run, topics, key, _OTHER_END)
+    counted = 0
+    while carrier.work():
+        dropped, counted = topics.dropped - counted, topics.dropped
+        carrier.carried.dropped += dropped
+    spinning.close()
+    return Status.OK
+
+
+if __name__ == "__main__":
+    sys.exit(main())
