@@ -53,6 +53,7 @@ def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
         is_over_ros=arguments.link == "ros2",
         inputs=[str(each) for each in arguments.inputs],
         trace=arguments.trace,
+        record=arguments.record,
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 from xml.etree.ElementTree import Element
 
-from firmware_runtime.continuity.certificate import Certificate
+from firmware_runtime.continuity.certificate import NOTHING, Certificate
 from firmware_runtime.continuity.signals import Points, ages, commands, shown
 from firmware_runtime.continuity.stage_run import StageRun
 from firmware_runtime.devs.time import format_time
@@ -66,8 +66,8 @@ def _events(certificate: Certificate) -> Element:
 
 
 def _event_row(run: StageRun) -> tuple[str, ...]:
-    comparison, document = run.comparison, run.document
-    if comparison is None:
+    comparison, document = run.comparison or NOTHING, run.document
+    if not run.has_run:
         return (run.stage, f"not run: {run.why_not}", "", "", "", "")
     fault = run.failed or comparison.fault
     ended = fault or document.get("ended", {}).get("reason", "")
@@ -116,10 +116,11 @@ def _plot(
 
 
 def _shown(run: StageRun) -> dict[str, Points]:
-    """The board's own value, from the end that shows it, on its own time."""
-    for recording in (run.robot, run.recording):
+    """The board's own value, from the end that shows it, since the controller began."""
+    for recording, since in ((run.robot, run.controller_began_s), (run.recording, 0.0)):
         if recording is not None and (points := shown(recording)):
-            return {recording.header.shown or "": points}
+            later = [(at - since, value) for at, value in points if at >= since]
+            return {recording.header.shown or "": later}
     return {}
 
 

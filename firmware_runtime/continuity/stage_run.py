@@ -1,25 +1,30 @@
 """One stage of a board as a process of its own: recorded, then replayed and compared."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.continuity.signals import quantiles_us
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.comparison import Comparison
 from firmware_runtime.recording.of_board import replay_of
 from firmware_runtime.recording.recording import Recording, read_recording
+from firmware_runtime.stages.stage import Stage
+from firmware_runtime.stages.staged_run import beside
+from firmware_runtime.status import Status
 
-SIMULATION: Final = "simulation"
-EMBEDDED: Final = "embedded"
-STAGES: Final = (SIMULATION, EMBEDDED)
-"""In the order in which a robot comes about."""
+_CANNOT: Final = (Status.BAD_INPUT, Status.NO_DEVICE, Status.REFUSED)
+"""Exit statuses of a run that this machine or this board does not allow."""
 _AT_LEAST_S: Final = 120.0
 _TIMES: Final = 10.0
 _END_S: Final = 10.0
@@ -32,13 +37,16 @@ class Plan:
     board: Board
     named: str
     for_s: float
+    impair: str | None = None
+    """What stage remote's network does, in the words of `run --impair`; None: its default."""
 
-    def words(self, stage: str, folder: Path) -> list[str]:
-        """The command line of a stage."""
-        words = ["run", self.named, "--doubles", "--for", f"{self.for_s:g}", "--json"]
-        words += ["--clock", "virtual" if stage == SIMULATION else "monotonic"]
+    def words(self, stage: Stage, folder: Path) -> list[str]:
+        """The command line of a stage, on doubles."""
+        words = ["run", self.named, "--stage", stage.value, "--for", f"{self.for_s:g}", "--json"]
         words += ["--record", str(recording_in(folder, stage))]
-        words += ["--statistics", str(folder / f"{stage}.stats")]
+        words += ["--doubles"] if stage is Stage.EMBEDDED else []
+        if stage is Stage.REMOTE and self.impair is not None:
+            words += ["--impair", self.impair]
         for assignment in self.board.assignments:
             words += ["--set", assignment]
         return words
@@ -46,9 +54,12 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class StageRun:
-    """What became of a stage; `why_not` says that it did not run, and why."""
+    """What became of a stage; `why_not` says that it cannot be run here, and why.
 
-    stage: str
+    One that should have run and left nothing has `failed` and no comparison.
+    """
+
+    stage: Stage
     why_not: str | None = None
     comparison: Comparison | None = None
     recording: Recording | None = None
@@ -62,7 +73,14 @@ class StageRun:
     @property
     def has_run(self) -> bool:
         """Whether it was run and compared."""
-        return self.comparison is not None
+        return self.why_not is None
+
+    @property
+    def controller_began_s(self) -> float:
+        """When the controller began by the robot end's time, s, in a stage of two ends."""
+        begins = self.document.get("statistics", {}).get("begins_ns", {})
+        later: int = begins.get(CONTROLLER, 0) - begins.get(ROBOT, 0)
+        return later / SECOND
 
     @property
     def ages_us(self) -> dict[str, dict[str, float]] | None:
@@ -75,37 +93,47 @@ class StageRun:
         return self.comparison is not None and self.comparison.is_equal and self.failed is None
 
 
-def recording_in(folder: Path, stage: str) -> Path:
+def recording_in(folder: Path, stage: Stage) -> Path:
     """Where a stage's recording is kept."""
     return folder / f"{stage}.recording"
 
 
-def run_stage(plan: Plan, stage: str, folder: Path) -> StageRun:
+def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
     """Run a stage to its end, and its replay. A stage that this machine cannot run says why."""
-    words = [sys.executable, "-m", "firmware_runtime.cli", *plan.words(stage, folder)]
     patience = max(_AT_LEAST_S, _TIMES * plan.for_s)
-    with _process(words) as process:
+    with _process(plan.words(stage, folder)) as process:
         try:
             out, error = process.communicate(timeout=patience)
         except subprocess.TimeoutExpired:
-            return StageRun(stage, f"it did not end within {patience:g} s")
+            return StageRun(stage, failed=f"it did not end within {patience:g} s")
     document = _document(out)
     try:
         recording = read_recording(recording_in(folder, stage))
         comparison = replay_of(recording, plan.board)
     except ConfigError as fault:
-        return StageRun(stage, _last_line(error) or str(fault))
+        said = _last_line(error) or str(fault)
+        if process.returncode in _CANNOT:
+            return StageRun(stage, said)
+        return StageRun(stage, document=document, failed=said)
     failed = _failed(process.returncode, document, error)
-    return StageRun(
-        stage, None, comparison, recording, robot=None, document=document, failed=failed
-    )
+    robot = _robot_end(folder, stage)
+    return StageRun(stage, None, comparison, recording, robot, document, failed)
 
 
 @contextmanager
 def _process(words: Sequence[str]) -> Iterator["subprocess.Popen[str]"]:
-    """A process that is over when the block is, however that ends."""
+    """The command in a process that is over when the block is, however that ends.
+
+    Its statistics and sockets have a place of their own: a robot of this name may be running here.
+    """
+    state = TemporaryDirectory(prefix="firmware-runtime-")
     process = subprocess.Popen(  # noqa: S603 -- this project's own command
-        words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "firmware_runtime.cli", *words],
+        env=os.environ | {"FIRMWARE_RUNTIME_STATE_DIRECTORY": state.name},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     try:
         yield process
@@ -117,6 +145,15 @@ def _process(words: Sequence[str]) -> Iterator["subprocess.Popen[str]"]:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.communicate()
+        state.cleanup()
+
+
+def _robot_end(folder: Path, stage: Stage) -> Recording | None:
+    """The robot end's recording, for what it shows; None in a stage of one process."""
+    try:
+        return read_recording(beside(recording_in(folder, stage)))
+    except ConfigError:
+        return None
 
 
 def _document(out: str) -> dict[str, Any]:

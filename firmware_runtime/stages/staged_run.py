@@ -42,6 +42,8 @@ class Staged:
     is_over_ros: bool = False
     inputs: Sequence[str] = ()
     trace: Path | None = None
+    record: Path | None = None
+    """Where the controller's recording is kept; the robot end's, if it is here, beside it."""
     is_loop: bool = False
     """Whether a loop is run in place of the board's model, to measure its delay."""
 
@@ -106,6 +108,9 @@ class StagedRun:
             words += ["--loop", "--statistics", str(self.folder / f"{role}.stats")]
         if staged.trace is not None:
             words += ["--trace", str(self.trace_of(role))]
+        if staged.record is not None:
+            kept = staged.record if role == CONTROLLER else beside(staged.record)
+            words += ["--record", str(kept.absolute())]
         self.by_role[role] = end = EndProcess(role, words, before)
         self.ends.add(end)
         return end
@@ -135,6 +140,11 @@ def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> S
         with _ended(ends):
             run.run()
         return _result(run, signalled)
+
+
+def beside(record: Path) -> Path:
+    """Where the robot end's recording is kept, beside the controller's."""
+    return record.with_name(f"{record.name}.robot")
 
 
 def ends_of(board: Board) -> dict[str, str]:

@@ -31,6 +31,48 @@ def test_simulation_and_embedded_are_equal_to_their_replays(
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize(("board", "for_s"), [("tachobot", 4), ("detective", 12)])
+def test_a_controller_behind_a_network_is_equal_to_its_replays(
+    command: Callable[..., Any], tmp_path: Path, board: str, for_s: int
+) -> None:
+    output = tmp_path / "certificate.json"
+    stages = ("--stages", "network", "remote")
+    ended = command("continuity", board, "--for", for_s, "-o", output, *stages)
+    said = json.loads(output.read_text())
+    assert ended.status == Status.OK, ended
+    assert {"network", "remote"} == said["stages"].keys()
+    for stage in said["stages"].values():
+        assert stage["events"] > 0
+        assert (stage["differences"], stage["first_difference"]) == (0, None)
+        assert stage["sample_age_us"] is not None
+    how = said["stages"]["remote"]["link"]["impairment"]["how"]
+    assert ("delay=40ms" in how, "jitter=10ms" in how, "loss=2%" in how) == (True, True, True)
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_worse_network_changes_what_enters_and_not_what_the_controller_is(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    output = tmp_path / "certificate.json"
+    worse = ("--impair", "delay=20ms,jitter=15ms,loss=10%,reorder=10%,duplicate=10%,seed=3")
+    words = ("continuity", "tachobot", "--for", 4, "--stages", "remote", *worse, "-o", output)
+    ended = command(*words)
+    stage = json.loads(output.read_text())["stages"]["remote"]
+    assert ended.status == Status.OK, ended
+    assert stage["differences"] == 0
+    assert "loss=10%" in stage["link"]["impairment"]["how"]
+
+
+def test_an_impairment_that_cannot_be_read_is_refused(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    words = ("continuity", "tachobot", "-o", tmp_path / "x.json", "--impair", "loss=lots")
+    assert command(*words).status == Status.BAD_INPUT
+
+
+@pytest.mark.slow
 def test_code_that_acts_otherwise_is_found_and_is_the_exit_status(
     command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

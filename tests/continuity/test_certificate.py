@@ -10,7 +10,7 @@ from firmware_runtime.board.registry import load
 from firmware_runtime.continuity.certificate import Certificate
 from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.signals import numbers_in, quantiles_us
-from firmware_runtime.continuity.stage_run import EMBEDDED, SIMULATION, Plan, StageRun
+from firmware_runtime.continuity.stage_run import Plan, StageRun
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.comparison import Comparison
 from firmware_runtime.recording.of_board import board_of, replay_of
@@ -18,6 +18,7 @@ from firmware_runtime.recording.recording import Recording, read_recording
 from firmware_runtime.recording.records import Entered
 from firmware_runtime.runs.recorded_run import recorded
 from firmware_runtime.runs.session import Session
+from firmware_runtime.stages.stage import Stage
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,7 @@ def comparison(recording: Recording) -> Comparison:
 
 @pytest.fixture
 def run(recording: Recording, comparison: Comparison) -> StageRun:
-    return StageRun(SIMULATION, None, comparison, recording)
+    return StageRun(Stage.SIMULATION, None, comparison, recording)
 
 
 def certificate(*runs: StageRun) -> Certificate:
@@ -45,14 +46,14 @@ def certificate(*runs: StageRun) -> Certificate:
 
 
 def test_no_stage_at_all_is_no_pass() -> None:
-    of_none = certificate(StageRun(SIMULATION, "no rig"), StageRun(EMBEDDED, "no rig"))
+    of_none = certificate(StageRun(Stage.SIMULATION, "no rig"), StageRun(Stage.EMBEDDED, "no rig"))
     assert not of_none.is_equal
     assert of_none.as_json()["not_run"] == {"simulation": "no rig", "embedded": "no rig"}
     assert "not equal" in certificate_page(of_none)
 
 
 def test_a_stage_that_was_not_run_is_said_and_the_others_count(run: StageRun) -> None:
-    of_one = certificate(run, StageRun(EMBEDDED, "left out"))
+    of_one = certificate(run, StageRun(Stage.EMBEDDED, "left out"))
     said = of_one.as_json()
     assert of_one.is_equal
     assert list(said["stages"]) == ["simulation"]
@@ -69,8 +70,9 @@ def test_a_stage_that_differs_went_wrong_or_is_not_whole_is_no_pass(
         replace(run, comparison=replace(comparison, differences=1)),
         replace(run, comparison=replace(comparison, fault="records were dropped")),
         replace(run, failed="the run ended with status 1"),
+        StageRun(Stage.EMBEDDED, failed="it did not end within 120 s"),
     ):
-        assert not certificate(run, replace(changed, stage=EMBEDDED)).is_equal
+        assert not certificate(run, replace(changed, stage=Stage.EMBEDDED)).is_equal
 
 
 def test_code_that_was_changed_between_two_stages_is_no_pass(
@@ -79,11 +81,11 @@ def test_code_that_was_changed_between_two_stages_is_no_pass(
     header = recording.header
     other = msgspec.structs.replace(header, code_sha256="another")
     changed = Recording(other, recording.records, 0, recording.ended)
-    assert not certificate(run, replace(run, stage=EMBEDDED, recording=changed)).is_equal
+    assert not certificate(run, replace(run, stage=Stage.EMBEDDED, recording=changed)).is_equal
 
 
 def test_the_page_shows_both_stages_and_the_shown_value(run: StageRun) -> None:
-    page = certificate_page(certificate(run, replace(run, stage=EMBEDDED)))
+    page = certificate_page(certificate(run, replace(run, stage=Stage.EMBEDDED)))
     assert page.count("<polyline") == 2 * (1 + 4)  # the yaw and four forces
     assert "tachobot.world.yaw_rad" in page
     assert "no link" in page
@@ -109,7 +111,15 @@ def test_ages_that_are_not_known_are_not_shown_as_zero(recording: Recording) -> 
 
 def test_a_plan_says_where_everything_is_kept(tmp_path: Path) -> None:
     plan = Plan(load("tachobot", ["world.seed=3"]), "tachobot", 2.0)
-    words = plan.words(SIMULATION, tmp_path)
-    assert words[:2] == ["run", "tachobot"]
+    words = plan.words(Stage.SIMULATION, tmp_path)
+    assert words[:4] == ["run", "tachobot", "--stage", "simulation"]
     assert words[-2:] == ["--set", "world.seed=3"]
     assert str(tmp_path / "simulation.recording") in words
+
+
+def test_a_stage_that_left_nothing_is_shown_with_no_event_and_its_fault() -> None:
+    of_none = certificate(StageRun(Stage.NETWORK, failed="it did not end within 120 s"))
+    stage = of_none.as_json()["stages"]["network"]
+    assert (stage["events"], stage["equal"]) == (0, False)
+    assert stage["fault"] == "it did not end within 120 s"
+    assert "did not end within 120 s" in certificate_page(of_none)

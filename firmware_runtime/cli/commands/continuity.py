@@ -13,12 +13,14 @@ from firmware_runtime.board.roles import CONTROLLER
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.continuity.certificate import Certificate
+from firmware_runtime.continuity.certificate import NOTHING, Certificate
 from firmware_runtime.continuity.page import certificate_page
-from firmware_runtime.continuity.stage_run import STAGES, Plan, StageRun, run_stage
+from firmware_runtime.continuity.stage_run import Plan, StageRun, run_stage
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.impairment import impairment
 from firmware_runtime.recording.of_board import components
+from firmware_runtime.stages.stage import Stage
 from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_file
 
@@ -54,12 +56,18 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--stages",
         nargs="+",
-        choices=STAGES,
-        default=list(STAGES),
+        choices=[stage.value for stage in Stage],
+        default=[stage.value for stage in Stage],
         metavar="STAGE",
-        help=f"which stages to run: {', '.join(STAGES)}; default all",
+        help=f"which stages to run: {', '.join(Stage)}; default all",
     )
 
+    verb.add_argument(
+        "--impair",
+        metavar="HOW",
+        help="the network of stage remote, as `run --impair` has it; default 40 ms each way, "
+        "10 ms of jitter, 2%% lost",
+    )
     verb.add_argument(
         "--keep",
         type=Path,
@@ -72,9 +80,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Run the stages, write the certificate, print what became of each."""
     output: Path = arguments.output
     _check_output(output)
+    if arguments.impair is not None:
+        impairment(arguments.impair)  # what cannot be read is refused before anything runs
     board = chosen_board(arguments.board, arguments.assignments)
     components(board, CONTROLLER)  # one without roles is refused before anything runs
-    plan = Plan(board, arguments.board, arguments.duration_s or board.doubles_run_s)
+    duration_s = arguments.duration_s or board.doubles_run_s
+    plan = Plan(board, arguments.board, duration_s, arguments.impair)
     with _folder(arguments.keep) as folder:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
@@ -109,8 +120,8 @@ def _check_output(output: Path) -> None:
 
 
 def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
-    for stage in STAGES:
-        if stage not in stages:
+    for stage in Stage:
+        if stage.value not in stages:
             yield StageRun(stage, "left out by --stages")
             continue
         print_line(
@@ -122,8 +133,8 @@ def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
 
 
 def _said(run: StageRun) -> Iterator[str]:
-    comparison = run.comparison
-    if comparison is None:
+    comparison = run.comparison or NOTHING
+    if not run.has_run:
         yield f"{run.stage}: not run: {run.why_not}"
         return
     if fault := run.failed or comparison.fault:
