@@ -1,10 +1,10 @@
-"""The flood's bench floods, and prints both kinds of spans."""
+"""The bench floods, kills, and prints all kinds of spans."""
 
 import json
 
 import pytest
 
-from benchmarks.flood.flooder import datagrams
+from benchmarks.disturbance.flooder import datagrams
 from firmware_runtime.cli.main import main
 
 
@@ -12,12 +12,13 @@ from firmware_runtime.cli.main import main
 @pytest.mark.real_time
 def test_a_flooded_robot_stays_armed(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--seconds", "1", "--rounds", "1", "--rate", "2000", "--json"]
-    assert main(["bench", "flood", *words]) == 0
-    alone, flooded = json.loads(capsys.readouterr().out)["spans"]
-    assert (alone["kind"], flooded["kind"]) == ("alone", "flooded")
+    assert main(["bench", "disturbance", *words]) == 0
+    alone, flooded, killed = json.loads(capsys.readouterr().out)["spans"]
+    assert [each["kind"] for each in (alone, flooded, killed)] == ["alone", "flooded", "killed"]
     assert alone["sent"] == 0 < flooded["sent"]
     assert alone["armed"] is flooded["armed"] is True
-    assert flooded["scheduled"] > 0
+    assert killed["kills"] > 0
+    assert min(each["scheduled"] for each in (alone, flooded, killed)) > 0
 
 
 def test_a_flood_has_datagrams_of_every_kind() -> None:

@@ -5,9 +5,10 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -29,7 +30,7 @@ class EndsError(FirmwareRuntimeError):
     """The ends did not do what they were started for."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Ends:
     """A robot's end that drives, and its controller's."""
 
@@ -37,6 +38,13 @@ class Ends:
     controller: "subprocess.Popen[str]"
     statistics: Path
     port: int
+    start_controller: Callable[[], "subprocess.Popen[str]"]
+
+    def kill_controller(self) -> None:
+        """`kill -9` of the controller's end, and another in its place."""
+        self.controller.kill()
+        self.controller.wait()
+        self.controller = self.start_controller()
 
     def read(self) -> Statistics:
         """The robot's statistics by now."""
@@ -79,8 +87,8 @@ def both_ends(directory: Path) -> Iterator[Ends]:
         robot = _started(
             stack, directory, "--role", "robot", *link, "--doubles", "--for", "3600", "--json"
         )
-        controller = _started(stack, directory, "--role", "controller", *link, "--json")
-        yield Ends(robot, controller, directory / "tachobot.stats", port)
+        start = partial(_started, stack, directory, "--role", "controller", *link, "--json")
+        yield Ends(robot, start(), directory / "tachobot.stats", port, start)
 
 
 def free_port() -> int:

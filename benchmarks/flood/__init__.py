@@ -1,1 +1,0 @@
-"""A robot's end of a link while datagrams flood its UDP port."""
