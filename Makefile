@@ -5,8 +5,7 @@
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
-# make test-ros  the tests of the ROS 2 node, against real rclpy; `make test` ends with them if .venv-ros
-#             is there
+# make test-ros  the tests of the ROS 2 node, with real rclpy; where .venv-ros is, `make test` ends so
 # make docs   this documentation as a site in build/docs; a link that leads nowhere fails it
 # make pictures  those of README and docs, from runs on this machine (needs chromium)
 # make deb    a Debian package of this checkout in dist/; ARCH=arm64 PYTHON_VERSION=3.13 for others
@@ -42,11 +41,11 @@ run: $(VENV)/installed-run
 	@$(BIN)/firmware-runtime run tachobot --doubles --for 10
 
 test: lint types suite
+	@test ! -e $(ROS_VENV)/installed-node || $(MAKE) --no-print-directory test-ros
 
 suite: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
 	@$(IN_REAL_TIME) -m "real_time and not hardware" $(PYTEST_OPTIONS)
-	@test ! -e $(ROS_VENV)/installed-test || $(MAKE) --no-print-directory test-ros
 
 test-fast: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not slow and not real_time and not hardware" $(PYTEST_OPTIONS)

@@ -1,0 +1,1 @@
+"""Starts the node of a robot from a ROS 2 workspace."""
