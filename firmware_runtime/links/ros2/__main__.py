@@ -44,8 +44,12 @@ def topics_of_plan(node: RobotNode, plan: Plan) -> RobotTopics:
 def main(words: Sequence[str]) -> int:
     """Spin the node of the plan in the first word; the others are ROS's own."""
     with until_signal() as signal:
-        rclpy.init(args=list(words[1:]), signal_handler_options=SignalHandlerOptions.NO)
-        node = robot_node(read_plan(words[0]))
+        try:
+            rclpy.init(args=list(words[1:]), signal_handler_options=SignalHandlerOptions.NO)
+            node = robot_node(read_plan(words[0]))
+        except Exception as error:  # noqa: BLE001 -- of ROS, which has no one root of its errors
+            print(f"firmware-runtime: ros2: {error}", file=sys.stderr)  # noqa: T201
+            return Status.BAD_INPUT
         executor = EventsExecutor()
         executor.add_node(node)
         notices = Notices.from_environment()
