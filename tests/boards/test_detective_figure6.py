@@ -10,33 +10,9 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events
 from firmware_runtime.ecdpp.experiment import run_events
 from firmware_runtime.ecdpp.model_file import read_model
+from tests.support.figure_6 import EVENTS, OUTPUTS
 
-EVENTS = """
-00:00:02:00 In1 1
-00:00:05:00 In2 1
-00:00:06:00 In3 200
-00:00:09:00 In4 50
-00:00:09:50 In4 90
-00:00:10:00 In4 150
-00:00:10:50 In4 180
-00:00:11:00 In4 190
-00:00:11:50 In4 200
-00:00:15:00 In5 2
-"""
-
-LINES = """
-00:00:02:020 out2 1
-00:00:02:020 out3 1
-00:00:02:030 out1 1
-00:00:05:030 out1 0
-00:00:05:040 out2 0
-00:00:05:040 out3 0
-00:00:09:030 out2 1
-00:00:09:030 out3 2
-00:00:11:080 out3 1
-00:00:15:030 out2 0
-00:00:15:030 out3 0
-""".strip().splitlines()
+LINES = OUTPUTS.splitlines()
 
 
 def from_model_file() -> Coupled:

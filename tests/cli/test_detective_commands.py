@@ -8,41 +8,17 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from boards.detective.detective import MODEL_FILE
+from tests.support import figure_6
 
 pytestmark = pytest.mark.slow
 
 VIRTUAL = ("run", "detective", "--doubles", "--clock", "virtual")
-FIGURE_6_EVENTS = """\
-00:00:02:00 In1 1
-00:00:05:00 In2 1
-00:00:06:00 In3 200
-00:00:09:00 In4 50
-00:00:09:50 In4 90
-00:00:10:00 In4 150
-00:00:10:50 In4 180
-00:00:11:00 In4 190
-00:00:11:50 In4 200
-00:00:15:00 In5 2
-"""
-FIGURE_6_OUTPUTS = """\
-00:00:02:020 out2 1
-00:00:02:020 out3 1
-00:00:02:030 out1 1
-00:00:05:030 out1 0
-00:00:05:040 out2 0
-00:00:05:040 out3 0
-00:00:09:030 out2 1
-00:00:09:030 out3 2
-00:00:11:080 out3 1
-00:00:15:030 out2 0
-00:00:15:030 out3 0
-"""
 
 
 @pytest.fixture
 def events(tmp_path: Path) -> Path:
     path = tmp_path / "figure6.ev"
-    path.write_text(FIGURE_6_EVENTS)
+    path.write_text(figure_6.EVENTS)
     return path
 
 
@@ -57,23 +33,23 @@ def test_figure_6_comes_out_line_by_line(
         arguments += ["--model", MODEL_FILE]
     ended = command(*arguments)
     assert (ended.status, ended.error) == (0, "")
-    assert outputs.read_text() == FIGURE_6_OUTPUTS
+    assert outputs.read_text() == figure_6.OUTPUTS
 
 
 def test_without_outputs_the_lines_go_to_the_screen(
     command: Callable[..., Any], events: Path
 ) -> None:
-    assert command("run", "detective", "--events", events).out == FIGURE_6_OUTPUTS
+    assert command("run", "detective", "--events", events).out == figure_6.OUTPUTS
 
 
 def test_until_ends_the_run_early(command: Callable[..., Any], events: Path) -> None:
     ended = command("run", "detective", "--events", events, "--until", "00:00:05:030")
-    assert ended.out == "".join(FIGURE_6_OUTPUTS.splitlines(keepends=True)[:4])
+    assert ended.out == "".join(figure_6.OUTPUTS.splitlines(keepends=True)[:4])
 
 
 def test_for_ends_the_run_early_too(command: Callable[..., Any], events: Path) -> None:
     ended = command("run", "detective", "--events", events, "--for", "5.03")
-    assert ended.out == "".join(FIGURE_6_OUTPUTS.splitlines(keepends=True)[:4])
+    assert ended.out == "".join(figure_6.OUTPUTS.splitlines(keepends=True)[:4])
 
 
 def test_a_trace_of_events_has_what_every_port_of_the_model_sent(
@@ -81,7 +57,7 @@ def test_a_trace_of_events_has_what_every_port_of_the_model_sent(
 ) -> None:
     path = tmp_path / "trace.jsonl"
     ended = command("run", "detective", "--events", events, "--trace", path)
-    assert (ended.status, ended.out) == (0, FIGURE_6_OUTPUTS)
+    assert (ended.status, ended.out) == (0, figure_6.OUTPUTS)
     sent = [json.loads(line) for line in path.read_text().splitlines()]
     assert [each["value"] for each in sent if each["port"] == "events.In1"] == [1.0]
     assert any(each["port"].startswith("top.RadarSystem.") for each in sent)
@@ -92,7 +68,7 @@ def test_events_in_any_order_are_the_same_run(
 ) -> None:
     shuffled = tmp_path / "shuffled.ev"
     shuffled.write_text("  ".join(reversed(events.read_text().splitlines())))
-    assert command("run", "detective", "--events", shuffled).out == FIGURE_6_OUTPUTS
+    assert command("run", "detective", "--events", shuffled).out == figure_6.OUTPUTS
 
 
 def test_a_bad_event_file_is_refused_with_file_and_line(

@@ -3,9 +3,8 @@
 import pytest
 
 from firmware_runtime.hal.errors import NoAcknowledge
-from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.magnetometer import Die
 
 MILLISECOND = 1_000_000
 CONVERSION = 7_200_000
@@ -13,25 +12,11 @@ NO_ADJUSTMENT = (128, 128, 128)
 POWER_DOWN, SINGLE, CONTINUOUS_100_HZ, FUSE_ROM = 0x10, 0x11, 0x16, 0x1F
 
 
-class Rig:
-    """A die with a field that tests set, and the instants it was asked for."""
+class Rig(Die):
+    """A die without an adjustment unless stated."""
 
     def __init__(self, clock: ManualClock, asa: tuple[int, int, int] = NO_ADJUSTMENT) -> None:
-        self.clock = clock
-        self.field_t = (10e-6, 20e-6, -40e-6)
-        self.asked: list[int] = []
-        self.chip = Ak8963Double(clock, self._field, asa=asa)
-        self.bus = I2cBusDouble("i2c-1", clock, [self.chip])
-
-    def _field(self, at: int) -> tuple[float, float, float]:
-        self.asked.append(at)
-        return self.field_t
-
-    def read(self, register: int, length: int = 1) -> bytes:
-        return self.bus.write_read(0x0C, bytes([register]), length)
-
-    def write(self, register: int, byte: int) -> None:
-        self.bus.write(0x0C, bytes([register, byte]))
+        super().__init__(clock, asa)
 
     def change_mode(self, mode: int) -> None:
         """Go through power-down and wait, as the data sheet asks."""

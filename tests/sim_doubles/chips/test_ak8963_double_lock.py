@@ -2,56 +2,34 @@
 
 import pytest
 
-from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.magnetometer import Die
 
 MILLISECOND = 1_000_000
 CONVERSION = 7_200_000
 POWER_DOWN, SINGLE, CONTINUOUS_100_HZ, SELF_TEST = 0x10, 0x11, 0x16, 0x18
 
 
-class Rig:
-    """A die with a field that tests set, and the instants it was asked for."""
-
-    def __init__(self, clock: ManualClock) -> None:
-        self.clock = clock
-        self.field_t = (10e-6, 20e-6, -40e-6)
-        self.asked: list[int] = []
-        self.chip = Ak8963Double(clock, self._field)
-        self.bus = I2cBusDouble("i2c-1", clock, [self.chip])
-
-    def _field(self, at: int) -> tuple[float, float, float]:
-        self.asked.append(at)
-        return self.field_t
-
-    def read(self, register: int, length: int = 1) -> bytes:
-        return self.bus.write_read(0x0C, bytes([register]), length)
-
-    def write(self, register: int, byte: int) -> None:
-        self.bus.write(0x0C, bytes([register, byte]))
-
-
 @pytest.fixture
-def die(clock: ManualClock) -> Rig:
-    return Rig(clock)
+def die(clock: ManualClock) -> Die:
+    return Die(clock)
 
 
 @pytest.mark.parametrize("register", range(0x03, 0x0A))
-def test_any_data_register_clears_data_ready(die: Rig, register: int) -> None:
+def test_any_data_register_clears_data_ready(die: Die, register: int) -> None:
     die.write(0x0A, SINGLE)
     die.clock.advance(CONVERSION)
     die.read(register)
     assert die.read(0x02) == b"\x00"
 
 
-def test_reading_st1_leaves_data_ready(die: Rig) -> None:
+def test_reading_st1_leaves_data_ready(die: Die) -> None:
     die.write(0x0A, SINGLE)
     die.clock.advance(CONVERSION)
     assert die.read(0x02) == die.read(0x02) == b"\x01"
 
 
-def test_sample_that_was_not_read_sets_overrun_until_data_is_read(die: Rig) -> None:
+def test_sample_that_was_not_read_sets_overrun_until_data_is_read(die: Die) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     die.clock.advance(CONVERSION)
     assert die.read(0x02) == b"\x01"
@@ -60,7 +38,7 @@ def test_sample_that_was_not_read_sets_overrun_until_data_is_read(die: Rig) -> N
     assert die.read(0x02) == b"\x00"
 
 
-def test_data_is_frozen_until_st2_is_read(die: Rig) -> None:
+def test_data_is_frozen_until_st2_is_read(die: Die) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     die.clock.advance(CONVERSION)
     first = die.read(0x03, 6)
@@ -75,7 +53,7 @@ def test_data_is_frozen_until_st2_is_read(die: Rig) -> None:
     assert die.read(0x03, 6) == bytes(6)
 
 
-def test_data_never_followed_by_st2_is_stale_forever(die: Rig) -> None:
+def test_data_never_followed_by_st2_is_stale_forever(die: Die) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     die.clock.advance(CONVERSION)
     first = die.read(0x03, 6)
@@ -86,7 +64,7 @@ def test_data_never_followed_by_st2_is_stale_forever(die: Rig) -> None:
     assert len(die.asked) == 1
 
 
-def test_single_measurements_are_fresh_though_st2_is_never_read(die: Rig) -> None:
+def test_single_measurements_are_fresh_though_st2_is_never_read(die: Die) -> None:
     """Linux' ak8975 reads six data bytes a single shot, and nothing else."""
     found = []
     for number in range(4):
@@ -98,7 +76,7 @@ def test_single_measurements_are_fresh_though_st2_is_never_read(die: Rig) -> Non
     assert len(set(found)) == 4
 
 
-def test_self_test_data_are_not_locked_either(die: Rig) -> None:
+def test_self_test_data_are_not_locked_either(die: Die) -> None:
     found = []
     for self_bit in (0x40, 0x00):
         die.write(0x0C, self_bit)
@@ -108,7 +86,7 @@ def test_self_test_data_are_not_locked_either(die: Rig) -> None:
     assert found[0] != found[1]
 
 
-def test_a_single_measurement_after_a_locked_continuous_one_is_fresh(die: Rig) -> None:
+def test_a_single_measurement_after_a_locked_continuous_one_is_fresh(die: Die) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     die.clock.advance(CONVERSION)
     locked = die.read(0x03, 6)
@@ -120,7 +98,7 @@ def test_a_single_measurement_after_a_locked_continuous_one_is_fresh(die: Rig) -
     assert die.read(0x03, 6) == bytes(6) != locked
 
 
-def test_continuous_mode_set_again_starts_a_new_measurement(die: Rig) -> None:
+def test_continuous_mode_set_again_starts_a_new_measurement(die: Die) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     die.clock.advance(CONVERSION - MILLISECOND)
     die.write(0x0A, CONTINUOUS_100_HZ)
@@ -132,7 +110,7 @@ def test_continuous_mode_set_again_starts_a_new_measurement(die: Rig) -> None:
     assert die.chip.warnings == []
 
 
-def test_a_single_measurement_under_way_goes_on_when_set_again(die: Rig) -> None:
+def test_a_single_measurement_under_way_goes_on_when_set_again(die: Die) -> None:
     die.write(0x0A, SINGLE)
     die.clock.advance(CONVERSION - MILLISECOND)
     die.write(0x0A, SINGLE)
@@ -140,7 +118,7 @@ def test_a_single_measurement_under_way_goes_on_when_set_again(die: Rig) -> None
     assert die.read(0x02) == b"\x01"
 
 
-def test_sample_is_frozen_within_one_transaction(die: Rig) -> None:
+def test_sample_is_frozen_within_one_transaction(die: Die) -> None:
     die.write(0x0A, CONTINUOUS_100_HZ)
     assert die.chip.start(0x0C, read=False)
     die.chip.write(0x02)

@@ -6,6 +6,7 @@ from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import InertialTruth, Mpu9250Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.magnetometer import BYPASS, MASTER, HostOfMagnetometer
 
 MILLISECOND = 1_000_000
 FIELD_T = (15e-6, 30e-6, -45e-6)
@@ -13,35 +14,16 @@ FIELD_T = (15e-6, 30e-6, -45e-6)
 DATA = b"\xc8\x00\x64\x00\x2c\x01"
 ST2 = b"\x10"
 TRUTH = InertialTruth((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), FIELD_T, 21.0)
-BYPASS, MASTER = 0x02, 0x20
 
 
-class Rig:
+class Rig(HostOfMagnetometer):
     """A chip at 1 kHz whose master can be given a magnetometer to read."""
 
     def __init__(self, clock: ManualClock, *, with_magnetometer: bool = True) -> None:
-        self.clock = clock
         self.magnetometer = Ak8963Double(clock, lambda _: FIELD_T, asa=(128, 128, 128))
         present = self.magnetometer if with_magnetometer else None
         self.chip = Mpu9250Double(clock, lambda _: TRUTH, magnetometer=present)
-        self.bus = I2cBusDouble("i2c-1", clock, self.chip.targets)
-        self.write(0x1A, 0x01)
-
-    def write(self, register: int, *content: int) -> None:
-        self.bus.write(0x68, bytes([register, *content]))
-
-    def read(self, register: int, length: int = 1) -> bytes:
-        return self.bus.write_read(0x68, bytes([register]), length)
-
-    def wait(self, milliseconds: int) -> None:
-        self.clock.advance(milliseconds * MILLISECOND)
-
-    def measure_at_100_hz(self) -> None:
-        """Start the magnetometer through the bypass, then hand it to the master."""
-        self.write(0x37, BYPASS)
-        self.bus.write(0x0C, b"\x0a\x16")
-        self.write(0x37, 0x00)
-        self.write(0x6A, MASTER)
+        super().__init__(clock, I2cBusDouble("i2c-1", clock, self.chip.targets))
 
     def slave(self, number: int, address: int, register: int, control: int) -> None:
         self.write(0x25 + 3 * number, address, register, control)

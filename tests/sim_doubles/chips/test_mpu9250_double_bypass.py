@@ -7,22 +7,20 @@ from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import InertialTruth, Mpu9250Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.magnetometer import BYPASS, MASTER, HostOfMagnetometer
 
 MILLISECOND = 1_000_000
 FIELD_T = (15e-6, 30e-6, -45e-6)
-BYPASS, MASTER = 0x02, 0x20
 
 
-class Rig:
+class Rig(HostOfMagnetometer):
     """A chip at 1 kHz with a magnetometer, and the instants truth and field were asked for."""
 
     def __init__(self, clock: ManualClock) -> None:
-        self.clock = clock
         self.asked: list[int] = []
         self.magnetometer = Ak8963Double(clock, self._field, asa=(128, 128, 128))
         self.chip = Mpu9250Double(clock, self._inertia, magnetometer=self.magnetometer)
-        self.bus = I2cBusDouble("i2c-1", clock, self.chip.targets)
-        self.write(0x1A, 0x01)
+        super().__init__(clock, I2cBusDouble("i2c-1", clock, self.chip.targets))
 
     def _inertia(self, at: int) -> InertialTruth:
         self.asked.append(at)
@@ -31,22 +29,6 @@ class Rig:
     def _field(self, at: int) -> tuple[float, float, float]:
         self.asked.append(at)
         return FIELD_T
-
-    def write(self, register: int, *content: int) -> None:
-        self.bus.write(0x68, bytes([register, *content]))
-
-    def read(self, register: int, length: int = 1) -> bytes:
-        return self.bus.write_read(0x68, bytes([register]), length)
-
-    def wait(self, milliseconds: int) -> None:
-        self.clock.advance(milliseconds * MILLISECOND)
-
-    def measure_at_100_hz(self) -> None:
-        """Start the magnetometer through the bypass, then hand it to the master."""
-        self.write(0x37, BYPASS)
-        self.bus.write(0x0C, b"\x0a\x16")
-        self.write(0x37, 0x00)
-        self.write(0x6A, MASTER)
 
 
 @pytest.fixture
