@@ -5,7 +5,12 @@ from typing import Any
 
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.settings import ModelPolicy, PathDeadlineSettings, StopPolicy
+from firmware_runtime.board.settings import (
+    ExecutiveSettings,
+    ModelPolicy,
+    PathDeadlineSettings,
+    StopPolicy,
+)
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -32,20 +37,11 @@ def configuration_of(
     def is_here(path: str) -> bool:
         return path.split(".", maxsplit=1)[0] not in elsewhere
 
+    overruns = {path: each for path, each in settings.overruns.items() if is_here(path)}
+    both = [each for each in settings.deadlines if is_here(each.source) and is_here(each.actuator)]
     return Configuration(
-        policies={
-            path: _activation_policy(each)
-            for path, each in settings.overruns.items()
-            if is_here(path)
-        },
-        deadlines=_deadlines(
-            model,
-            [
-                each
-                for each in settings.deadlines
-                if is_here(each.source) and is_here(each.actuator)
-            ],
-        ),
+        policies={path: _activation_policy(each) for path, each in overruns.items()},
+        deadlines=_deadlines(model, both),
         buses=tuple(bus for bus in lines.buses.values() if isinstance(bus, AccountedBus)),
         process=_process(settings.executive),
         switch_off_for=seconds(settings.executive.switch_off_s),
@@ -93,7 +89,7 @@ def _activation_policy(late: ModelPolicy) -> ActivationPolicy:
     return ActivationPolicy(late.policy, late.tolerance_us, stop_after_us)
 
 
-def _process(settings: Any) -> ProcessSettings:  # noqa: ANN401
+def _process(settings: ExecutiveSettings) -> ProcessSettings:
     return ProcessSettings(
         fifo_priority=settings.fifo_priority,
         lock_memory=settings.lock_memory,

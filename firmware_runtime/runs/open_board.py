@@ -190,9 +190,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         demand(what, stated, "True or False", is_sound=isinstance(stated, bool))  # "no" is true
     demand("log", log, "a function", is_sound=callable(log))
     kept_at = path_of("statistics", statistics)
-    found = board_in_force(str(board), assignments_of(set))
-    if (copy := settings_in_force(str(board))) is not None:
-        log(f"{board} has its settings from {copy}")
+    found = _board(str(board), set, log)
     end = None if role is None else end_of(found, role)
     has_hardware = end is None or end.has_hardware
     faults = idle_options(end, doubles=where, arm=arm, supervised=supervised)
@@ -214,6 +212,14 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         log=log,
     )
     return OpenBoard(session, found.doubles_run_s if where else None)
+
+
+def _board(board: str, settings: Settings, log: Callable[[str], None]) -> Board:
+    """The board with these settings; it is logged where they are not those that are shipped."""
+    found = board_in_force(board, assignments_of(settings))
+    if (copy := settings_in_force(board)) is not None:
+        log(f"{board} has its settings from {copy}")
+    return found
 
 
 def _doubles(stated: bool | str | PathLike[str]) -> bool | Path:  # noqa: FBT001 -- or a path
