@@ -41,6 +41,8 @@ class StageDelays(Struct, frozen=True):
     published_ms: float
     lateness_p50_us: float | None
     """Of the controller's run: how long after its instant a value was sent, within the delay."""
+    carried_p50_us: float | None
+    """Both ways from run to run: sockets, carriers and what is between them, within the delay."""
     between: str
 
 
@@ -78,7 +80,7 @@ class LoopRuns:
     def numbers(self) -> Element:
         """A table of the figures, a row a stage."""
         head = ("stage", "published", "p50", "p99", "least", "most", "out p50", "return p50")
-        more = ("sent late p50", "sent", "back", "between the ends")
+        more = ("sent late p50", "carried p50", "sent", "back", "between the ends")
         rows = [
             (stage.value, f"about {each.published_ms:g} ms", *_cells(each))
             for stage, each in self.figures.items()
@@ -89,16 +91,15 @@ class LoopRuns:
         """The figures for a terminal, beside the published one."""
         for stage, each in self.figures.items():
             delays = each.delays
-            late = each.lateness_p50_us
             yield (
                 f"{stage}: p50 {_ms(delays.p50_ms)}, p99 {_ms(delays.p99_ms)}; published: about "
                 f"{each.published_ms:g} ms; {delays.back} of {delays.sent} came back; "
                 f"{each.between}"
             )
             yield (
-                f"  legs: out p50 {_ms(delays.out_p50_ms)}, of it sent late p50 "
-                f"{_ms(None if late is None else late / 1e3)}; return p50 "
-                f"{_ms(delays.return_p50_ms)}"
+                f"  p50 of the legs: out {_ms(delays.out_p50_ms)}, return "
+                f"{_ms(delays.return_p50_ms)}; of both {_us(each.lateness_p50_us)} were sent late, "
+                f"{_us(each.carried_p50_us)} carried from run to run, the rest is the runs' own"
             )
 
 
@@ -117,12 +118,15 @@ def run_loop(setup: Setup, stages: Sequence[Stage], say: Say) -> LoopRuns:
             ]
             document = run.document
         late = document["controller"]["statistics"]["models"]["ramp"]["lateness_us"]["p50"]
-        figures[stage] = StageDelays(delays_of(found), PUBLISHED_MS[stage], late, between(document))
+        carried = document["link"]["back"].get("round_trip_us", {}).get("p50")
+        figures[stage] = StageDelays(
+            delays_of(found), PUBLISHED_MS[stage], late, carried, between(document)
+        )
     return LoopRuns(rounds, figures)
 
 
 def _cells(figures: StageDelays) -> list[str]:
-    delays, late = figures.delays, figures.lateness_p50_us
+    delays = figures.delays
     return [
         _ms(delays.p50_ms),
         _ms(delays.p99_ms),
@@ -130,11 +134,16 @@ def _cells(figures: StageDelays) -> list[str]:
         _ms(delays.most_ms),
         _ms(delays.out_p50_ms),
         _ms(delays.return_p50_ms),
-        _ms(None if late is None else late / 1e3),
+        _us(figures.lateness_p50_us),
+        _us(figures.carried_p50_us),
         str(delays.sent),
         str(delays.back),
         figures.between,
     ]
+
+
+def _us(span_us: float | None) -> str:
+    return _ms(None if span_us is None else span_us / 1e3)
 
 
 def _ms(span_ms: float | None) -> str:
