@@ -81,9 +81,19 @@ def _faults(arguments: argparse.Namespace, stage: Stage | None) -> Iterator[str]
         yield from _do_not_fit(arguments, stage, {"arm": "its time is virtual"})
     if stage is not Stage.EMBEDDED and isinstance(arguments.doubles, Path):
         yield f"--stage {stage} makes its own doubles: leave --doubles {arguments.doubles} out"
-    if not stage.has_two_ends and arguments.link is not None:
-        yield f"--stage {stage} is one process: leave --link out"
+    yield from _link_faults(arguments.link, stage)
     yield from _remote_faults(arguments, stage)
+
+
+def _link_faults(link: str | None, stage: Stage) -> Iterator[str]:
+    if link is None:
+        return
+    if not stage.has_two_ends:
+        yield f"--stage {stage} is one process: leave --link out"
+    elif stage is Stage.REMOTE and link != "udp":
+        yield f"--stage remote goes over UDP: leave --link {link} out"
+    elif link not in {"udp", "ros2"}:
+        yield f"--link {link}: a stage chooses the addresses; expected udp or ros2"
 
 
 def _do_not_fit(

@@ -10,15 +10,17 @@ from typing import Final
 
 from msgspec import structs
 
+from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.roles import ROBOT
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 
 PERIOD: Final = 10 * MILLISECOND
-ROLES: Final[Mapping[str, tuple[str, ...]]] = {"robot": ("echo",)}
+ROLES: Final[Mapping[str, tuple[str, ...]]] = {ROBOT: ("echo",)}
 SENT, ECHOED, BACK = "ramp.value", "echo.back", "probe.back"
 """The ports whose messages are the three instants of one round."""
 
@@ -92,7 +94,13 @@ class Loop(Coupled):
 def loop_board(board: Board) -> Board:
     """A board with the loop in place of its model, and all its other settings; it has no chips."""
     settings = structs.replace(
-        board.settings, roles=ROLES, buses={}, ports={}, overruns={}, deadlines=()
+        board.settings,
+        roles=ROLES,
+        buses={},
+        ports={},
+        output_enable=None,
+        overruns={},
+        deadlines=(),
     )
 
     def build(_lines: Lines) -> Robot:
@@ -101,3 +109,8 @@ def loop_board(board: Board) -> Board:
     return replace(
         board, settings=settings, build=build, devices=(), loads={}, ports={}, retunable=()
     )
+
+
+def loop_end(end: BoardEnd) -> BoardEnd:
+    """One end of the loop: the echo stands where a robot has its hardware, and is spoken to."""
+    return replace(end, has_hardware=end.role == ROBOT)

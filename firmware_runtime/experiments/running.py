@@ -30,6 +30,8 @@ class Setup:
     how: Impairment
     is_over_ros: bool = False
     inputs: Sequence[str] = ()
+    peer: str | None = None
+    key: Path | None = None
     is_loop: bool = False
     """Whether the loop is run in place of the board's model."""
 
@@ -68,6 +70,8 @@ def _two_ends(setup: Setup, stage: Stage, trace: Path, say: Say) -> Traced:
         stage=stage,
         for_s=setup.for_s,
         how=setup.how,
+        peer=setup.peer,
+        key=setup.key,
         is_over_ros=setup.is_over_ros,
         inputs=setup.inputs,
         trace=trace,

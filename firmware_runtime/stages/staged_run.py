@@ -53,10 +53,8 @@ class Staged:
         if self.peer is not None and self.key is not None:
             peer, key = self.peer, self.key
             return lambda _say: to_peer(peer, key)
-        if self.is_over_ros:
-            return lambda _say: ros_graph()
         if self.stage is Stage.NETWORK:
-            return lambda _say: loopback()
+            return lambda _say: ros_graph() if self.is_over_ros else loopback()
         return lambda say: bad_network(self.how, say)
 
 

@@ -51,6 +51,12 @@ def add_to(verbs: SubParsers) -> None:
         help=f"stage remote's network, each way; default {WIFI}".replace("%", "%%"),
     )
     verb.add_argument(
+        "--peer",
+        metavar="HOST:PORT",
+        help=f"{LOOP} in stage remote: where `run BOARD --role robot --loop` listens",
+    )
+    verb.add_argument("--key", type=Path, metavar="FILE", help="with --peer: both ends' key")
+    verb.add_argument(
         "--for",
         type=positive,
         metavar="SECONDS",
@@ -99,6 +105,10 @@ def _faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
     needs_link = arguments.name == LOOP or is_cut
     if needs_link and not board.settings.roles:
         yield f"{board.name} has no table [roles] in its board.toml; expected one, for two ends"
+    if arguments.peer is not None and (arguments.name, arguments.stage) != (LOOP, Stage.REMOTE):
+        yield f"--peer belongs to {LOOP} --stage remote: a step is watched where its world is"
+    if (arguments.peer is None) != (arguments.key is None):
+        yield "--peer and --key belong together; expected both or neither"
     if arguments.duration_s is not None and arguments.name != LOOP:
         yield f"--for: the board says how long {arguments.name} takes; leave it out"
     if arguments.output.exists() and not arguments.output.is_dir():
@@ -161,6 +171,8 @@ def _setup(
         named=arguments.board,
         for_s=for_s,
         how=WIFI if arguments.impair is None else impairment(arguments.impair),
+        peer=arguments.peer,
+        key=arguments.key,
         is_over_ros=arguments.link == "ros2",
         inputs=inputs,
         is_loop=is_loop,

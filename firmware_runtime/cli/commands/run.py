@@ -23,7 +23,7 @@ from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.experiments.loop_model import loop_board
+from firmware_runtime.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.linking import idle_options
@@ -235,6 +235,8 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
         fault = "--role and --link belong together; expected both or neither"
         raise ConfigError("run", [fault])
     end = end_of(board, arguments.role)
+    if arguments.loop:
+        end = loop_end(end)
     idle = ("doubles", "arm", "supervised")
     faults = idle_options(end, **{f"--{name}": getattr(arguments, name) for name in idle})
     if faults:
