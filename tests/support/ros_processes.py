@@ -28,7 +28,9 @@ class RosProcesses:
         self.directory = directory
         self._stack = stack
 
-    def start(self, *words: str, under: Sequence[str] = ()) -> "subprocess.Popen[bytes]":
+    def start(
+        self, *words: str, under: Sequence[str] = (), **environment: str
+    ) -> "subprocess.Popen[bytes]":
         """A command of the program, `under` another, outside of the tests' own environment."""
         inherited = {name: text for name, text in os.environ.items() if name not in _OF_ROS}
         process = subprocess.Popen(
@@ -37,6 +39,7 @@ class RosProcesses:
                 **inherited,
                 "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self.directory),
                 "PYTHONUNBUFFERED": "1",
+                **environment,
             },
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
