@@ -134,6 +134,7 @@ def _process(words: Sequence[str]) -> Iterator["subprocess.Popen[str]"]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        process_group=0,  # Ctrl-C is for the command; it ends this one
     )
     try:
         yield process

@@ -1,7 +1,11 @@
 """`continuity`: the JSON contract, the page, exit statuses."""
 
 import json
+import signal
+import subprocess
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +14,7 @@ import pytest
 from boards.tachobot.attitude import Attitude
 from firmware_runtime.board.registry import load
 from firmware_runtime.status import Status
+from tests.support.waiting import PATIENCE_S, wait_until
 
 
 @pytest.mark.slow
@@ -120,3 +125,32 @@ def test_the_page_is_written(command: Callable[..., Any], tmp_path: Path) -> Non
     assert command(*words, "--keep", tmp_path / "kept").status == Status.OK
     assert command("replay", tmp_path / "kept" / "simulation.recording").status == Status.OK
     assert output.read_text().startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_signal_ends_the_stage_under_way_too(tmp_path: Path) -> None:
+    kept = tmp_path / "kept"
+    words = ["continuity", "tachobot", "--for", "600", "--stages", "network", "--keep", str(kept)]
+    command = [sys.executable, "-m", "firmware_runtime.cli", *words, "-o", str(tmp_path / "x.json")]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            wait_until((kept / "network.recording").exists, "the controller is recorded")
+            assert len(processes_with(str(kept))) >= 3
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(PATIENCE_S) == Status.TERMINATED
+        finally:
+            process.kill()
+    wait_until(lambda: processes_with(str(kept)) == [], "no process of the stage is left")
+    assert not (tmp_path / "x.json").exists()
+
+
+def processes_with(word: str) -> list[str]:
+    """The command lines of processes that hold this word."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            line = path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
+            if word in line:
+                found.append(line)
+    return found

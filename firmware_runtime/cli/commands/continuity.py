@@ -22,6 +22,7 @@ from firmware_runtime.links.impairment import impairment
 from firmware_runtime.recording.of_board import components
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.status import Status
+from firmware_runtime.system.signals import stop_on_signals
 from firmware_runtime.system.whole_file import keep_file
 
 _ABOUT = """
@@ -86,7 +87,7 @@ def execute(arguments: argparse.Namespace) -> int:
     components(board, CONTROLLER)  # one without roles is refused before anything runs
     duration_s = arguments.duration_s or board.doubles_run_s
     plan = Plan(board, arguments.board, duration_s, arguments.impair)
-    with _folder(arguments.keep) as folder:
+    with stop_on_signals(_Signalled()), _folder(arguments.keep) as folder:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
         _write(certificate, output)
@@ -117,6 +118,19 @@ def _check_output(output: Path) -> None:
     if not os.access(output.parent, os.W_OK):
         fault = f"{output}: no folder that can be written; expected one"
         raise ConfigError("-o", [fault])
+
+
+class _Signalled:
+    """Ends the command by the first signal; the stage under way is ended on the way out."""
+
+    def __init__(self) -> None:
+        self._has_come = False
+
+    def __call__(self, name: str) -> None:
+        """Raise SystemExit, once."""
+        if not self._has_come:
+            self._has_come = True
+            raise SystemExit(Status.INTERRUPTED if name == "SIGINT" else Status.TERMINATED)
 
 
 def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
