@@ -33,7 +33,7 @@ PORTS: Final[dict[int, tuple[Mapping[bytes, object], Mapping[bytes, str]]]] = {
 
 
 @dataclass
-class Heard:
+class Received:
     """The counters of one session that were let through."""
 
     highest: int = 0
@@ -66,14 +66,14 @@ class LinkRules:
     clock_ahead: int = 0
     """Of the honest peer's clock, ns."""
     values: list[tuple[int, object]] = field(default_factory=list)
-    _carried: dict[int, Heard] = field(default_factory=dict)
+    _carried: dict[int, Received] = field(default_factory=dict)
     _greeted_at: int = -1 << 62
     _peer: int = 0
     _former: set[int] = field(default_factory=set)
     _candidate: int = 0
-    _heard: Heard = field(default_factory=Heard)
-    _heard_at: int | None = None
-    """When the peer was heard last; None while the link is bad."""
+    _received: Received = field(default_factory=Received)
+    _received_at: int | None = None
+    """When the last frame of the peer came; None while the link is bad."""
     _sequences: dict[int, int] = field(default_factory=dict)
 
     def verdict(self, datagram: bytes, now: int) -> str:
@@ -101,13 +101,13 @@ class LinkRules:
             self._greeted_at = now
             if len(self._carried) == 16:
                 del self._carried[next(iter(self._carried))]
-            self._carried[fields.session] = Heard()
-        heard = self._carried[fields.session]
-        fault = heard.fault(fields)
+            self._carried[fields.session] = Received()
+        received = self._carried[fields.session]
+        fault = received.fault(fields)
         if fault in {"replayed", "stale"}:
             return fault
         if not fault:
-            heard.note(fields)
+            received.note(fields)
         self._carried[fields.session] = self._carried.pop(fields.session)
         return ""
 
@@ -122,16 +122,16 @@ class LinkRules:
             return "wrong_session"
         if fields.session != self._peer and (fault := self._new_peer(fields, now)):
             return fault
-        if fault := self._heard.fault(fields):
+        if fault := self._received.fault(fields):
             if fault == "went_back":
-                self._heard_at = None
+                self._received_at = None
             return fault
         if self._age(fields.sent_at, now) > self.timeout:
             return "too_old"
-        self._heard.note(fields)
-        self._heard_at = now
+        self._received.note(fields)
+        self._received_at = now
         if fields.kind == BYE:
-            self._heard_at = None if fields.body not in BAD_BYES else now
+            self._received_at = None if fields.body not in BAD_BYES else now
             return "malformed" if fields.body in BAD_BYES else NO_VALUE
         return self._value(fields, now) if fields.kind == VALUE else NO_VALUE
 
@@ -148,14 +148,14 @@ class LinkRules:
     def _new_peer(self, fields: Fields, now: int) -> str:
         if fields.session != self._candidate:
             return "wrong_session"
-        if self._heard_at is not None and now - self._heard_at < self.timeout:
+        if self._received_at is not None and now - self._received_at < self.timeout:
             return "wrong_session"
         round_trip = now - fields.echo - max(fields.held, 0)
         if fields.echo == 0 or not 0 <= round_trip <= 2 * self.timeout:
             return "too_old"
         self._former |= {self._peer} - {0}
         self._peer, self._candidate = fields.session, 0
-        self._heard, self._heard_at, self._sequences = Heard(), None, {}
+        self._received, self._received_at, self._sequences = Received(), None, {}
         return ""
 
     def _value(self, fields: Fields, now: int) -> str:
@@ -165,7 +165,7 @@ class LinkRules:
         if fields.sequence <= self._sequences.get(fields.port, 0):
             return NO_VALUE
         if self._age(fields.origin, now) > self.timeout:
-            self._heard_at = None
+            self._received_at = None
             return "too_old"
         if fields.body not in good:
             return bad[fields.body]

@@ -64,7 +64,7 @@ def numbers_in(value: object, name: str) -> Iterator[tuple[str, float]]:
 
 
 def _short(names: list[str]) -> list[str]:
-    """Names of ports without their components, where they are told apart by that."""
+    """Names of ports without their components, where they are unique without."""
     ports = [name.rpartition(".")[2] for name in names]
     return ports if len(set(ports)) == len(ports) else names
 

@@ -50,7 +50,7 @@ class Peer:
         self.clock = PeerClock(is_same=False)
         self._window = Window()
         self._counter = 0
-        self._heard_at = 0
+        self._received_at = 0
         self._candidate: tuple[int, Greeting] | None = None
         self._greeted: tuple[int, int] = (0, 0)
         self._former: deque[int] = deque(maxlen=_FORMER)
@@ -124,7 +124,7 @@ class Peer:
         self.clock.note(now, frame.sent_at, frame.echo, frame.held)
         if self.good_since is None:
             self.good_since = now
-        self._heard_at = now
+        self._received_at = now
         self.farewell = None
         if frame.kind is Kind.BYE:
             self.farewell = farewell_of(frame.body)
@@ -134,7 +134,7 @@ class Peer:
 
     def is_good(self, now: int) -> bool:
         """Whether something of the peer was accepted within the timeout; notes a silence."""
-        if self.good_since is not None and now - self._heard_at >= self.timeout:
+        if self.good_since is not None and now - self._received_at >= self.timeout:
             self.good_since = None
             self.silences += 1
         return self.good_since is not None
@@ -147,9 +147,8 @@ class Peer:
             return "the other end has not answered yet"
         if self.farewell is not None:
             return f"the {self.greeting.role} has ended: {self.farewell.reason}"
-        return (
-            f"the {self.greeting.role} has been silent for {(now - self._heard_at) / SECOND:.1f} s"
-        )
+        silent_s = (now - self._received_at) / SECOND
+        return f"the {self.greeting.role} has been silent for {silent_s:.1f} s"
 
     def interrupt(self) -> None:
         """Take the link for bad: it has to be good again for as long as at first."""
@@ -170,7 +169,7 @@ class Peer:
         """The next frame to the peer."""
         self._counter += 1
         window = self._window
-        echo, held = (window.sent_at, now - self._heard_at) if window.highest > 0 else (0, 0)
+        echo, held = (window.sent_at, now - self._received_at) if window.highest > 0 else (0, 0)
         return Frame(
             kind,
             self.session,

@@ -120,7 +120,7 @@ def _names() -> list[str]:
 
 
 def _owner(name: str) -> ProcessIdentity | None:
-    """The process that made a namespace of this name; None for one of somebody else's."""
+    """The process that made a namespace of this name; None for one of another program's."""
     prefix, *words = name.split("-")
     if prefix != _PREFIX or len(words) != 3 or not (words[0] + words[1]).isdigit():
         return None

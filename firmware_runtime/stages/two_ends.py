@@ -1,7 +1,7 @@
 """The ends of a stage together: all run, or none; whatever ends one of them ends the other.
 
     an end has failed         the others are asked to end, with their outputs off
-    an end has ended          so are they, if they do not end by themselves, which a link tells them
+    an end has ended          so are they, unless their link ends them first
     a signal                  is handed on to every end
     an end that does not end  is killed when its patience is over, and said so
 

@@ -38,7 +38,7 @@ CHIPS = sorted(chips_of(virtual_detective()))
 
 
 def ends(robot: VirtualDetective) -> bool:
-    """Let the mission go on to its end; tell whether it was found. Everything stands then."""
+    """Let the mission go on to its end; return whether it was found. Everything stands then."""
     found = robot.run_mission()["found"]
     ((_, ending),) = robot.endings
     assert ending.failed is not found

@@ -9,7 +9,7 @@ LONGEST = 20 * SECOND
 
 
 class Watched:
-    """A mission alone, with leave to move that can be taken back; `endings` and their seconds."""
+    """A mission alone, with an interlock that can be taken back; `endings` and their seconds."""
 
     def __init__(self) -> None:
         self.may_move = True

@@ -207,7 +207,7 @@ def test_diagrams_are_drawn_from_the_model(
     [
         ("detective", "-o", "picture.gif"),
         ("detective", "-o", "/nowhere/picture.svg"),
-        ("detective", "--state", "nobody", "-o", "picture.svg"),
+        ("detective", "--state", "nosuch", "-o", "picture.svg"),
         ("submarine", "-o", "picture.svg"),
     ],
 )

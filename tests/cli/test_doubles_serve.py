@@ -154,7 +154,7 @@ def test_a_socket_that_is_served_is_not_taken_over(tmp_path: Path) -> None:
 def test_doubles_that_are_not_served_or_not_in_real_time_are_refused(
     tmp_path: Path, arguments: tuple[str, ...], status: int
 ) -> None:
-    path = str(tmp_path / "nobody.sock")
+    path = str(tmp_path / "nosuch.sock")
     ended = subprocess.run(
         [*COMMAND, "run", "tachobot", "--doubles", path, *arguments],
         capture_output=True,

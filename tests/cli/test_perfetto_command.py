@@ -132,9 +132,9 @@ def test_a_run_without_a_recorder_is_answered_with_how_to_have_one(
 
 
 def test_without_a_run_that_is_what_it_says(command: Command, output: Path) -> None:
-    ended = command("perfetto", "nobody", "-o", output)
+    ended = command("perfetto", "nosuch", "-o", output)
     assert ended.status == 2
-    assert "no statistics of nobody" in ended.error
+    assert "no statistics of nosuch" in ended.error
 
 
 def test_a_limit_of_waiting_alone_is_refused(command: Command, output: Path) -> None:

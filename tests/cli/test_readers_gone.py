@@ -1,4 +1,4 @@
-"""What a command's status is when nobody reads its output any more."""
+"""What a command's status is when its output has no reader any more."""
 
 import os
 import subprocess
@@ -13,7 +13,7 @@ COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
 
 def status_unread(*words: str, program: tuple[str, ...] = COMMAND) -> int:
-    """Exit status with standard output and standard error at pipes that nobody reads."""
+    """Exit status with standard output and standard error at pipes without a reader."""
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(

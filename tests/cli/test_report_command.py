@@ -83,9 +83,9 @@ def test_what_cannot_be_read_or_written_is_said_in_a_sentence(
     command: Command, kept: Path, tmp_path: Path
 ) -> None:
     output = tmp_path / "report.html"
-    nobody = command("report", "nobody", "-o", output)
-    assert (nobody.status, nobody.out) == (2, "")
-    assert "no statistics of nobody" in nobody.error
+    nosuch = command("report", "nosuch", "-o", output)
+    assert (nosuch.status, nosuch.out) == (2, "")
+    assert "no statistics of nosuch" in nosuch.error
     nowhere = command("report", kept, "-o", tmp_path / "absent" / "report.html")
     assert nowhere.status == 2
     assert "cannot be written (No such file or directory)" in nowhere.error

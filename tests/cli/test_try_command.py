@@ -1,4 +1,4 @@
-"""`firmware-runtime try CHIP`: leave to move, lines taken by a run, signals, exit statuses."""
+"""`firmware-runtime try CHIP`: permission to move, lines taken by a run, signals, exit statuses."""
 
 import io
 import json

@@ -129,7 +129,7 @@ def test_the_program_stays_with_a_robot_that_cannot_be_switched_off(
     assert system.read("/run/units").split() == [GUARD]
     assert system.has(PROGRAM)
 
-    # Somebody has cut the power. No robot runs any more, so nothing speaks against it.
+    # The power was cut. No robot runs any more, so nothing speaks against it.
     again = system.run("dpkg", "-r", "firmware-runtime")
     assert again.returncode == 0, again.stderr
     assert "tachobot did not run and does not answer" in again.stderr

@@ -110,7 +110,7 @@ def test_many_models_imminent_at_one_instant_are_no_endless_loop() -> None:
 
 @BOTH
 def test_a_model_that_waits_its_turn_does_not_hide_an_endless_loop(kind: type[Engine]) -> None:
-    """Select would take the looping model first for ever."""
+    """Select would take the looping model first, without end."""
     looping, waiting = Scripted("looping", sigma=0), Scripted("waiting", sigma=0)
     looping.on_internal = looping.activate
     with pytest.raises(IllegitimateModel, match=r"^top\.looping at"):

@@ -101,7 +101,7 @@ def test_bearings_that_differ_across_north_are_close(chip: Cmps12, registers: Re
     "found",
     [
         pytest.param(b"\x11\x04\xe2\xe4", id="a PCA9685 on a motor board"),
-        pytest.param(b"\xff\xff\xff\xff", id="nobody drives the bus"),
+        pytest.param(b"\xff\xff\xff\xff", id="nothing drives the bus"),
         pytest.param(b"\x00\x00\x00\x00", id="a line is held"),
         pytest.param(b"\x07\x80\x00\x00", id="the bearings differ"),
     ],

@@ -197,7 +197,7 @@ def test_treads_turn_on_and_on_while_the_model_lives_and_stop_when_it_does_not(
     assert bench.values("report")[-1].left_encoder < -5000
     assert bench.faults == []
     assert list(double.warnings) == []
-    world.after_death = 2 * SECOND  # nobody runs the model any more
+    world.after_death = 2 * SECOND  # the model does not run any more
     assert double.speeds_rad_s == (0.0, 0.0)
 
 

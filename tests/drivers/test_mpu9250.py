@@ -87,7 +87,7 @@ def test_bring_up_writes_what_it_should_in_order(chip: Mpu9250, wire: Wire) -> N
 
 
 def test_a_fetch_under_way_has_its_time_to_end_before_the_reset(chip: Mpu9250) -> None:
-    """Cut off within a fetch, the AK8963 may hold the auxiliary bus for ever: 10 bytes, 400 kHz."""
+    """Cut off within a fetch, the AK8963 may go on holding the auxiliary bus: 10 bytes, 400 kHz."""
     _, stop_master, reset, *_ = chip.bring_up()
     assert (stop_master.name, reset.name) == ("stop auxiliary master", "reset")
     assert stop_master.wait_ns >= 10 * 9 * 2500

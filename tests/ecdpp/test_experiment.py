@@ -35,7 +35,7 @@ class Copies(Atomic):
 
 
 class Ticker(Atomic):
-    """Sends True every second, for ever."""
+    """Sends True every second, without end."""
 
     def __init__(self) -> None:
         super().__init__("ticker")

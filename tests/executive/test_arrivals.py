@@ -15,7 +15,7 @@ class Burst:
         self.size = size
 
     def fileno(self) -> int:
-        return -1  # nobody waits for it here
+        return -1  # there is no wait for it here
 
     def receive(self) -> Sequence[tuple[InPort[int], object]]:
         return [(self.port, number) for number in range(self.size)]

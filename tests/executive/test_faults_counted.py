@@ -14,7 +14,7 @@ PERIOD = 10 * MILLISECOND
 
 
 class GraveFault(Fault):
-    """A fault of somebody else's making."""
+    """A fault of another model's making."""
 
 
 class Failing(Atomic):

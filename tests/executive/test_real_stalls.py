@@ -239,7 +239,7 @@ def test_readers_killed_at_any_instant_leave_the_loop_untouched(
                 assert reading.stdout.readline() == "reading\n"
                 run.wait_for_more(killed)
             finally:
-                reading.kill()  # or leaving the block would wait for it for ever
+                reading.kill()  # or leaving the block would wait for it without end
     answer = run.result()
     assert_none_is_missing(answer)
     assert answer["state"] == "STOPPED"

@@ -88,7 +88,7 @@ def test_a_port_that_is_open_is_not_opened_again(line: Line, port: LinuxSerialPo
 
 
 def test_a_write_that_is_not_taken_ends_in_a_timeout(port: LinuxSerialPort) -> None:
-    more_than_the_kernel_holds = bytes(1_000_000)  # nobody reads at the far end
+    more_than_the_kernel_holds = bytes(1_000_000)  # the far end does not read
     with pytest.raises(BusTimeout, match="write timed out, expected 1000000 bytes to be taken"):
         port.write(more_than_the_kernel_holds)
 

@@ -25,7 +25,7 @@ LOOPBACK = endpoint("--listen", "127.0.0.1:0")
 
 
 class Rig:
-    """A bridge, what it tells, and the UDP sockets that speak with it; time stands still."""
+    """A bridge, what it logs, and the UDP sockets that speak with it; time stands still."""
 
     def __init__(self, path: Path, clock: ManualClock, key: bytes | None = None) -> None:
         self.path = path

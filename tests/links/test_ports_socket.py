@@ -105,9 +105,9 @@ def test_what_cannot_be_obeyed_is_counted_and_answered(
 
 
 def test_a_sender_without_an_address_may_put_but_not_ask(rig: PortsRig, robot: Robot) -> None:
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as nobody:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as unnamed:
         for datagram in (b'{"port": "command", "value": 9}', b'{"list": true}', b"?"):
-            nobody.sendto(datagram, os.fspath(rig.path))
+            unnamed.sendto(datagram, os.fspath(rig.path))
     rig.run.until(PERIOD)
     assert robot.thrust.received == [9, 0, 1]
     assert counts(rig) == (3, 2, 0, 0)

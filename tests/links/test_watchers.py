@@ -8,7 +8,7 @@ from sim_doubles.clock import ManualClock
 
 
 class Way:
-    """To nowhere; `closed` tells who is not led to any more."""
+    """To nowhere; `closed` has who is not led to any more."""
 
     closed: list[Address]
 
@@ -18,7 +18,7 @@ class Way:
         self._address = address
 
     def send(self, message: bytes) -> None:
-        """Nobody listens."""
+        """Nothing listens."""
 
     def close(self) -> None:
         self.closed.append(self._address)
@@ -36,7 +36,7 @@ def watchers(now: ManualClock) -> Watchers:
 
 
 def received(watchers: Watchers, port: str, messages: int) -> list[int]:
-    """The numbers of those messages that somebody hears."""
+    """The numbers of those messages that a watcher receives."""
     return [number for number in range(messages) if watchers.of(port)]
 
 

@@ -90,18 +90,18 @@ def _end(process: "subprocess.Popen[str]") -> None:
 class Conversation:
     """A topic that is commanded and the one that answers, after a first answer came."""
 
-    def __init__(self, referee: Referee, say: tuple[str, str], hear: tuple[str, str]) -> None:
+    def __init__(self, referee: Referee, say: tuple[str, str], receive: tuple[str, str]) -> None:
         self.writer = referee.writer(*say)
-        self.reader = referee.reader(*hear)
-        self._say, self._hear = say[1], hear[1]
-        self.heard: list[Any] = []
+        self.reader = referee.reader(*receive)
+        self._say, self._receive = say[1], receive[1]
+        self.received: list[Any] = []
 
     def until_answered(self, **fields: Any) -> None:  # noqa: ANN401 -- of any type
         """Repeat a message until it is answered: to be matched is announced too early."""
 
         def answered() -> bool:
             self.say(**fields)
-            return bool(self.hear())
+            return bool(self.receive())
 
         wait_until(answered, "the first answer")
         self.quieten()
@@ -109,21 +109,21 @@ class Conversation:
     def quieten(self) -> None:
         """Take what is still under way."""
         last = -1
-        while last != len(self.heard):
-            last = len(self.heard)
+        while last != len(self.received):
+            last = len(self.received)
             wait_until(_counted(20), "some looks")
-            self.hear()
+            self.receive()
 
     def say(self, **fields: Any) -> None:  # noqa: ANN401
         self.writer.write(made(self._say, **fields))
 
-    def hear(self) -> list[Any]:
+    def receive(self) -> list[Any]:
         """What has come; bytes that are not what rosbags makes of them fail."""
         for cdr in take_all(self.reader):
-            message = read(self._hear, cdr)
-            assert bytes_of(self._hear, message) == cdr
-            self.heard.append(message)
-        return self.heard
+            message = read(self._receive, cdr)
+            assert bytes_of(self._receive, message) == cdr
+            self.received.append(message)
+        return self.received
 
 
 def _counted(looks: int) -> Any:  # noqa: ANN401 -- a function for wait_until
@@ -146,18 +146,18 @@ def test_ten_thousand_messages_each_way_are_neither_lost_nor_out_of_order(
 ) -> None:
     talk = Conversation(referee, ("/parrot/say", FLOAT), ("/parrot/echo/said", FLOAT))
     talk.until_answered(data=-1.0)
-    talk.heard.clear()
+    talk.received.clear()
     said = 0
 
-    def all_heard() -> bool:
+    def all_received() -> bool:
         nonlocal said
-        while said < MANY and said - len(talk.heard) < AHEAD:
+        while said < MANY and said - len(talk.received) < AHEAD:
             talk.say(data=float(said))
             said += 1
-        return len(talk.hear()) >= MANY
+        return len(talk.receive()) >= MANY
 
-    wait_until(all_heard, "the last answer", lambda: f"{len(talk.heard)} of {said} answered")
-    assert [message.data for message in talk.heard] == [float(each) for each in range(MANY)]
+    wait_until(all_received, "the last answer", lambda: f"{len(talk.received)} of {said} answered")
+    assert [message.data for message in talk.received] == [float(each) for each in range(MANY)]
     counts = parrot.counts()
     assert counts["taken"] >= MANY
     assert {"dropped", "refused", "failed"}.isdisjoint(counts)
@@ -196,19 +196,19 @@ def test_cmd_vel_is_taken_as_twist_and_as_twist_stamped(parrot: Parrot, referee:
     answer = ("/parrot/echo/drives", TWIST)
     twist = Conversation(referee, ("/parrot/cmd_vel", TWIST), answer)
     twist.until_answered(linear=vector(x=0.5), angular=vector(z=-1.0))
-    assert (twist.heard[-1].linear.x, twist.heard[-1].angular.z) == (0.5, -1.0)
+    assert (twist.received[-1].linear.x, twist.received[-1].angular.z) == (0.5, -1.0)
 
     stamped = Conversation(referee, ("/parrot/cmd_vel", STAMPED), answer)
     body = part(TWIST, linear=vector(x=0.25), angular=vector())
     stamped.until_answered(header=header(0), twist=body)
-    assert stamped.heard[-1].linear.x == 0.25
+    assert stamped.received[-1].linear.x == 0.25
     stamped.say(header=header(5), twist=body)
     twist.say(linear=vector(y=1.0), angular=vector())
     twist.say(linear=vector(x=math.nan), angular=vector())
     twist.quieten()
-    twist.heard.clear()
+    twist.received.clear()
     twist.until_answered(linear=vector(x=0.125), angular=vector())
-    assert {each.linear.x for each in twist.heard} == {0.125}
+    assert {each.linear.x for each in twist.received} == {0.125}
     wait_until(_counted(50), "what is under way has come")
     assert parrot.counts()["refused"] == 3
 
@@ -218,8 +218,8 @@ def test_a_measured_place_is_taken_by_best_effort(parrot: Parrot, referee: Refer
     layout = part("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     place = Conversation(referee, ("/parrot/place", ARRAY), ("/parrot/echo/places", ARRAY))
     place.until_answered(layout=layout, data=np.array([1.0, -2.0]))
-    assert list(place.heard[-1].data) == [1.0, -2.0]
-    assert place.heard[-1].layout.dim[0].label == "position,rate"
+    assert list(place.received[-1].data) == [1.0, -2.0]
+    assert place.received[-1].layout.dim[0].label == "position,rate"
     assert "failed" not in parrot.counts()
 
 
@@ -264,11 +264,11 @@ def test_a_reference_is_taken_while_the_node_is_active(
     line(node, "not taken while the node is not active")
     wait_until(lambda: user.change("/tachobot/tachobot", "activate"), "the node is active")
     forces = referee.reader("/tachobot/controller/forces", ARRAY)
-    heard: list[float] = []
+    received: list[float] = []
 
     def turns() -> bool:
         reference.write(made(FLOAT, data=0.5))
-        heard.extend(read(ARRAY, cdr).data[0] for cdr in take_all(forces))
-        return any(abs(each) > 0.01 for each in heard)
+        received.extend(read(ARRAY, cdr).data[0] for cdr in take_all(forces))
+        return any(abs(each) > 0.01 for each in received)
 
     wait_until(turns, "the platform turns")

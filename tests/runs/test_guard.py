@@ -185,7 +185,7 @@ def test_a_heartbeat_that_is_gone_is_not_believed(watch: Watch, file: Statistics
 def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(
     path: Path, watch: Watch, file: StatisticsFile
 ) -> None:
-    """Whoever has such a file mapped gets SIGBUS: the run itself, which is why it is taken over."""
+    """A run that has such a file mapped gets SIGBUS, which is why it is taken over."""
     watch.guard.poll()
     del file
     os.truncate(path, 0)

@@ -1,4 +1,4 @@
-"""What a run tells systemd and the journal, on real datagram sockets."""
+"""What a run reports to systemd and the journal, on real datagram sockets."""
 
 import os
 import socket

@@ -105,7 +105,7 @@ def test_a_guard_of_other_doubles_does_not_let_the_run_be_armed(tmp_path: Path) 
 def test_a_file_that_changed_under_the_run_does_not_keep_its_outputs_on(
     tmp_path: Path, before: str, after: str, said: str, status: int
 ) -> None:
-    """Run and guard killed: nobody but safe-state is left, and its settings are others."""
+    """Run and guard killed: safe-state alone is left, and its settings are others."""
     file = tmp_path / "tachobot.toml"
     shipped = registry.load("tachobot").source.read_text(encoding="utf-8")
     file.write_text(shipped, encoding="utf-8")

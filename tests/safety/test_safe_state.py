@@ -1,4 +1,4 @@
-"""`safe-state` while something drives: off is what stays off, whoever drove it."""
+"""`safe-state` while something drives: off is what stays off, whatever process drove it."""
 
 import signal
 from contextlib import ExitStack

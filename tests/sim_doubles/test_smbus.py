@@ -87,7 +87,7 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "write_i2c_block_data": lambda bus: bus.write_i2c_block_data(ADDRESS, 0x10, [9] * 32),
     "33 bytes of a burst": lambda bus: bus.write_i2c_block_data(ADDRESS, 0x10, [9] * 33),
     "33 bytes for a block call": lambda bus: bus.block_process_call(ADDRESS, 0x10, [9] * 33),
-    "nobody there": lambda bus: bus.read_byte_data(0x51, 0),
+    "no chip there": lambda bus: bus.read_byte_data(0x51, 0),
     "an address of eight bits": lambda bus: bus.read_byte(0x80),
     "pec": lambda bus: bus.pec,
     "funcs": lambda bus: bus.funcs,

@@ -1,4 +1,4 @@
-"""What a test asks its buses for and cannot have is refused where it is asked for."""
+"""What a test asks its buses for and cannot have is refused where it is stated."""
 
 from collections.abc import Callable
 from typing import Any

@@ -21,10 +21,10 @@ from sim_doubles.usbip.plugged import transfer_of
 from tests.support.served_rig import ServedRig, lines_of, served_rig
 from tests.support.usbip_host import (
     FIRST,
+    FREE,
     GET_FUNCTIONALITY,
     GET_STATUS,
     LAST,
-    NOBODY,
     PWM,
     REFUSED,
     SENSOR,
@@ -107,7 +107,7 @@ def test_functionality_is_plain_transfers_and_emulated_smbus(host: Host) -> None
 
 # Transactions ------------------------------------------------------------------------------------
 
-ADDRESSES = (PWM, 0x41, SENSOR, 0x0C, 0x70, 0x00, NOBODY)
+ADDRESSES = (PWM, 0x41, SENSOR, 0x0C, 0x70, 0x00, FREE)
 WRITES = st.lists(st.binary(min_size=1, max_size=6), max_size=2)
 TRANSACTIONS = st.builds(
     lambda writes, read: (*writes, *read),
@@ -148,14 +148,14 @@ def test_messages_of_one_transaction_happen_at_once(rig: ServedRig, host: Host) 
 
 
 def test_an_absent_address_is_refused_and_reads_zeros(host: Host) -> None:
-    assert host.read(TRANSFER + FIRST + LAST, 1, NOBODY, 3).read == bytes(3)
+    assert host.read(TRANSFER + FIRST + LAST, 1, FREE, 3).read == bytes(3)
     assert host.read(GET_STATUS, 0, 0, 1).read == REFUSED
     assert host.transaction(PWM, (b"\x00", 1)) == b"\x11", "and the next one goes well"
 
 
 def test_a_quick_write_asks_who_is_there(host: Host) -> None:
     assert host.transaction(PWM, (b"",)) == b""
-    assert host.transaction(NOBODY, (b"",)) == errno.ENXIO
+    assert host.transaction(FREE, (b"",)) == errno.ENXIO
 
 
 @pytest.mark.parametrize("messages", [(1, b"\x75"), (1, 1)])

@@ -63,7 +63,7 @@ def names_of(identity: ProcessIdentity) -> str:
 def test_only_those_of_dead_owners_are_leftovers(monkeypatch: pytest.MonkeyPatch) -> None:
     here = this_process()
     dead = ProcessIdentity(here.pid, (here.started_ticks or 0) + 1, boot_id())
-    there = [names_of(here), names_of(dead), "fr-x-y-c", "somebody", "fr-1"]
+    there = [names_of(here), names_of(dead), "fr-x-y-c", "another", "fr-1"]
     deleted: list[str] = []
     monkeypatch.setattr(namespaces, "_names", lambda: there)
     monkeypatch.setattr(namespaces, "_delete", deleted.append)

@@ -1,4 +1,4 @@
-"""What the recorder leaves of runs: their statistics, traces of incidents, and nothing for ever."""
+"""What the recorder leaves of runs: their statistics, traces of incidents, and no more than that."""
 
 import gzip
 import json

@@ -18,7 +18,7 @@ LAST = 180 * SECOND
 
 
 class ArenaMission:
-    """Drives ahead and sweeps until the radar hears something, turns there, drives up to it."""
+    """Drives ahead and sweeps until the radar has an echo, turns there, drives up to it."""
 
     def __init__(self, parameters: ArenaParameters) -> None:
         self.rig = ArenaRig(parameters)

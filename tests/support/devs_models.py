@@ -32,7 +32,7 @@ class Clock(Atomic):
 
 
 class Log(Atomic):
-    """Keeps every bag it gets, with the time elapsed since the one before; passive for ever."""
+    """Keeps every bag it gets, with the time elapsed since the one before; passive from then on."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)

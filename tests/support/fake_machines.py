@@ -90,7 +90,7 @@ _PC: Contents = {
 
 
 def lay_out(root: Path, contents: Contents) -> SystemFiles:
-    """Write these files below a root; those that are there already are written anew."""
+    """Write these files below a root; those that are there already are written again."""
     for name, content in contents.items():
         path = root / name.lstrip("/")
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -217,7 +217,7 @@ def answer_like_chips(doubles: int) -> None:
 
 
 def as_fifo(process: int, priority: int) -> None:
-    """Run a process before ordinary ones, as a unit does; needs leave to ask for it."""
+    """Run a process before ordinary ones, as a unit does; needs permission to do so."""
     with suppress(PermissionError):
         os.sched_setscheduler(process, os.SCHED_FIFO, os.sched_param(priority))
 

@@ -31,7 +31,9 @@ def memory_limit(limit: int) -> Iterator[Path]:
                 return
         finally:
             group.rmdir()
-    pytest.skip("needs leave to make a control group with a memory limit (root, cgroup memory)")
+    pytest.skip(
+        "needs permission to make a control group with a memory limit (root, cgroup memory)"
+    )
 
 
 def enter(group: Path, pid: int) -> None:

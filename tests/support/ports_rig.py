@@ -1,4 +1,4 @@
-"""A model with its ports on a real socket, run in virtual time, and somebody who speaks with it."""
+"""A model with its ports on a real socket, run in virtual time, and a client of it."""
 
 import json
 import os

@@ -70,7 +70,7 @@ def make_key(path: Path) -> Path:
 
 
 def free_port() -> int:
-    """A port of loopback that nobody listens at."""
+    """A port of loopback without a listener."""
     with socket.socket() as free:
         free.bind((HOST, 0))
         return int(free.getsockname()[1])

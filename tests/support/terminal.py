@@ -42,7 +42,7 @@ def at_a_terminal(*words: str) -> str:
     """What a program prints at a terminal, up to its end, which is to be a good one."""
     shown = b""
     with terminal_of(*words) as (process, ours):
-        with suppress(OSError):  # what reading says once nobody holds the other end
+        with suppress(OSError):  # what reading says once the other end is closed
             while select([ours], (), (), PATIENCE_S)[0]:
                 if not (piece := os.read(ours, 4096)):
                     break

@@ -54,7 +54,7 @@ class Trials:
         assert all(each.stayed_off for each in trials), trials
 
     def keep(self) -> None:
-        """Write the table into the document, if that is asked for; it must have every row.
+        """Write the table into the document, if that is wanted; it must have every row.
 
         Rows of what was not tried this time stay as they are.
         """

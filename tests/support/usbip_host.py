@@ -16,7 +16,7 @@ VENDOR_IN, VENDOR_OUT = 0xC1, 0x41
 GET_FUNCTIONALITY, SET_DELAY, GET_STATUS, TRANSFER = 1, 2, 3, 4
 FIRST, LAST = 1, 2
 ACKNOWLEDGED, REFUSED = b"\x01", b"\x02"
-PWM, SENSOR, NOBODY = 0x40, 0x68, 0x23
+PWM, SENSOR, FREE = 0x40, 0x68, 0x23
 
 
 def submit(setup: Sequence[int], written: bytes = b"", number: int = 1, endpoint: int = 0) -> bytes:

@@ -1,4 +1,4 @@
-"""The alarm rings at its instant, never before; one that is set anew has not rung."""
+"""The alarm rings at its instant, never before; one that is set again has not rung."""
 
 import gc
 import os

@@ -9,7 +9,7 @@ class Unbuildable(Exception):
 
 
 def show(line: str) -> None:
-    """Show a line at once: a run takes minutes, and somebody is watching."""
+    """Show a line at once: a run takes minutes, and is watched."""
     print(line, flush=True)  # noqa: T201 -- a command prints
 
 

@@ -245,7 +245,7 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
 
 
 def _reports(session: Session, descriptor: int | None) -> EndReports | None:
-    """What tells the command of a stage how this end of it fares."""
+    """What reports to the command of a stage how this end of it fares."""
     if descriptor is None:
         return None
     return EndReports(session.executive, descriptor, session.shown, lambda: _standing(session))

@@ -44,7 +44,7 @@ class TopicSocket:
         self.dropped = 0
         """Frames for which there was no room in this process."""
         self._publisher = node.create_publisher(UInt8MultiArray, sends, quality)
-        node.create_subscription(UInt8MultiArray, receives, self.hear, quality)
+        node.create_subscription(UInt8MultiArray, receives, self.receive, quality)
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when a frame has come."""
@@ -58,7 +58,7 @@ class TopicSocket:
         """The next frame. Raises BlockingIOError if there is none."""
         return self._arrived.recv(most), _OTHER_END
 
-    def hear(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
+    def receive(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
         """Take a message from the executor's thread; one that finds no room is dropped."""
         frame = message.data.tobytes()
         if 0 < len(frame) <= LONGEST:

@@ -33,7 +33,7 @@ _decode = msgspec.json.Decoder().decode
 
 
 class PortsEnd:
-    """Reads until it is closed; `hear` is called in its thread with port, stamp and value.
+    """Reads until it is closed; `receive` is called in its thread with port, stamp and value.
 
     `late` is called when `due_at` has come. `log` takes a sentence.
     """
@@ -42,13 +42,13 @@ class PortsEnd:
         self,
         path: Path,
         ports: Sequence[str],
-        hear: Callable[[str, int, Any], None],
+        receive: Callable[[str, int, Any], None],
         log: Callable[[str], None],
     ) -> None:
         self.counts: Counter[str] = Counter()
-        """Messages heard, values sent, refused and dropped."""
+        """Messages received, values sent, refused and dropped."""
         self.stamps = Stamps()
-        self._hear = hear
+        self._receive = receive
         self._log = log
         self._said: set[str] = set()
         self._requests = list(_requests(ports))
@@ -127,9 +127,9 @@ class PortsEnd:
     def _take(self, datagram: bytes) -> None:
         said = _decode(datagram)
         if "port" in said:
-            self.counts["heard"] += 1
+            self.counts["received"] += 1
             if self.stamps.is_known:
-                self._hear(said["port"], said["t_ns"], said["value"])
+                self._receive(said["port"], said["t_ns"], said["value"])
         elif "monotonic_ns" in said:
             to_system = time_ns() - monotonic_ns()
             if not self.stamps.measure(said["t_ns"], said["monotonic_ns"], to_system):

@@ -46,7 +46,7 @@ class RunEnd:
         """The lease that keeps the robot armed."""
         self.has_lost_lease = False
         self._end = RobotEnd(path)
-        self._heard_at = monotonic_ns()
+        self._received_at = monotonic_ns()
 
     def ask(self, request: str, **more: object) -> Answer:
         """The answer to a request. Raises ControlError if there is none."""
@@ -82,7 +82,7 @@ class RunEnd:
             pass
         except OSError as error:
             self._gone(f"no run listens ({error.strerror})")
-        if self.seen is not None and now - self._heard_at > SILENCE:
+        if self.seen is not None and now - self._received_at > SILENCE:
             self._gone(f"the run has not answered for {SILENCE // SECOND} s")
 
     def close(self) -> None:
@@ -95,7 +95,7 @@ class RunEnd:
             self.seen = Seen(
                 answer["run"], answer["armed"], answer["reason"] or "", answer["revision"]
             )
-            self._heard_at = now
+            self._received_at = now
             if self.lease is not None and answer.get("lease") == self.lease:
                 self.has_lost_lease = not answer["leased"]
 

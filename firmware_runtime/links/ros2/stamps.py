@@ -6,7 +6,7 @@ t_ns of the run --(the run says both)--> CLOCK_MONOTONIC --(measured here)--> sy
 from firmware_runtime.devs.time import SECOND
 
 CLOCK_SET: int = SECOND
-"""A stamp that would go back further than this follows: somebody has set the system's clock."""
+"""A stamp that would go back further than this follows: the system's clock was set."""
 _NEARLY = 0.01
 
 

@@ -32,7 +32,7 @@ def probe_shows_every_bus_its_chips_and_the_boards_they_fit() -> str:
         expect(fit["devices"] == {"i2c1": device}, f"{board} fits {fit['devices']}")
     found = {each["address"]: each for each in buses[str(device_of("tachobot"))]["found"]}
     expect(sorted(found) == [PWM, INERTIAL, 0x70], f"it found {sorted(found)}")
-    expect(found[INERTIAL]["certain"], "WHO_AM_I did not tell")
+    expect(found[INERTIAL]["certain"], "WHO_AM_I did not decide")
     expect(found[PWM]["chips"] == ["PCA9685"], f"0x40 is {found[PWM]}")
     return "; ".join(each["what"] for each in found.values())
 

@@ -76,7 +76,7 @@ def a_run_whose_guard_is_killed_disarms_itself() -> str:
     os.kill(guard, signal.SIGKILL)
     said = _took(at, 1000 + KILL_MS)
     TACHOBOT.wait_until_active()
-    expect(TACHOBOT.pid() == pid, "the run was started anew, expected it to go on")
+    expect(TACHOBOT.pid() == pid, "the run was started again, expected it to go on")
     expect(not TACHOBOT.is_armed(), "it is armed")
     return said
 

@@ -1,6 +1,6 @@
 """`doubles usbip`, with an inertial sensor that samples at most 50 times a second.
 
-From power-up until a driver tells it otherwise an MPU-9250 takes 8000 samples a second. A PC's
+From power-up until a driver sets it otherwise an MPU-9250 takes 8000 samples a second. A PC's
 double keeps up with that. Under emulation it would not: each answer would come later than the last.
 """
 

@@ -35,21 +35,21 @@ def a_reload_takes_up_a_changed_gain() -> str:
 
     wait_until(is_reported, "the journal has the reload")
     expect("controller.yaw.kp" in said[-1], said[-1])
-    expect(TACHOBOT.pid() == pid, "the run was started anew")
+    expect(TACHOBOT.pid() == pid, "the run was started again")
     expect(TACHOBOT.shown("ActiveState") == "active", "the unit is not active")
     return said[-1]
 
 
 def a_broken_file_changes_nothing() -> str:
     """The old settings stay in force."""
-    mended = TACHOBOT.settings.read_bytes()
+    sound = TACHOBOT.settings.read_bytes()
     TACHOBOT.change({"controller.yaw.kp": "much"})
     run("systemctl", "reload", TACHOBOT.runtime)
     wait_until(
         lambda: any("not reloaded" in each["MESSAGE"] for each in entries(TACHOBOT)),
         "the journal says that nothing was reloaded",
     )
-    TACHOBOT.settings.write_bytes(mended)
+    TACHOBOT.settings.write_bytes(sound)
     expect(TACHOBOT.shown("ActiveState") == "active", "the unit is not active")
     return "the run goes on"
 

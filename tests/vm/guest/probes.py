@@ -13,7 +13,7 @@ from firmware_runtime.hal.linux import open_i2c
 
 SENSOR, WHO_AM_I, MPU_9250 = 0x68, 0x75, 0x71
 PWM, FIRST_LED, AUTO_INCREMENT = 0x40, 0x06, 0x20
-NOBODY: Final = 0x23
+FREE: Final = 0x23
 READINGS: Final = 50
 
 
@@ -48,17 +48,17 @@ def round_trip(device: str) -> str:
 
 
 def absent(device: str) -> str:
-    """Nobody answers."""
+    """No chip answers."""
     with SMBus(device) as bus:
         refused_with = 0
         try:
-            bus.read_byte_data(NOBODY, 0)
+            bus.read_byte_data(FREE, 0)
         except OSError as error:
             refused_with = error.errno or 0
     assert refused_with == errno.ENXIO, f"errno {refused_with}"
     ours = open_i2c("i2c1", device)
     try:
-        ours.write(NOBODY, b"\x00")
+        ours.write(FREE, b"\x00")
     except NoAcknowledge as refused:
         return str(refused)
     raise AssertionError("an absent address was acknowledged")

@@ -19,7 +19,7 @@ def say(line: str) -> None:
 
 
 def carry_out(check: Check) -> None:
-    """Carry out one check and say how it went; what nobody foresaw counts as failed."""
+    """Carry out one check and say how it went; what was not foreseen counts as failed."""
     name = check.__name__.replace("_", " ")
     began_at = monotonic()
     try:
