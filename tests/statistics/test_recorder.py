@@ -1,4 +1,4 @@
-"""What the recorder leaves of runs: their statistics, traces of incidents, and no more than that."""
+"""What the recorder leaves of runs: their statistics, traces of incidents, and no more."""
 
 import gzip
 import json

@@ -24,7 +24,7 @@ class ScriptedLine:
 
 
 class ScriptedChip:
-    """Keeps what was asked of it and when, in ms; a script's last entry is its answer thereafter."""
+    """Keeps what was asked of it and when, in ms; a script's last entry is its answer after it."""
 
     place = "scripted chip"
 
