@@ -55,6 +55,7 @@ VERBS = {
     "send": "ports",
     "watch": "ports",
     "ros2": "ros2",
+    "dover": "dover",
     "key": "key",
     "safe-state": "safe_state",
     "bench": "bench",

@@ -1,0 +1,80 @@
+"""`firmware-runtime dover BOARD`: numbers of a running robot for PowerDEVS, over UDP."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.dover_bridge import DoverBridge
+from firmware_runtime.models.dover import HIGHEST_PORT
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.status import Status
+from firmware_runtime.system.until_signal import until_signal
+
+_ABOUT = """
+Each number has a UDP port of this computer, and is the text that C's %f prints, six decimals: what
+sndDOVER sends and rcvDOVER takes. A number of a value that has parts is named by them, such as
+imu.sample.rate.2. There is no key and no time in it, so it stays on this computer.
+"""
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Carry numbers of a running robot to and from UDP, as sndDOVER and rcvDOVER do."
+    verb = add_verb(verbs, "dover", summary, execute)
+    verb.epilog = _ABOUT.replace("%", "%%")
+    verb.add_argument("board", metavar="BOARD", help="a robot that runs on this computer")
+    verb.add_argument(
+        "--send",
+        action="append",
+        default=[],
+        metavar="SIGNAL=PORT",
+        help="send this number of an output port to a UDP port; may be repeated",
+    )
+    verb.add_argument(
+        "--take",
+        action="append",
+        default=[],
+        metavar="NAME=PORT",
+        help="put what comes to a UDP port into this input port; may be repeated",
+    )
+    verb.add_argument(
+        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Carry until a signal comes, or the run has gone."""
+    sends, takes = _ports("--send", arguments.send), _ports("--take", arguments.take)
+    if not sends and not takes:
+        raise ConfigError.of_one("dover", "nothing to carry; expected --send or --take")
+    path = arguments.statistics or default_path(chosen_board(arguments.board).name)
+    bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes)
+    print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)
+    with until_signal() as signal:
+        bridge.wake_by(signal.fileno())
+        while not signal.came:
+            bridge.work()
+    bridge.close()
+    print(f"dover: sent {bridge.sent}, taken {bridge.taken}, refused {bridge.refused}")
+    return Status.OK
+
+
+def _ports(option: str, stated: Sequence[str]) -> dict[str, int]:
+    """UDP ports by name. Raises ConfigError for all that are none."""
+    found: dict[str, int] = {}
+    faults = []
+    for text in stated:
+        name, _, port = text.partition("=")
+        if not (name and port.isascii() and port.isdigit() and 0 < int(port) <= HIGHEST_PORT):
+            faults.append(f"{text}: expected NAME=PORT, such as yaw_reference=62001")
+        elif name in found:
+            faults.append(f"{name}: stated twice; expected one port")
+        else:
+            found[name] = int(port)
+    if faults:
+        raise ConfigError(option, faults)
+    return found

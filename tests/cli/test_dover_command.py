@@ -1,0 +1,90 @@
+"""`firmware-runtime dover`: a peer of the paper's kind turns a running robot, and sees it turn."""
+
+import signal
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.cli.main import main
+from tests.support.bridged_run import BridgedRun, bridged, line, stop
+from tests.support.waiting import PATIENCE_S
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[BridgedRun]:
+    with bridged(tmp_path) as robot:
+        yield robot
+
+
+def bound(stack: ExitStack) -> socket.socket:
+    udp = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+    udp.bind(("127.0.0.1", 0))
+    udp.settimeout(PATIENCE_S)
+    return udp
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_peer_turns_the_robot_and_sees_its_command_turn(robot: BridgedRun) -> None:
+    robot.run()
+    line(robot.bridge(), "a run listens")
+    with ExitStack() as stack:
+        command, rate, free = (bound(stack) for _ in range(3))
+        reference_at = free.getsockname()
+        free.close()
+        dover = robot.start(
+            "dover",
+            "tachobot",
+            "--send",
+            f"controller.yaw.command_n={command.getsockname()[1]}",
+            "--send",
+            f"imu.sample.rate.2={rate.getsockname()[1]}",
+            "--take",
+            f"yaw_reference={reference_at[1]}",
+        )
+        line(dover, "carries 2 numbers out and 1 in")
+        text = rate.recv(18).decode()
+        assert f"{float(text):f}" == text
+        assert float(command.recv(18)) > 0
+        for said in (b"nan", b"left", b"-1.000000"):
+            command.sendto(said, reference_at)
+            while float(command.recv(18)) >= 0 and said == b"-1.000000":
+                pass
+        status, printed = stop(dover, signal.SIGTERM)
+    assert status == 0
+    assert "taken 1, refused" in printed
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_it_ends_with_the_run_and_names_all_that_the_run_has_not(robot: BridgedRun) -> None:
+    run = robot.run()
+    line(robot.bridge(), "a run listens")
+    wrong = robot.start("dover", "tachobot", "--send", "imu.nothing=1", "--take", "nothing=2")
+    printed = wrong.communicate(timeout=PATIENCE_S)[0].decode()
+    assert (wrong.returncode, printed.count("--send imu.nothing: no such output port")) == (2, 1)
+    assert "--take nothing: no input port of type float" in printed
+    dover = robot.start("dover", "tachobot", "--send", "controller.yaw.command_n=62002")
+    line(dover, "carries 1 numbers out")
+    stop(run, signal.SIGTERM)
+    dover.wait(PATIENCE_S)
+    assert dover.returncode == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "expected --send or --take"),
+        (["--send", "imu.sample"], "expected NAME=PORT"),
+        (["--take", "yaw_reference=70000"], "expected NAME=PORT"),
+        (["--take", "a=1", "--take", "a=2"], "a: stated twice"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    capsys: pytest.CaptureFixture[str], words: list[str], sentence: str
+) -> None:
+    assert main(["dover", "tachobot", *words]) == 2
+    assert sentence in capsys.readouterr().err
