@@ -16,17 +16,10 @@ from time import monotonic_ns
 import pytest
 
 from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run
-from tests.support.trials import Trials, ready
+from tests.support.trials import AGAIN_SOON, PATIENT, TURNING, Trials, ready
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
-AGAIN_SOON = ("--set", "arming.max_late_percent=100")
-"""Other programs share the machine, and a run that was hurt is to drive again soon."""
-PATIENT = (*AGAIN_SOON, "--set", "thrust_pairs.timeout_s=1")
-"""TachoBot's own stop, where its loop is late by 50 ms, must not be taken for what is tried."""
-_TURNS = ("imu.max_bias_rad_s=1000", "imu.still_rad_s=1000", "imu.calibration_s=0.05")
-TURNING = (*PATIENT, *(word for key in _TURNS for word in ("--set", key)))
-"""It still turns from the trial before."""
 LIVELOCK = """
 import sys
 from pathlib import Path

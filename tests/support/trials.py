@@ -3,7 +3,7 @@
 The table in docs/safety.md is written by the tests, where they are asked to; it takes an hour:
 
     export FIRMWARE_RUNTIME_SAFETY_TRIALS=docs/safety.md
-    .venv/bin/python -m pytest tests/safety/test_trials.py
+    .venv/bin/python -m pytest tests/safety/test_trials.py tests/safety/test_link_trials.py
 """
 
 import os
@@ -29,6 +29,14 @@ _HEAD = (
     "| what happens | trials | median, ms | worst, ms | goal, ms | within it | off for 1 s after |",
     "|---|---|---|---|---|---|---|",
 )
+
+AGAIN_SOON = ("--set", "arming.max_late_percent=100")
+"""Other programs share the machine, and a run that was hurt is to drive again soon."""
+PATIENT = (*AGAIN_SOON, "--set", "thrust_pairs.timeout_s=1")
+"""TachoBot's own stop, where its loop is late by 50 ms, must not be taken for what is tried."""
+_TURNS = ("imu.max_bias_rad_s=1000", "imu.still_rad_s=1000", "imu.calibration_s=0.05")
+TURNING = (*PATIENT, *(word for key in _TURNS for word in ("--set", key)))
+"""It still turns from the trial before."""
 
 
 class Trial(NamedTuple):
