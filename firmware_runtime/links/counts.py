@@ -32,7 +32,9 @@ class Counts:
     received: int = 0
     """Values that entered the model."""
     dropped: int = 0
-    """Values that a newer one of their port replaced, here, before they were taken."""
+    """Values that arrived, and in whose place a newer one of their port was taken."""
+    replaced: int = 0
+    """Values that left, and in whose place a newer one of their port was sent."""
     unsent: int = 0
     """Frames for which there was no room, or no other end."""
     own: Counter[Reason] = field(default_factory=Counter)
@@ -48,7 +50,7 @@ class Counts:
                 self.sent,
                 self.repeated,
                 self.received,
-                self.dropped + self.carried.dropped,
+                self.dropped + self.replaced + self.carried.dropped,
                 self.unsent + self.carried.unsent,
                 silences,
                 *self.refused.values(),

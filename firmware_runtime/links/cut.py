@@ -6,10 +6,12 @@ from hashlib import sha256
 from operator import itemgetter
 from typing import Any, TypeAlias
 
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.packed import Packing
+from firmware_runtime.links.wire import LONGEST_BODY
 
 Limits: TypeAlias = tuple[float, float]
 """The least and the greatest number that a value may hold."""
@@ -25,6 +27,17 @@ class Crossing:
     """Its place among all crossings by name, which is the same at both ends."""
     packing: Packing
     limits: Limits | None = None
+
+    def packed(self, value: object) -> bytes:
+        """The bytes of a value. Raises ModelError for one that the port does not carry."""
+        try:
+            body = self.packing.pack(value)
+        except Exception as error:
+            raise ModelError(f"{self.name}: {value!r} cannot cross the link: {error}") from error
+        if len(body) > LONGEST_BODY:
+            fault = f"{self.name}: a value of {len(body)} bytes cannot cross the link"
+            raise ModelError(f"{fault}; expected {LONGEST_BODY} at most")
+        return body
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,6 @@ from secrets import randbits
 from time import monotonic_ns
 from typing import Any, Final
 
-from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.loop import Executive
@@ -24,7 +23,7 @@ from firmware_runtime.links.meter import LinkMeter
 from firmware_runtime.links.outbox import Message, Outbox
 from firmware_runtime.links.peer import Peer
 from firmware_runtime.links.refusal import Reason, Refused
-from firmware_runtime.links.wire import LONGEST_BODY, Frame, Kind, decoded, encoded
+from firmware_runtime.links.wire import Frame, Kind, decoded, encoded
 from firmware_runtime.system.process_identity import boot_id
 
 AT_ONCE: Final = 64
@@ -147,7 +146,7 @@ class Link:
         clock = self._time()
         while self._left:
             crossing, at, value = self._left.popleft()
-            self._outbox.put(crossing.number, clock - now + at, _packed(crossing, value))
+            self._outbox.put(crossing.number, clock - now + at, crossing.packed(value))
         is_good = self.peer.is_good(clock)
         if self._was_good and not is_good:
             self._turn_bad(self.peer.why_bad(clock) or "")
@@ -158,6 +157,7 @@ class Link:
         else:
             self._outbox.discard()
         self._show_presence(clock, is_good=is_good)
+        self.counts.replaced = self._outbox.dropped
         self._meter.write(self.counts, is_good=is_good, silences=self.peer.silences)
 
     # For arming, and at the end -------------------------------------------------------------------
@@ -305,15 +305,3 @@ class Link:
             self._is_closed = True
             self._turn_bad("its carrier has ended")
             self.on_closed()
-
-
-def _packed(crossing: Crossing, value: object) -> bytes:
-    """The bytes of a value. Raises ModelError for one that its port does not carry."""
-    try:
-        body = crossing.packing.pack(value)
-    except Exception as error:
-        raise ModelError(f"{crossing.name}: {value!r} cannot cross the link: {error}") from error
-    if len(body) > LONGEST_BODY:
-        fault = f"{crossing.name}: a value of {len(body)} bytes cannot cross the link"
-        raise ModelError(f"{fault}; expected {LONGEST_BODY} at most")
-    return body

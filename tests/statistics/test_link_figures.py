@@ -6,6 +6,7 @@ from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import LINK, Layout
+from firmware_runtime.statistics.prometheus.collector import exposition
 from firmware_runtime.statistics.rows import REFUSALS
 from firmware_runtime.statistics.text.statistics import statistics_text
 
@@ -51,6 +52,18 @@ def test_what_was_counted_is_read() -> None:
         "silences; refused forged 4; dropped 2" in line
         for line in statistics_text(file.statistics().figures())
     )
+
+
+def test_prometheus_has_it() -> None:
+    file = file_of(LAYOUT)
+    counts = Counts(sent=7)
+    counts.own[Reason.STALE] = 2
+    for index, number in enumerate(counts.row(is_good=True, silences=0)):
+        file.cells[LAYOUT.link + index] = number
+    text = exposition("rover.controller", file.statistics())
+    assert 'firmware_runtime_link_sent_total{board="rover.controller"} 7.0' in text
+    assert 'reason="stale"} 2.0' in text
+    assert "link" not in exposition("rover", file_of(Layout()).statistics())
 
 
 def test_a_whole_robot_has_no_link() -> None:

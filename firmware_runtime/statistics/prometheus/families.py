@@ -16,7 +16,7 @@ from prometheus_client.core import (
 from prometheus_client.metrics_core import Metric
 
 from firmware_runtime.statistics.conditions import Conditions
-from firmware_runtime.statistics.figures import BusFigures, ModelFigures
+from firmware_runtime.statistics.figures import BusFigures, LinkFigures, ModelFigures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
 from firmware_runtime.statistics.rows import BusRow, read_row
 from firmware_runtime.statistics.statistics import Statistics
@@ -31,6 +31,14 @@ _BUS_COUNTERS = {
     "bytes": "Bytes on a bus, addresses included",
     "errors": "Transactions on a bus that failed, each attempt",
     "retries": "Transactions on a bus that were tried again",
+}
+_LINK_COUNTERS = {
+    "sent": "Values that were sent over a link",
+    "repeated": "Values that were sent again",
+    "received": "Values that entered the model over a link",
+    "dropped": "Values in whose place a newer one was taken",
+    "unsent": "Datagrams that found no room, or no other end",
+    "silences": "Times the other end fell silent",
 }
 _PREFIX = "firmware_runtime"
 
@@ -74,12 +82,24 @@ class Families:
         self._busy = _counter("bus_busy_seconds", "Time on the wire, computed from bits", bus)
         self._late = _histogram("lateness_seconds", "Start of activations after deadline", model)
         self._own = _histogram("own_time_seconds", "Own time of a model in its steps", model)
+        self._link_good = _gauge("link_good", "Whether the other part of the model answers", board)
+        self._link = {
+            name: _counter(f"link_{name}", about, board) for name, about in _LINK_COUNTERS.items()
+        }
+        self._refused = _counter(
+            "link_refused", "Datagrams of a link that were refused", [*board, "reason"]
+        )
+        self._age_of_values = _histogram(
+            "link_age_seconds", "Age of a link's values when they arrived", board
+        )
+        self._round_trip = _histogram("link_round_trip_seconds", "Round trips of a link", board)
         self._step = _histogram("step_seconds", "Time of whole steps", board)
 
     def all(self) -> Iterable[Metric]:
         """Every family that has a sample."""
         families = (each for each in vars(self).values() if isinstance(each, Metric))
-        return [each for each in (*families, *self._bus.values()) if each.samples]
+        named = (*self._bus.values(), *self._link.values())
+        return [each for each in (*families, *named) if each.samples]
 
     def add_unreadable(self, board: str) -> None:
         """Take up a board whose statistics cannot be read."""
@@ -111,6 +131,18 @@ class Families:
                 self._faults.add_metric([board, path, kind], counted.count)
         self._add_models(board, statistics, figures.models)
         self._add_buses(board, statistics, figures.bus)
+        if figures.link is not None:
+            self._add_link(board, statistics, figures.link)
+
+    def _add_link(self, board: str, statistics: Statistics, link: LinkFigures) -> None:
+        self._link_good.add_metric([board], link.is_good)
+        for counter, family in self._link.items():
+            family.add_metric([board], getattr(link, counter))
+        for reason, count in link.refused.items():
+            self._refused.add_metric([board, reason], count)
+        cells, layout = statistics.cells, statistics.layout
+        _add(self._age_of_values, [board], Histogram(cells[layout.link_age]))
+        _add(self._round_trip, [board], Histogram(cells[layout.round_trip]))
 
     def _add_models(
         self, board: str, statistics: Statistics, models: Mapping[str, ModelFigures]
