@@ -100,12 +100,12 @@ def recording_in(folder: Path, stage: Stage) -> Path:
 
 def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
     """Run a stage to its end, and its replay. A stage that this machine cannot run says why."""
-    patience = max(_AT_LEAST_S, _TIMES * plan.for_s)
+    timeout = max(_AT_LEAST_S, _TIMES * plan.for_s)
     with _process(plan.words(stage, folder)) as process:
         try:
-            out, error = process.communicate(timeout=patience)
+            out, error = process.communicate(timeout=timeout)
         except subprocess.TimeoutExpired:
-            return StageRun(stage, failed=f"it did not end within {patience:g} s")
+            return StageRun(stage, failed=f"it did not end within {timeout:g} s")
     document = _document(out)
     try:
         recording = read_recording(recording_in(folder, stage))

@@ -26,7 +26,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.links.socket_file import SocketFile
 
-PATIENCE_S = 5.0
+TIMEOUT_S = 5.0
 """How long a request waits for its answer."""
 LONGEST: Final = 1 << 16
 """Bytes of the longest request and the longest answer."""
@@ -137,17 +137,17 @@ def post(path: Path, request: str) -> None:
         sending.sendto(request.encode(), socket.MSG_DONTWAIT, os.fspath(path))
 
 
-def ask(path: Path, request: str, patience_s: float = PATIENCE_S, **more: object) -> Answer:
+def ask(path: Path, request: str, timeout_s: float = TIMEOUT_S, **more: object) -> Answer:
     """Send a request to a run and return its answer. Raises ControlError when there is none."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:
         asking.bind("")  # the kernel finds a name for the answer, in no directory
-        asking.settimeout(patience_s)
+        asking.settimeout(timeout_s)
         try:
             asking.sendto(written(request, **more), os.fspath(path))
             answer: Answer = json.loads(asking.recv(LONGEST))
         except TimeoutError as error:
             raise ControlError(
-                f"{path}: no answer within {patience_s:g} s; expected the run to be alive"
+                f"{path}: no answer within {timeout_s:g} s; expected the run to be alive"
             ) from error
         except OSError as error:
             why = error.strerror

@@ -118,8 +118,8 @@ class ImpairedPath:
         """Carry what there is; return which of the others is readable, after a second at most."""
         now = monotonic_ns()
         due = [at for way in (self._out, self._return) if (at := way.due_at) is not None]
-        patience_s = min([POLL_S, *(max(at - now, 0) / SECOND for at in due)])
-        ready, _, _ = select([self._front, self._back, *wake_up], (), (), patience_s)
+        timeout_s = min([POLL_S, *(max(at - now, 0) / SECOND for at in due)])
+        ready, _, _ = select([self._front, self._back, *wake_up], (), (), timeout_s)
         now = monotonic_ns()
         if self._front in ready:
             self._receive(self._front, self._out, self._return, now)

@@ -22,26 +22,26 @@ class NoAnswer(HalError, TimeoutError):
 class RobotEnd:
     """A socket that speaks with whatever run listens at a path: with this one, and the next.
 
-    `patience_s` is how long it waits for room to say something in, 0 for not at all. Raises OSError
+    `timeout_s` is how long it waits for room to say something in, 0 for not at all. Raises OSError
     if there is no descriptor left for it.
     """
 
-    def __init__(self, path: Path, patience_s: float = 0.0) -> None:
+    def __init__(self, path: Path, timeout_s: float = 0.0) -> None:
         self._path = os.fspath(path)
         self._socket = _made()
         self._socket.bind("")  # the kernel finds a name for the answers, in no directory
-        if patience_s > 0:
+        if timeout_s > 0:
             self._socket.setblocking(True)
-            whole, part = divmod(round(patience_s * 1e6), 10**6)
-            patience = struct.pack("@ll", whole, part)
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, patience)
+            whole, part = divmod(round(timeout_s * 1e6), 10**6)
+            timeout = struct.pack("@ll", whole, part)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeout)
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when the robot has said something."""
         return self._socket.fileno()
 
     def send(self, datagram: bytes) -> None:
-        """Say something, without waiting longer than its patience.
+        """Say something, without waiting longer than its timeout.
 
         Raises BlockingIOError if there is no room for it, another OSError if no run listens.
         """

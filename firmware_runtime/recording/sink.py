@@ -20,7 +20,7 @@ from firmware_runtime.recording.frames import MAGIC
 ROOM: Final = 1 << 22
 """Bytes kept in the run at most, while the writer is behind."""
 PIPE: Final = 1 << 20
-PATIENCE_S: Final = 10.0
+TIMEOUT_S: Final = 10.0
 """Longest wait for the writer: for room in virtual time, for its end at the end."""
 
 
@@ -85,7 +85,7 @@ class PipeSink:
         is_cut = bool(self._kept) and not self._is_broken
         os.close(self._pipe)
         try:
-            _, said = self._writer.communicate(timeout=PATIENCE_S)
+            _, said = self._writer.communicate(timeout=TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self._writer.kill()
             self._writer.communicate()
@@ -107,6 +107,6 @@ class PipeSink:
 
     def _wait_for_room(self, size: int) -> None:
         while not self._is_broken and self._kept and len(self._kept) + size > ROOM:
-            if not select((), [self._pipe], (), PATIENCE_S)[1]:
+            if not select((), [self._pipe], (), TIMEOUT_S)[1]:
                 return
             self._hand_over()

@@ -77,12 +77,12 @@ class StagedRun:
 
     def run(self) -> None:
         """Start the robot end, then the controller, and watch them until both have ended."""
-        patience = seconds(self.staged.board.settings.executive.bring_up_s)
+        timeout = seconds(self.staged.board.settings.executive.bring_up_s)
         if self.staged.peer is None:
             robot = self._start(ROBOT, self.way.robot_link, self.way.before_robot)
-            is_there = self.ends.wait_until(lambda: bool(robot.report), patience)
+            is_there = self.ends.wait_until(lambda: bool(robot.report), timeout)
             if not is_there and not self.ends.is_ending:
-                raise ConfigError("robot end", [f"not running within {patience // SECOND} s"])
+                raise ConfigError("robot end", [f"not running within {timeout // SECOND} s"])
         if not self.ends.is_ending:
             self._start(CONTROLLER, self.way.controller_link, self.way.before_controller)
         self.ends.wait_until(lambda: False)

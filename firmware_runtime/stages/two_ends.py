@@ -3,7 +3,7 @@
     an end has failed         the others are asked to end, with their outputs off
     an end has ended          so are they, unless their link ends them first
     a signal                  is handed on to every end
-    an end that does not end  is killed when its patience is over, and said so
+    an end that does not end  is killed when its timeout is over, and said so
 
 `ended` keeps the order, so the one that failed first gives the stage its exit status.
 """
@@ -19,7 +19,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.stages.end_process import EndProcess
 from firmware_runtime.system.until_signal import UntilSignal
 
-PATIENCE: Final = 30 * SECOND
+TIMEOUT: Final = 30 * SECOND
 """Ns that an end may take to switch its outputs off and to report."""
 BY_ITSELF: Final = SECOND
 """Ns that an end has to end by itself once another one has ended well."""
@@ -61,12 +61,12 @@ class TwoEnds:
         self._selector.register(end.errors, EVENT_READ, lambda: self._pass_on(end))
         self._selector.register(end.ended, EVENT_READ, lambda: self._has_ended(end))
 
-    def wait_until(self, is_so: Callable[[], bool], patience: int = NEVER) -> bool:
+    def wait_until(self, is_so: Callable[[], bool], timeout: int = NEVER) -> bool:
         """Watch until it is so, or everything ends, for so many ns at most; return whether it is.
 
         With a bound that is never reached, this ends when all ends have.
         """
-        give_up_at = NEVER if patience == NEVER else monotonic_ns() + patience
+        give_up_at = NEVER if timeout == NEVER else monotonic_ns() + timeout
         while not is_so() and monotonic_ns() < give_up_at:
             if self.is_ending and len(self.ended) == len(self.ends):
                 break
@@ -76,7 +76,7 @@ class TwoEnds:
     def end(self) -> None:
         """Ask all to end, and wait for them, for so long at most."""
         self._ask_to_end(signal.SIGTERM)
-        self.wait_until(lambda: len(self.ended) == len(self.ends), 2 * PATIENCE)
+        self.wait_until(lambda: len(self.ended) == len(self.ends), 2 * TIMEOUT)
 
     def close(self) -> None:
         """Release everything; what still runs is killed."""
@@ -85,8 +85,8 @@ class TwoEnds:
             end.close()
 
     def _watch(self) -> None:
-        patience = min(self._ask_at - monotonic_ns(), SHOW_EVERY)
-        for key, _ in self._selector.select(max(patience, 0) / SECOND):
+        timeout = min(self._ask_at - monotonic_ns(), SHOW_EVERY)
+        for key, _ in self._selector.select(max(timeout, 0) / SECOND):
             key.data()
         now = monotonic_ns()
         if now >= self._show_at:
@@ -106,7 +106,7 @@ class TwoEnds:
         self._ask_to_end(signal.SIGINT if is_interrupt else signal.SIGTERM)
 
     def _ask_to_end(self, number: signal.Signals) -> None:
-        self._kill_at = min(self._kill_at, monotonic_ns() + PATIENCE)
+        self._kill_at = min(self._kill_at, monotonic_ns() + TIMEOUT)
         for end in self.ends:
             if number == signal.SIGINT or not end.was_asked_to_end:
                 end.ask_to_end(number)
@@ -130,6 +130,6 @@ class TwoEnds:
     def _kill(self) -> None:
         for end in self.ends:
             if end not in self.ended:
-                patience_s = PATIENCE // SECOND
-                self._say(f"{end.role}: did not end within {patience_s} s of being asked; killed")
+                timeout_s = TIMEOUT // SECOND
+                self._say(f"{end.role}: did not end within {timeout_s} s of being asked; killed")
                 end.kill()

@@ -22,7 +22,7 @@ from firmware_runtime.system.process_identity import is_running
 
 STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
 SETTLE_S = 50e-6
-PATIENCE_S = 1.0
+TIMEOUT_S = 1.0
 """A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
 _SEQUENCE_BYTES = 8
 _MODEL_OF_PLACE = WORST.index("model")
@@ -65,7 +65,7 @@ def _copy_whole(file: ReadableFile, header: Header) -> Statistics:
         return Statistics(header, cells, header.saved.writer_alive, header.saved.complete)
     first_sequence = _sequence(file)
     alive = is_running(header.writer)
-    give_up_at = monotonic() + PATIENCE_S
+    give_up_at = monotonic() + TIMEOUT_S
     while True:
         copied, complete = _copy(file)
         if not complete and alive and monotonic() > give_up_at:

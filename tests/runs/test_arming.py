@@ -225,7 +225,7 @@ def test_a_request_without_a_run_is_one_sentence(path: Path) -> None:
 def test_a_run_that_does_not_answer_is_one_sentence(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firmware_runtime.links.control.PATIENCE_S", 0.01)
+    monkeypatch.setattr("firmware_runtime.links.control.TIMEOUT_S", 0.01)
     control = ControlSocket(path, {})
     with pytest.raises(ControlError, match="no answer within"):
         ask(path, "arm")

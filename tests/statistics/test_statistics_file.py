@@ -123,7 +123,7 @@ def test_a_header_that_names_more_than_there_is_room_for_is_refused(
 def test_a_section_that_stays_open_while_the_writer_lives_is_refused(
     counted: StatisticsFile, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(statistics_reader, "PATIENCE_S", 0.0)
+    monkeypatch.setattr(statistics_reader, "TIMEOUT_S", 0.0)
     counted.open_section()
     with pytest.raises(StatisticsFileError, match=f"process {os.getpid()} keeps .* half written"):
         read_statistics(path)

@@ -15,7 +15,7 @@ from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.status import Status
 
-PATIENCE_S = 30.0
+TIMEOUT_S = 30.0
 """How long the first activations may take after systemd has started the robot."""
 LOOK_S = 1.0
 
@@ -161,7 +161,7 @@ def _ssh_options(arguments: argparse.Namespace) -> tuple[str, ...]:
 def _await_activations(options: DeploymentOptions, deployment: Deployment) -> int:
     print("wait for the first activations")
     program = f"{options.home}/venv/bin/firmware-runtime"
-    give_up_at = monotonic() + PATIENCE_S
+    give_up_at = monotonic() + TIMEOUT_S
     while True:
         ended = deployment.connection.command(program, "stats", options.board, "--json")
         if ended.status == 0 and _has_begun(figures := figures_of(ended.out, options.host)):
@@ -171,7 +171,7 @@ def _await_activations(options: DeploymentOptions, deployment: Deployment) -> in
             break
         sleep(LOOK_S)
     print(
-        f"firmware-runtime: {options.host}: no activation within {PATIENCE_S:g} s; "
+        f"firmware-runtime: {options.host}: no activation within {TIMEOUT_S:g} s; "
         f"see ssh {options.host} firmware-runtime service logs {options.board}",
         file=sys.stderr,
     )

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from firmware_runtime.host.deployment.errors import DeploymentError
 
-PATIENCE_S = 900.0
+TIMEOUT_S = 900.0
 """How long one command may take; installing on a small computer takes minutes."""
 
 _PACKAGES = {"ssh": "openssh-client", "dpkg-deb": "dpkg"}
@@ -54,14 +54,14 @@ class Commands:
                 encoding="utf-8",
                 errors="replace",
                 check=False,
-                timeout=PATIENCE_S,
+                timeout=TIMEOUT_S,
             )
         except FileNotFoundError as error:
             raise DeploymentError(
                 f"{command[0]}: not found; expected it to be installed"
             ) from error
         except subprocess.TimeoutExpired as error:
-            raise DeploymentError(f"{command[0]}: no end after {PATIENCE_S:g} s") from error
+            raise DeploymentError(f"{command[0]}: no end after {TIMEOUT_S:g} s") from error
         return Ended(done.returncode, done.stdout, done.stderr)
 
     def demand(self, command: Sequence[str], what: str) -> None:

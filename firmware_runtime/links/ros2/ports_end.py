@@ -26,7 +26,7 @@ from firmware_runtime.links.ros2.stamps import Stamps
 
 WATCH_EVERY: Final = 4 * SECOND
 TIME_EVERY: Final = SECOND
-PATIENCE_S: Final = 0.05
+TIMEOUT_S: Final = 0.05
 """How long a value waits for room in the run's socket; then it is dropped, and counted."""
 
 _decode = msgspec.json.Decoder().decode
@@ -53,7 +53,7 @@ class PortsEnd:
         self._said: set[str] = set()
         self._requests = list(_requests(ports))
         self._ends = [RobotEnd(path) for _ in self._requests]
-        self._values = RobotEnd(path, patience_s=PATIENCE_S)
+        self._values = RobotEnd(path, timeout_s=TIMEOUT_S)
         self._wake, self._woken = socketpair()
         self._is_open = True
         self._watch_at = self._time_at = 0

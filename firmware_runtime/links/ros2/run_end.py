@@ -1,4 +1,4 @@
-"""The run, as its node speaks with it: the control socket. No wait is longer than PATIENCE_S.
+"""The run, as its node speaks with it: the control socket. No wait is longer than TIMEOUT_S.
 
 The sign of life (`tend`) waits for nothing: it sends one request and reads what has been answered
 since the last.
@@ -15,7 +15,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import Answer, ask, written
 from firmware_runtime.links.robot_end import RobotEnd
 
-PATIENCE_S: Final = 1.0
+TIMEOUT_S: Final = 1.0
 """How long the node waits for an answer; meanwhile it does nothing else."""
 SILENCE: Final = 2 * SECOND
 """A run that has not answered for so long is taken to be gone, ns."""
@@ -50,7 +50,7 @@ class RunEnd:
 
     def ask(self, request: str, **more: object) -> Answer:
         """The answer to a request. Raises ControlError if there is none."""
-        return ask(self.path, request, PATIENCE_S, **more)
+        return ask(self.path, request, TIMEOUT_S, **more)
 
     def arm(self, lease_s: float) -> list[str]:
         """Arm, for as long as `tend` goes on; return why it is refused."""
