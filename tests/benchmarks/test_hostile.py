@@ -1,13 +1,17 @@
 """Hostile datagrams, fewer than the bench sends: every one is judged as the document says."""
 
+import math
 from collections.abc import Callable
+from random import Random
 
 import pytest
 
 from benchmarks.hostile.bridge import BridgeTarget
+from benchmarks.hostile.frames import YAW_LIMIT
 from benchmarks.hostile.link import LinkTarget
 from benchmarks.hostile.sweep import ACCEPTED, Attempt, Result, Target, result_text, sweep
 from firmware_runtime.cli.main import main
+from firmware_runtime.models.motion import Motion
 
 TARGETS: list[Callable[[int], Target]] = [BridgeTarget, LinkTarget]
 
@@ -39,6 +43,31 @@ def test_a_link_without_one_of_its_checks_is_found_out(
 ) -> None:
     monkeypatch.setattr(function, instead)
     assert not sweep(LinkTarget(1), 3_000).is_clean
+
+
+@pytest.mark.slow
+def test_without_a_key_nothing_that_is_broken_crashes_or_enters_as_no_number() -> None:
+    """On loopback a link has no key: bits that are flipped get as far as the values."""
+    target, random = LinkTarget(1), Random(1)  # noqa: S311 -- to be repeated
+    target._end.carrier._key = None
+    entered: list[tuple[str, object]] = []
+    for attempt in target.attempts(20_000):
+        plain = bytearray(attempt.datagram[:-32])
+        # a flipped counter is one that all later ones are below: seldom, for most to get further
+        first = 88 if random.random() < 0.998 else 0
+        if random.random() < 0.5 and len(plain) > first:
+            bit = random.randrange(8 * first, 8 * len(plain))
+            plain[bit // 8] ^= 1 << bit % 8
+        entered += target._end.take(bytes(plain))
+    assert len(entered) > 200
+    for port, value in entered:
+        if port == "controller:yaw":
+            assert isinstance(value, int | float)
+            assert -YAW_LIMIT <= value <= YAW_LIMIT
+        else:
+            assert isinstance(value, Motion)
+            assert {type(part) for part in value} <= {int, float}
+            assert all(map(math.isfinite, value))
 
 
 class Careless(BridgeTarget):
