@@ -14,7 +14,17 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.host.deployment.project_wheel import checkout
 from firmware_runtime.status import Status
 
-_BENCHES = ("timing", "peers", "devstone", "accounting", "loop", "reader", "hostile", "disturbance")
+_BENCHES = (
+    "timing",
+    "peers",
+    "devstone",
+    "accounting",
+    "loop",
+    "reader",
+    "hostile",
+    "disturbance",
+    "ros2",
+)
 
 
 def add_to(verbs: SubParsers) -> None:

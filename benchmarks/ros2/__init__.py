@@ -1,0 +1,1 @@
+"""How long a value takes over ROS 2, and where."""
