@@ -18,9 +18,9 @@ PATIENCE_S = 1.0
 
 
 class Pong(TopicSocket):
-    """Publishes what it hears, at once."""
+    """Publishes what arrives, at once."""
 
-    def hear(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
+    def receive(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
         """Answer."""
         self.sendto(message.data.tobytes(), ("", 0))
 
@@ -31,7 +31,7 @@ class Ping(TopicSocket):
     came = Event()
     at = 0
 
-    def hear(self, message: Any) -> None:  # noqa: ANN401, ARG002
+    def receive(self, message: Any) -> None:  # noqa: ANN401, ARG002
         """Note the instant."""
         self.at = monotonic_ns()
         self.came.set()

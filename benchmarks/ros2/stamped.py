@@ -32,10 +32,10 @@ class StampedTopics(TopicSocket):
         _note("published", frame)
         super().sendto(frame, address)
 
-    def hear(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
+    def receive(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
         """Take a message."""
-        _note("heard", message.data.tobytes())
-        super().hear(message)
+        _note("arrived", message.data.tobytes())
+        super().receive(message)
 
 
 class StampedRun:

@@ -14,7 +14,7 @@ from typing import Final
 from firmware_runtime.links.channel import CarrierChannel, Interpreter
 from firmware_runtime.links.wire import Frame, Kind, decoded, encoded
 
-POINTS: Final = ("sent", "read", "published", "heard", "handed", "received")
+POINTS: Final = ("sent", "read", "published", "arrived", "handed", "received")
 LEGS: Final = ("run -> socket -> node", "node", "DDS", "node (other)", "node -> socket -> run")
 BODY: Final = bytes(40)
 _SILENCE_S: Final = 1.0
@@ -86,7 +86,7 @@ def _file(directory: Path, number: int) -> Path:
 
 
 def _meet(robot: End, controller: End) -> None:
-    """Greet until each has heard the other: topics take a while to find each other."""
+    """Greet until each has received the other's greeting: topics take a while to find each other."""
     for sender, receiver in ((robot, controller), (controller, robot)):
         while True:
             sender.send(Kind.HELLO, 0)

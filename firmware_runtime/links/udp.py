@@ -132,17 +132,21 @@ class Carrier:
                 return
             except OSError:  # what an earlier datagram met on its way
                 continue
-            try:
-                plain = self._judged(datagram, address)
-            except Refused as refusal:
-                self.carried.refused[refusal.reason] += 1
-                self._has_news = True
-                continue
-            try:
-                self._run.send(plain)
-            except OSError:
-                self.carried.dropped += 1
-                self._has_news = True
+            self.take(datagram, address)
+
+    def take(self, datagram: bytes, address: UdpAddress) -> None:
+        """Judge a datagram that has come, and hand it on to the run."""
+        try:
+            plain = self._judged(datagram, address)
+        except Refused as refusal:
+            self.carried.refused[refusal.reason] += 1
+            self._has_news = True
+            return
+        try:
+            self._run.send(plain)
+        except OSError:
+            self.carried.dropped += 1
+            self._has_news = True
 
     def _judged(self, datagram: bytes, address: UdpAddress) -> bytes:
         """What goes on to the run. Raises Refused."""

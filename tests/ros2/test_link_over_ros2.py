@@ -1,7 +1,10 @@
 """The two ends of a cut, over topics of ROS 2: two runs, and a carrier with real rclpy at each."""
 
+import json
 import subprocess
 from pathlib import Path
+
+import pytest
 
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.reader import read_statistics
@@ -12,10 +15,15 @@ from tests.support.waiting import PATIENCE_S, wait_until
 BYTES = "std_msgs/msg/UInt8MultiArray"
 
 
+@pytest.fixture(autouse=True)
+def _environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The runs start their carriers in the environment of these tests."""
+    monkeypatch.setenv("FIRMWARE_RUNTIME_ROS_VENV", str(ROS_VENV))
+
+
 def start_end(robot: RosProcesses, role: str, *words: str) -> "subprocess.Popen[bytes]":
-    venv = {"FIRMWARE_RUNTIME_ROS_VENV": str(ROS_VENV)}
     options = ("--role", role, "--set=executive.fifo_priority=0", *words)
-    return robot.start("run", "tachobot", *options, **venv)
+    return robot.start("run", "tachobot", *options)
 
 
 def test_a_controller_drives_a_robot_over_topics(robot: RosProcesses) -> None:
@@ -50,3 +58,16 @@ def test_frames_that_are_not_signed_do_not_reach_a_run_with_a_key(
 
     wait_until(lambda: forged() > 0, "what is signed with another key is refused")
     assert drives.poll() is None
+
+
+@pytest.mark.slow
+def test_the_bench_of_the_link_prints_every_leg(robot: RosProcesses) -> None:
+    bench = robot.start("bench", "ros2", "--count", "9", "--json")
+    out, _ = bench.communicate(timeout=PATIENCE_S)
+    assert bench.returncode == 0, out.decode()
+    report = json.loads(out)
+    assert len(report["one_way"]) == 5
+    assert sum(each["share"] for each in report["one_way"].values()) == pytest.approx(1.0)
+    assert {each["count"] for each in report["one_way"].values()} >= {
+        2 * report["link_ms"]["count"]
+    }

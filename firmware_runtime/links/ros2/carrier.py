@@ -11,9 +11,11 @@ import argparse
 import socket
 import sys
 from array import array
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from threading import Thread
-from typing import Any, Final
+from threading import Lock, Thread
+from typing import Any, Final, NoReturn
 
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -25,7 +27,6 @@ from std_msgs.msg import UInt8MultiArray
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.udp import Carrier, UdpAddress, begin_carrier
-from firmware_runtime.links.wire import LONGEST
 from firmware_runtime.status import Status
 
 SPIN_S: Final = 0.2
@@ -34,38 +35,67 @@ _OTHER_END: Final[UdpAddress] = ("ros2", 0)
 
 
 class TopicSocket:
-    """Two topics in the place of a UDP socket: what `Carrier` asks of one."""
+    """Two topics in the place of a UDP socket: what `Carrier` asks of one.
+
+    Frames do not wait in it: `on_frame` is called with each, in the executor's thread.
+    """
 
     def __init__(self, node: Node, sends: str, receives: str) -> None:
-        self._arrived, self._arriving = socket.socketpair(
+        self.on_frame: Callable[[bytes], None] = lambda _: None
+        self._woken, self._wake = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
         )
         quality = QoSProfile(depth=10)
-        self.dropped = 0
-        """Frames for which there was no room in this process."""
         self._publisher = node.create_publisher(UInt8MultiArray, sends, quality)
         node.create_subscription(UInt8MultiArray, receives, self.receive, quality)
 
     def fileno(self) -> int:
-        """The descriptor that becomes readable when a frame has come."""
-        return self._arrived.fileno()
+        """The descriptor that becomes readable when the carrier is to look after itself."""
+        return self._woken.fileno()
+
+    def wake(self) -> None:
+        """Make it readable."""
+        with suppress(BlockingIOError):  # it is, already
+            self._wake.send(b".")
 
     def sendto(self, frame: bytes, _address: UdpAddress) -> None:
         """Publish a frame."""
         self._publisher.publish(UInt8MultiArray(data=array("B", frame)))
 
-    def recvfrom(self, most: int) -> tuple[bytes, UdpAddress]:
-        """The next frame. Raises BlockingIOError if there is none."""
-        return self._arrived.recv(most), _OTHER_END
+    def recvfrom(self, most: int) -> NoReturn:
+        """No frame waits here. Raises BlockingIOError."""
+        while True:
+            self._woken.recv(most)
 
     def receive(self, message: Any) -> None:  # noqa: ANN401 -- ROS has no types
-        """Take a message from the executor's thread; one that finds no room is dropped."""
-        frame = message.data.tobytes()
-        if 0 < len(frame) <= LONGEST:
-            try:
-                self._arriving.send(frame)
-            except BlockingIOError:
-                self.dropped += 1
+        """Hand a message on, as the bytes that it bears."""
+        self.on_frame(message.data.tobytes())
+
+
+class TopicCarrier(Carrier):
+    """Carries between a run and topics: in from the executor's thread, out from the other."""
+
+    def __init__(self, run: socket.socket, topics: TopicSocket, key: bytes | None) -> None:
+        in_place: Any = topics
+        super().__init__(run, in_place, key, _OTHER_END)
+        self._lock = Lock()
+        self._topics = topics
+        topics.on_frame = self._arrive
+
+    def _arrive(self, frame: bytes) -> None:
+        with self._lock:
+            self.take(frame, _OTHER_END)
+            has_news = self._has_news
+        if has_news:
+            self._topics.wake()
+
+    def _send(self, plain: bytes) -> None:
+        with self._lock:
+            super()._send(plain)
+
+    def _report(self) -> None:
+        with self._lock:
+            super()._report()
 
 
 class Spinning:
@@ -114,15 +144,13 @@ def main() -> int:
         sys.stderr.write(f"{error}\n")
         return Status.BAD_INPUT
     spinning = Spinning(f"link_{stated.role}", stated.namespace)
-    topics: Any = TopicSocket(spinning.node, stated.sends, stated.receives)
+    topics = TopicSocket(spinning.node, stated.sends, stated.receives)
+    carrier = TopicCarrier(run, topics, key)
     spinning.begin()
     sys.stdout.write("ready\n")
     sys.stdout.flush()
-    carrier = Carrier(run, topics, key, _OTHER_END)
-    counted = 0
     while carrier.work():
-        dropped, counted = topics.dropped - counted, topics.dropped
-        carrier.carried.dropped += dropped
+        pass
     spinning.close()
     return Status.OK
 
