@@ -86,7 +86,7 @@ def _file(directory: Path, number: int) -> Path:
 
 
 def _meet(robot: End, controller: End) -> None:
-    """Greet until each has received the other's greeting: topics take a while to find each other."""
+    """Greet until each end has been greeted: topics take a while to find each other."""
     for sender, receiver in ((robot, controller), (controller, robot)):
         while True:
             sender.send(Kind.HELLO, 0)
