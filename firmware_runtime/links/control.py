@@ -1,7 +1,7 @@
 """The control socket: requests to a run, answered by its own loop.
 
     arm                                  a word, or an object where there is more to say:
-    {"request": "arm", "lease_s": 0.45}  -> {"refused": [], "armed": true, "lease": "5f0c"}
+    {"request": "arm", "lease_s": 0.4}  -> {"refused": [], "armed": true, "lease": "5f0c"}
     {"request": "set", "values": {"controller.yaw.kp": 0.8}}
 
 A Unix datagram socket beside the statistics (`BOARD.control`). The answer is one JSON object, sent

@@ -12,7 +12,7 @@ from msgspec import Struct
 from firmware_runtime.board.described import Setting
 from firmware_runtime.board.ros.names import node_name
 
-LEASE_S: Final = 0.45
+LEASE_S: Final = 0.4
 """Outputs are off within half a second and a period of the node's end."""
 
 

@@ -11,7 +11,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument("board", description="a board's name, or the path of its file"),
-            DeclareLaunchArgument("lease", default_value="0.45", description="seconds"),
+            DeclareLaunchArgument("lease", default_value="0.4", description="seconds"),
             Node(
                 package="firmware_runtime_ros2",
                 executable="robot",
