@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
 from tests.support.linked_runs import free_port, linked
@@ -42,9 +43,13 @@ def test_tachobot_settles_with_its_controller_in_another_process(link: str, tmp_
         assert sum(counted["refused"].values()) == 0
 
 
-def test_the_detective_s_own_end_ends_both(tmp_path: Path) -> None:
+def test_a_controller_that_comes_late_gets_what_was_said_once_and_ends_with_its_robot(
+    tmp_path: Path,
+) -> None:
     with linked(tmp_path, "detective", f"udp:127.0.0.1:{free_port()}") as runs:
-        controller, robot = runs.controller(), runs.robot()
+        robot = runs.robot()
+        robot.wait_until_it_has_run(2 * SECOND)  # the signal to start leaves after 0.5 s
+        controller = runs.controller()
         ended, other = robot.report(), controller.report()
     assert ended["result"]["found"] is True
     assert ended["ended"]["reason"] == other["ended"]["reason"] == "the target was reached"

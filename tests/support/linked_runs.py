@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.layout import ARMED
+from firmware_runtime.statistics.layout import ARMED, ELAPSED
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -39,15 +39,22 @@ class RunningEnd:
         found: dict[str, Any] = json.loads(out)
         return {**found, "said": said.decode(), "status": self.process.returncode}
 
-    @property
-    def is_armed(self) -> bool:
-        """Whether it may drive its outputs, by its statistics."""
+    def cell(self, index: int) -> int:
+        """A cell of its statistics; 0 before it runs, and once its process has gone."""
         try:
             statistics = read_statistics(self.statistics)
         except StatisticsFileError:
-            return False
+            return 0
         is_own = statistics.header.writer.pid == self.process.pid
-        return is_own and statistics.writer_alive and statistics.cells[ARMED] == 1
+        return statistics.cells[index] if is_own and statistics.writer_alive else 0
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether it may drive its outputs, by its statistics."""
+        return self.cell(ARMED) == 1
+
+    def wait_until_it_has_run(self, elapsed: int) -> None:
+        wait_until(lambda: self.cell(ELAPSED) >= elapsed, f"{elapsed} ns of its run")
 
     def wait_until_armed(self, *, armed: bool = True) -> None:
         wait_until(lambda: self.is_armed is armed, "armed" if armed else "disarmed")
