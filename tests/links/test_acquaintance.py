@@ -111,6 +111,7 @@ def test_a_bridge_whose_clock_stood_still_is_met_again(pair: Pair) -> None:
     assert pair.bridge.admit(pair.sender.ask(b"one", pair.now)).content == b"one"
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, MOST_AGE // 2), max_size=20))
 def test_whatever_the_way_takes_all_arrives_that_is_young(ways: list[int]) -> None:
     pair = Pair()

@@ -135,6 +135,7 @@ def test_what_is_sent_arrives_to_six_decimals(value: float) -> None:
     assert number_of_text(text_of_number(value)) == pytest.approx(value, rel=1e-15, abs=5e-7)
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_any_text_is_a_finite_number_or_refused(text: str) -> None:
     try:
