@@ -67,7 +67,7 @@ def choose_stage(arguments: argparse.Namespace) -> None:
 
 
 def _faults(arguments: argparse.Namespace, stage: Stage | None) -> Iterator[str]:
-    if arguments.loop and arguments.role is None:
+    if arguments.loop is not None and arguments.role is None:
         yield "--loop belongs to --role: one end sends the ramp, the other sends it back"
     if stage is None:
         for option in ("peer", "key", "impair"):

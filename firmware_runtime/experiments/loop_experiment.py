@@ -1,7 +1,7 @@
 """The loop's delay by stage: data, figures beside the published ones, a plot and a page."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 from xml.etree.ElementTree import Element
 
@@ -28,6 +28,9 @@ PUBLISHED: Final = (
     "Remote, with both nodes on a Raspberry Pi over WiFi: in the order of 80 ms, varying more.",
 )
 PUBLISHED_MS: Final[Mapping[Stage, float]] = {Stage.NETWORK: 7.0, Stage.REMOTE: 80.0}
+PERIODS_S: Final[Mapping[Stage, float]] = {Stage.NETWORK: 0.002, Stage.REMOTE: 0.01}
+"""From one value to the next: the first shows delays under a millisecond; behind jitter, values
+that are closer to each other overtake each other."""
 SETTLING_S: Final = 1.0
 """After the first value that came back: sockets and processes are warm by then."""
 SHOWN_S: Final = 0.5
@@ -38,6 +41,7 @@ class StageDelays(Struct, frozen=True):
     """The figures of one stage, beside what was published."""
 
     delays: Delays
+    every_s: float
     published_ms: float
     lateness_p50_us: float | None
     """Of the controller's run: how long after its instant a value was sent, within the delay."""
@@ -80,7 +84,7 @@ class LoopRuns:
     def numbers(self) -> Element:
         """A table of the figures, a row a stage."""
         head = ("stage", "published", "p50", "p99", "least", "most", "out p50", "return p50")
-        more = ("sent late p50", "carried p50", "sent", "back", "between the ends")
+        more = ("every", "sent late p50", "carried p50", "sent", "back", "between the ends")
         rows = [
             (stage.value, f"about {each.published_ms:g} ms", *_cells(each))
             for stage, each in self.figures.items()
@@ -93,7 +97,8 @@ class LoopRuns:
             delays = each.delays
             yield (
                 f"{stage}: p50 {_ms(delays.p50_ms)}, p99 {_ms(delays.p99_ms)}; published: about "
-                f"{each.published_ms:g} ms; {delays.back} of {delays.sent} came back; "
+                f"{each.published_ms:g} ms; {delays.back} of {delays.sent} came back, "
+                f"one every {each.every_s * 1e3:g} ms; "
                 f"{each.between}"
             )
             yield (
@@ -109,7 +114,8 @@ def run_loop(setup: Setup, stages: Sequence[Stage], say: Say) -> LoopRuns:
     figures: dict[Stage, StageDelays] = {}
     for stage in stages:
         say(f"{TITLE}: stage {stage}, {setup.for_s:g} s")
-        with traced(setup, stage, say) as run:
+        period_s = PERIODS_S[stage] if setup.loop_s is None else setup.loop_s
+        with traced(replace(setup, loop_s=period_s), stage, say) as run:
             every = rounds_of(run.trace, 0.0)
             since_s = first_back_s(every) + SETTLING_S
             last_s = every[-1].sent_s if every else 0.0
@@ -120,7 +126,7 @@ def run_loop(setup: Setup, stages: Sequence[Stage], say: Say) -> LoopRuns:
         late = document["controller"]["statistics"]["models"]["ramp"]["lateness_us"]["p50"]
         carried = document["link"]["back"].get("round_trip_us", {}).get("p50")
         figures[stage] = StageDelays(
-            delays_of(found), PUBLISHED_MS[stage], late, carried, between(document)
+            delays_of(found), period_s, PUBLISHED_MS[stage], late, carried, between(document)
         )
     return LoopRuns(rounds, figures)
 
@@ -134,6 +140,7 @@ def _cells(figures: StageDelays) -> list[str]:
         _ms(delays.most_ms),
         _ms(delays.out_p50_ms),
         _ms(delays.return_p50_ms),
+        f"{figures.every_s * 1e3:g} ms",
         _us(figures.lateness_p50_us),
         _us(figures.carried_p50_us),
         str(delays.sent),

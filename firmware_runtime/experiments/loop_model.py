@@ -17,9 +17,9 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.roles import ROBOT
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import SECOND, seconds
 
-PERIOD: Final = 10 * MILLISECOND
+PERIOD_S: Final = 0.01
 ROLES: Final[Mapping[str, tuple[str, ...]]] = {ROBOT: ("echo",)}
 SENT, ECHOED, BACK = "ramp.value", "echo.back", "probe.back"
 """The ports whose messages are the three instants of one round."""
@@ -31,10 +31,10 @@ class Ramp(Atomic):
     sending (period) --value!--> sending
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
         self.value = self.out_port("value", float)
-        self.period = PERIOD
+        self.period = period
         self._at = 0
 
     def initialize(self) -> None:
@@ -83,15 +83,16 @@ class Echo(Atomic):
 class Loop(Coupled):
     """The ramp, whatever sends it back, and an echo that notes when it arrives again."""
 
-    def __init__(self) -> None:
+    def __init__(self, period: int) -> None:
         super().__init__("loop")
-        ramp, echo, probe = self.add(Ramp("ramp")), self.add(Echo("echo")), self.add(Echo("probe"))
+        ramp = self.add(Ramp("ramp", period))
+        echo, probe = self.add(Echo("echo")), self.add(Echo("probe"))
         self.couple(ramp.value, echo.value)
         self.couple(echo.back, probe.value)
         self.probe = probe
 
 
-def loop_board(board: Board) -> Board:
+def loop_board(board: Board, period_s: float) -> Board:
     """A board with the loop in place of its model, and all its other settings; it has no chips."""
     settings = structs.replace(
         board.settings,
@@ -104,7 +105,7 @@ def loop_board(board: Board) -> Board:
     )
 
     def build(_lines: Lines) -> Robot:
-        return Robot(model=Loop(), probe=(), stop=())
+        return Robot(model=Loop(seconds(period_s)), probe=(), stop=())
 
     return replace(
         board, settings=settings, build=build, devices=(), loads={}, ports={}, retunable=()

@@ -32,8 +32,8 @@ class Setup:
     inputs: Sequence[str] = ()
     peer: str | None = None
     key: Path | None = None
-    is_loop: bool = False
-    """Whether the loop is run in place of the board's model."""
+    loop_s: float | None = None
+    """The period of the loop that is run in place of the board's model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ def _two_ends(setup: Setup, stage: Stage, trace: Path, say: Say) -> Traced:
         is_over_ros=setup.is_over_ros,
         inputs=setup.inputs,
         trace=trace,
-        is_loop=setup.is_loop,
+        loop_s=setup.loop_s,
     )
     result = run_staged(staged, say, lambda _: None)
     ended = result.document["ended"]

@@ -44,8 +44,8 @@ class Staged:
     trace: Path | None = None
     record: Path | None = None
     """Where the controller's recording is kept; the robot end's, if it is here, beside it."""
-    is_loop: bool = False
-    """Whether a loop is run in place of the board's model, to measure its delay."""
+    loop_s: float | None = None
+    """The period of a loop that is run in place of the board's model, to measure its delay."""
 
     @property
     def way(self) -> Callable[[Say], AbstractContextManager[Way]]:
@@ -98,12 +98,17 @@ class StagedRun:
             words += ["--set", assignment]
         is_robot = role == ROBOT
         words += ["--for", f"{UNTIL_STOPPED_S if is_robot else staged.for_s:g}"]
-        words += ["--doubles"] if is_robot and not staged.is_loop else []
+        words += ["--doubles"] if is_robot and staged.loop_s is None else []
         for planned in staged.inputs:
             if (role == ROBOT) == leads_to(staged.board, planned, self.roles[ROBOT]):
                 words += ["--input", planned]
-        if staged.is_loop:
-            words += ["--loop", "--statistics", str(self.folder / f"{role}.stats")]
+        if staged.loop_s is not None:
+            words += [
+                "--loop",
+                f"{staged.loop_s:g}",
+                "--statistics",
+                str(self.folder / f"{role}.stats"),
+            ]
         if staged.trace is not None:
             words += ["--trace", str(self.trace_of(role))]
         if staged.record is not None:
@@ -126,7 +131,9 @@ class StagedResult:
 def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> StagedResult:
     """Run a stage of two ends to its end; nothing of it is left running."""
     roles = (
-        {each: each for each in (ROBOT, CONTROLLER)} if staged.is_loop else ends_of(staged.board)
+        {each: each for each in (ROBOT, CONTROLLER)}
+        if staged.loop_s is not None
+        else ends_of(staged.board)
     )
     with ExitStack() as stack:
         signalled = stack.enter_context(until_signal())

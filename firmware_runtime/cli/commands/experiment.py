@@ -64,6 +64,13 @@ def add_to(verbs: SubParsers) -> None:
         help=f"how long {LOOP} runs in each stage; default {_LOOP_S:g}",
     )
     verb.add_argument(
+        "--every",
+        type=positive,
+        metavar="SECONDS",
+        dest="every_s",
+        help=f"{LOOP}: from one value of the ramp to the next; default 0.002, in stage remote 0.01",
+    )
+    verb.add_argument(
         "-o", "--output", type=Path, metavar="FOLDER", help="where its files are written"
     )
 
@@ -109,6 +116,8 @@ def _faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
         yield f"--peer belongs to {LOOP} --stage remote: a step is watched where its world is"
     if (arguments.peer is None) != (arguments.key is None):
         yield "--peer and --key belong together; expected both or neither"
+    if arguments.every_s is not None and arguments.name != LOOP:
+        yield f"--every belongs to {LOOP}"
     if arguments.duration_s is not None and arguments.name != LOOP:
         yield f"--for: the board says how long {arguments.name} takes; leave it out"
     if arguments.output.exists() and not arguments.output.is_dir():
@@ -118,7 +127,7 @@ def _faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
 def _loop(arguments: argparse.Namespace, board: Board) -> Results:
     stages = _stages(arguments, (Stage.NETWORK, Stage.REMOTE))
     for_s = _LOOP_S if arguments.duration_s is None else arguments.duration_s
-    runs = run_loop(_setup(arguments, board, for_s, is_loop=True), stages, _say)
+    runs = run_loop(_setup(arguments, board, for_s), stages, _say)
     plots = dict(runs.plots())
     return Results(
         name=LOOP,
@@ -164,7 +173,6 @@ def _setup(
     for_s: float,
     *,
     inputs: Sequence[str] = (),
-    is_loop: bool = False,
 ) -> Setup:
     return Setup(
         board=board,
@@ -175,7 +183,7 @@ def _setup(
         key=arguments.key,
         is_over_ros=arguments.link == "ros2",
         inputs=inputs,
-        is_loop=is_loop,
+        loop_s=arguments.every_s,
     )
 
 

@@ -23,7 +23,7 @@ from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.experiments.loop_model import loop_board, loop_end
+from firmware_runtime.experiments.loop_model import PERIOD_S, loop_board, loop_end
 from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.linking import idle_options
@@ -56,9 +56,12 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
     verb.add_argument(
         "--loop",
-        action="store_true",
-        help="with --role: in place of the board's model a ramp that is sent out and back, as the "
-        "ends of `experiment loop-delay` do",
+        type=positive,
+        nargs="?",
+        const=PERIOD_S,
+        metavar="SECONDS",
+        help="with --role: in place of the board's model a ramp, a value every so often (default "
+        f"{PERIOD_S:g}), that is sent out and back, as the ends of `experiment loop-delay` do",
     )
     verb.add_argument("--report-to", type=int, help=argparse.SUPPRESS)  # by a stage's command
     add_input_option(verb)
@@ -157,7 +160,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.events is not None:
         return run_event_file(arguments, board)
     messages = Messages()
-    board = loop_board(board) if arguments.loop else board
+    board = board if arguments.loop is None else loop_board(board, arguments.loop)
     end = _end_of(arguments, board)
     link = None if arguments.link is None else link_address(arguments.link)
     path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
@@ -200,7 +203,9 @@ def _run(
         report = Report(session, arguments, messages)
         with (
             _recording(session, arguments.record, messages) as ended,
-            tracing(session.executive.simulator, arguments.trace, at_end=arguments.loop),
+            tracing(
+                session.executive.simulator, arguments.trace, at_end=arguments.loop is not None
+            ),
             _serving(session, notices, messages) as reload,
             progress_shown(session, report.until, messages, wanted=not arguments.json),
             stop_on_signals(executive.request_stop, reload, executive.give_up),
@@ -235,7 +240,7 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
         fault = "--role and --link belong together; expected both or neither"
         raise ConfigError("run", [fault])
     end = end_of(board, arguments.role)
-    if arguments.loop:
+    if arguments.loop is not None:
         end = loop_end(end)
     idle = ("doubles", "arm", "supervised")
     faults = idle_options(end, **{f"--{name}": getattr(arguments, name) for name in idle})
