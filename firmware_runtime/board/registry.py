@@ -9,12 +9,9 @@ import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial, reduce
-from operator import getitem
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-import msgspec
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
@@ -113,30 +110,6 @@ def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
     return board
 
 
-def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- as `settings`
-    """A board's settings with other values at these keys. Raises ConfigError with every fault."""
-    table = _present(msgspec.json.decode(msgspec.json.encode(board.settings)))
-    faults: list[str] = []
-    for key, value in values.items():
-        *parents, leaf = key.split(".")
-        reduce(getitem, parents, table)[leaf] = value
-    defined = definition(board.kind)
-    settings = strict.convert(table, defined.settings, faults)
-    if settings is not None:
-        with blamed_on(entry_point_of(board.kind), "definition"):
-            faults += _own_faults(defined, settings)
-    if faults:
-        raise ConfigError(board.name, faults)
-    return settings
-
-
-def _present(value: Any) -> Any:  # noqa: ANN401 -- of any type
-    """A table without the keys that have no value."""
-    if not isinstance(value, dict):
-        return value
-    return {key: _present(each) for key, each in value.items() if each is not None}
-
-
 def board_of(
     source: Path, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
 ) -> Board:
@@ -215,7 +188,7 @@ def _faults_of(
     faults = executive_faults(settings.executive, settings.guard)
     serial_devices, ports = defined.serial_devices(settings), settings.ports
     faults += device_faults(devices, settings.buses, serial_devices, ports)
-    faults += [fault for fault in _own_faults(defined, settings) if fault not in faults]
+    faults += [fault for fault in own_faults(defined, settings) if fault not in faults]
     build = None if faults else partial(_built, defined, settings)
     if build is not None and (settings.roles or settings.link != LinkSettings()):
         lines = absent_lines(settings.buses, settings.ports)
@@ -224,7 +197,7 @@ def _faults_of(
     return faults + unused_lines(settings, build)
 
 
-def _own_faults(defined: BoardDefinition[Any], settings: BoardSettings) -> Sequence[str]:
+def own_faults(defined: BoardDefinition[Any], settings: BoardSettings) -> Sequence[str]:
     """What the package's own hook finds. Raises SettingError if that is no list of sentences."""
     found = defined.faults(settings)
     if not (isinstance(found, list | tuple) and all(isinstance(each, str) for each in found)):

@@ -1,9 +1,16 @@
 """What of a board's settings may change while a robot runs: gains and limits, by their keys."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any
 
-from msgspec import Struct, structs
+from msgspec import Struct, json, structs
+
+from firmware_runtime.board import strict
+from firmware_runtime.board.kinds import blamed_on, definition, entry_point_of
+from firmware_runtime.board.registry import Board, own_faults
+from firmware_runtime.errors import ConfigError
 
 
 def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
@@ -22,6 +29,30 @@ def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  #
     for name in dict.fromkeys([*tables[0], *tables[1]]):
         path = _join(prefix, name)
         yield from changed_keys(tables[0].get(name), tables[1].get(name), path)
+
+
+def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- as `settings`
+    """A board's settings with other values at these keys. Raises ConfigError with every fault."""
+    table = _present(json.decode(json.encode(board.settings)))
+    faults: list[str] = []
+    for key, value in values.items():
+        *parents, leaf = key.split(".")
+        reduce(getitem, parents, table)[leaf] = value
+    defined = definition(board.kind)
+    settings = strict.convert(table, defined.settings, faults)
+    if settings is not None:
+        with blamed_on(entry_point_of(board.kind), "definition"):
+            faults += own_faults(defined, settings)
+    if faults:
+        raise ConfigError(board.name, faults)
+    return settings
+
+
+def _present(value: Any) -> Any:  # noqa: ANN401 -- of any type
+    """A table without the keys that have no value."""
+    if not isinstance(value, dict):
+        return value
+    return {key: _present(each) for key, each in value.items() if each is not None}
 
 
 def retunable_values(settings: Any, retunable: Sequence[str], prefix: str = "") -> dict[str, Any]:  # noqa: ANN401

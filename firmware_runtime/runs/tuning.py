@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from firmware_runtime.board.registry import Board, settings_with
+from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
     changed_keys,
     need_restart,
     retunable_values,
     retuned,
+    settings_with,
 )
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.spelling import did_you_mean
