@@ -11,19 +11,20 @@ from typing import Any
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.ends import BoardEnd, end_of
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, speed
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.planned_inputs import add_input_option, plan_inputs
 from firmware_runtime.cli.progress_line import Messages, progress_shown
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
+from firmware_runtime.cli.run_options import add_run_options
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.experiments.loop_model import PERIOD_S, loop_board, loop_end
+from firmware_runtime.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.links.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.linking import idle_options
@@ -50,101 +51,10 @@ def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     verb = add_verb(verbs, "run", "Run a robot until its time is up or a signal stops it.", execute)
     add_board(verb)
-    _add_choices(verb)
-    _add_link(verb)
-    _add_files(verb)
-    verb.add_argument("--json", action="store_true", help="print result and statistics as JSON")
-    verb.add_argument(
-        "--loop",
-        type=positive,
-        nargs="?",
-        const=PERIOD_S,
-        metavar="SECONDS",
-        help="with --role: in place of the board's model a ramp, a value every so often (default "
-        f"{PERIOD_S:g}), that is sent out and back, as the ends of `experiment loop-delay` do",
-    )
-    verb.add_argument("--report-to", type=int, help=argparse.SUPPRESS)  # by a stage's command
+    add_run_options(verb)
     add_input_option(verb)
     add_stage_options(verb)
     add_event_options(verb)
-
-
-def _add_choices(verb: argparse.ArgumentParser) -> None:
-    """Add what drives, in which time, for how long, and who may arm."""
-    verb.add_argument(
-        "--doubles",
-        type=Path,
-        nargs="?",
-        const=True,
-        default=False,
-        metavar="PATH",
-        help="run against register-level doubles of its chips: made for this run, or those that "
-        "`doubles serve` keeps at PATH, with their own --set and no world.* in a trace",
-    )
-    verb.add_argument(
-        "--clock",
-        choices=("monotonic", "virtual", "scaled"),
-        help="real time (default); virtual time, as fast as it goes; or real time times --speed",
-    )
-    verb.add_argument(
-        "--speed", type=speed, metavar="N", help="how many times as fast, with --clock scaled"
-    )
-    verb.add_argument(
-        "--for",
-        type=positive,
-        metavar="SECONDS",
-        dest="duration_s",
-        help="robot time to run for; default on doubles as the board says, else until stopped",
-    )
-    verb.add_argument(
-        "--arm",
-        action="store_true",
-        help="arm it as soon as nothing speaks against it, whatever the board says",
-    )
-    verb.add_argument(
-        "--supervised", action="store_true", help="on doubles too, drive outputs only when armed"
-    )
-
-
-def _add_files(verb: argparse.ArgumentParser) -> None:
-    """Add the files that a run leaves."""
-    verb.add_argument(
-        "--trace", type=Path, metavar="FILE", help="write every message of every port as JSON lines"
-    )
-    verb.add_argument(
-        "--record",
-        type=Path,
-        metavar="FILE",
-        help="record what enters the board's controller and what leaves it, for `replay`",
-    )
-    verb.add_argument(
-        "--statistics",
-        type=Path,
-        metavar="FILE",
-        help="where to keep the statistics; default: where `stats` looks, none in virtual time",
-    )
-    verb.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE.svg",
-        help="draw the run of the detective in its arena; FILE.png needs the extra `plot`",
-    )
-
-
-def _add_link(verb: argparse.ArgumentParser) -> None:
-    """Add --role and --link."""
-    verb.add_argument(
-        "--role",
-        metavar="NAME",
-        help="run only the part of the model that plays this role by the board's [roles]; the "
-        "rest runs in another process, at the other end of --link",
-    )
-    verb.add_argument(
-        "--link",
-        metavar="ADDRESS",
-        help="the way to the other part: unix:PATH, udp:HOST:PORT[,listen=HOST:PORT][,key=FILE], "
-        "or ros2[:key=FILE]",
-    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
