@@ -6,6 +6,8 @@ Protocol without I/O: frames and instants of CLOCK_MONOTONIC in, frames out.
     peer --nothing accepted for `timeout`, or a bye--> silent peer --a frame of its session--> peer
     silent peer --as from no peer, of another session--> another peer
 
+Two ends that are silent to each other greet anyone, and answer each other's greetings by name.
+
 A session is 64 random bits. A frame that names another session of ours than the present one, or
 comes from one that is not our peer's, is refused; so is a counter that is not above all before it.
 Another session takes the place of the peer only when that is silent, and one that was our peer
@@ -88,10 +90,8 @@ class Peer:
             )
         if frame.session in self._former:
             raise Refused(Reason.WRONG_SESSION, "a former session")
-        if frame.session != self.session_of_peer:
+        if frame.session != self.session_of_peer or frame.peer != self.session:
             self._candidate, self._greeted = (frame.session, greeting), (frame.sent_at, now)
-            self.wants_hello = True
-        elif frame.peer != self.session:
             self.wants_hello = True
 
     def _change_peer(self, frame: Frame, now: int) -> None:
@@ -100,20 +100,29 @@ class Peer:
             raise Refused(Reason.WRONG_SESSION, "from a session that has not greeted")
         if self.is_good(now):
             raise Refused(Reason.WRONG_SESSION, "the present peer is not silent")
-        if frame.echo == 0 or not 0 <= now - frame.echo - max(frame.held, 0) <= 2 * self.timeout:
+        if not self._answers_now(frame, now):
             raise Refused(Reason.TOO_OLD, "an answer to nothing that was said lately")
         if self.session_of_peer != 0:
             self._former.append(self.session_of_peer)
         self.session_of_peer, self.greeting = self._candidate
         self._candidate = None
-        is_same = self.greeting.machine == self.own.machine != ""
-        self.clock = PeerClock(is_same=is_same)
+        self._compare_clocks(self.greeting)
         self._window = Window()
         self.wants_hello = True
+
+    def _answers_now(self, frame: Frame, now: int) -> bool:
+        """Whether a frame answers what was said lately, so that it cannot be old itself."""
+        return frame.echo != 0 and 0 <= now - frame.echo - max(frame.held, 0) <= 2 * self.timeout
+
+    def _compare_clocks(self, greeting: Greeting) -> None:
+        """Begin to compare the clocks: in a long silence they may have drifted apart."""
+        self.clock = PeerClock(is_same=greeting.machine == self.own.machine != "")
 
     def _judge(self, frame: Frame, now: int) -> None:
         """Raise Refused unless a frame of the peer is later than all before it, and not old."""
         self._window.judge(frame.counter, frame.sent_at)
+        if frame.kind is Kind.HELLO and not self.is_good(now) and self._answers_now(frame, now):
+            self._compare_clocks(greeting_of(frame.body))
         age = self.clock.age(now, frame.sent_at)
         if age is not None and age > self.timeout:
             raise Refused(Reason.TOO_OLD, f"sent {age / SECOND:.3f} s ago")
@@ -187,10 +196,10 @@ class Peer:
         )
 
     def hello(self, now: int) -> Frame:
-        """A greeting: to the end that has greeted last, else to a peer that is there, or anyone."""
-        self.wants_hello = False
+        """A greeting: the answer to one that came, else to a peer that is there, or anyone."""
+        is_answer, self.wants_hello = self.wants_hello, False
         plain = self.frame(Kind.HELLO, now, body=encode(self.own))
-        if self._candidate is None:
+        if self._candidate is None or not is_answer:
             return plain if self.is_good(now) else plain._replace(peer=0)
         sent_at, arrived_at = self._greeted
         return plain._replace(

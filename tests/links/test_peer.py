@@ -153,6 +153,47 @@ def test_silence_ends_what_was_good_and_any_later_frame_begins_it_again() -> Non
     assert pair.robot.good_since == pair.now
 
 
+@pytest.mark.parametrize("drift", [0, 3 * SECOND, -3 * SECOND])
+def test_ends_that_were_silent_to_each_other_find_each_other_again(drift: int) -> None:
+    pair = Pair().meet()
+    pair.now += 10 * TIMEOUT
+    pair.offset += drift
+    _greet_until_good(pair)
+    assert pair.to_robot(pair.from_controller())
+    assert pair.to_controller(pair.from_robot())
+
+
+def test_a_second_controller_that_went_again_keeps_the_first_from_nothing() -> None:
+    pair = Pair().meet()
+    second = peer(3, 1).hello(pair.now)
+    assert not pair.to_robot(second)
+    pair.from_robot(Kind.HELLO)
+    pair.now += 10 * TIMEOUT
+    _greet_until_good(pair)
+
+
+def test_a_robot_that_never_answered_does_not_keep_another_away() -> None:
+    pair = Pair()
+    pair.to_controller(pair.from_robot(Kind.HELLO))
+    assert pair.from_controller(Kind.HELLO).peer == 1
+    pair.robot = peer(4, 0)
+    _greet_until_good(pair)
+    assert pair.controller.session_of_peer == 4
+
+
+def _greet_until_good(pair: Pair) -> None:
+    """Both greet, as ends do that are not good; a carrier hands on what is for its run only."""
+    for _ in range(4):
+        greeting = pair.from_controller(Kind.HELLO)
+        if greeting.peer in {0, pair.robot.session}:
+            pair.to_robot(greeting)
+        greeting = pair.from_robot(Kind.HELLO)
+        if greeting.peer in {0, pair.controller.session}:
+            pair.to_controller(greeting)
+    assert pair.robot.is_good(pair.now)
+    assert pair.controller.is_good(pair.now + pair.offset)
+
+
 def test_a_new_session_comes_only_in_the_place_of_a_silent_one() -> None:
     pair = Pair().meet()
     recorded = pair.from_controller()
