@@ -7,8 +7,9 @@ A line is one of an end's trace with its end added: `{"t_ns": ..., "end": "robot
 import heapq
 import json
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from firmware_runtime.statistics.errors import TraceFileError
 
@@ -21,12 +22,25 @@ def merge_traces(traces: Mapping[str, Path], began: Mapping[str, int], into: Pat
         for role, path in traces.items()
         if path.exists()
     ]
+    with _written(into) as file:
+        for line in heapq.merge(*lines, key=lambda each: each["t_ns"]):
+            file.write(f"{json.dumps(line)}\n")
+
+
+def begin_trace(into: Path) -> None:
+    """Make the file empty before anything runs. Raises TraceFileError."""
+    with _written(into):
+        pass
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[TextIO]:
+    """A file to write; raises TraceFileError where it cannot be."""
     try:
-        with into.open("w") as file:
-            for line in heapq.merge(*lines, key=lambda each: each["t_ns"]):
-                file.write(f"{json.dumps(line)}\n")
+        with path.open("w") as file:
+            yield file
     except OSError as error:
-        fault = f"{into}: the trace cannot be written ({error.strerror})"
+        fault = f"{path}: the trace cannot be written ({error.strerror})"
         raise TraceFileError(f"{fault}; expected a file that can be made") from error
 
 

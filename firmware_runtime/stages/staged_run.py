@@ -17,7 +17,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.impairment import Impairment
 from firmware_runtime.stages.document import crossed, of_an_end, of_two_ends
 from firmware_runtime.stages.end_process import EndProcess
-from firmware_runtime.stages.merged_trace import merge_traces
+from firmware_runtime.stages.merged_trace import begin_trace, merge_traces
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.two_ends import TwoEnds
 from firmware_runtime.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
@@ -135,6 +135,8 @@ def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> S
         if staged.loop_s is not None
         else ends_of(staged.board)
     )
+    if staged.trace is not None:
+        begin_trace(staged.trace)
     with ExitStack() as stack:
         signalled = stack.enter_context(until_signal())
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="firmware-runtime-")))

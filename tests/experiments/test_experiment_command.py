@@ -26,6 +26,7 @@ def run(*words: object) -> int:
         (("loop-delay", "tachobot", "--stage", "embedded", "-o", "out"), 1),
         (("yaw-step", "tachobot", "--for", "3", "-o", "out"), 1),
         (("yaw-step", "tachobot", "-o", "file"), 1),
+        (("yaw-step", "tachobot", "-o", "file/out"), 1),
         (("yaw-step",), 1),
         (("yaw-step", "tachobot", "--every", "0.01", "-o", "out"), 1),
         (("yaw-step", "tachobot", "--peer", "h:1", "--key", "k", "-o", "out"), 1),

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.board.registry import load
 from firmware_runtime.stages.document import crossed, merged_statistics, of_one_process, of_two_ends
 from firmware_runtime.stages.merged_trace import merge_traces
 from firmware_runtime.stages.stage import Stage
+from firmware_runtime.stages.staged_run import Staged, run_staged
 from firmware_runtime.statistics.errors import TraceFileError
 
 
@@ -85,3 +87,13 @@ def test_traces_are_merged_by_time_of_origin(tmp_path: Path) -> None:
     ]
     with pytest.raises(TraceFileError):
         merge_traces(paths, {}, tmp_path / "no folder" / "merged")
+
+
+def test_a_trace_that_cannot_be_written_is_refused_before_anything_starts(tmp_path: Path) -> None:
+    trace = tmp_path / "no folder" / "trace.jsonl"
+    board = load("tachobot")
+    staged = Staged(board=board, named="none", stage=Stage.NETWORK, for_s=1.0, trace=trace)
+    said: list[str] = []
+    with pytest.raises(TraceFileError):
+        run_staged(staged, said.append, lambda _: None)
+    assert said == []

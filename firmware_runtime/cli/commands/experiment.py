@@ -1,6 +1,7 @@
 """`firmware-runtime experiment NAME BOARD -o FOLDER`: an experiment in every stage, with a page."""
 
 import argparse
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -122,6 +123,16 @@ def _faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
         yield f"--for: the board says how long {arguments.name} takes; leave it out"
     if arguments.output.exists() and not arguments.output.is_dir():
         yield f"-o: {arguments.output} is no folder; expected one, or a new name"
+    elif not _takes_files(arguments.output):
+        yield f"-o: {arguments.output} cannot be written; expected a folder that can"
+
+
+def _takes_files(folder: Path) -> bool:
+    """Whether a folder can be written, or made where the nearest one above it is."""
+    nearest = next(
+        each for each in (folder.absolute(), *folder.absolute().parents) if each.exists()
+    )
+    return nearest.is_dir() and os.access(nearest, os.W_OK)
 
 
 def _loop(arguments: argparse.Namespace, board: Board) -> Results:
