@@ -14,10 +14,10 @@ from typing import Any, Final
 
 from benchmarks.hostile.sweep import ACCEPTED, Attempt
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.links.admission import Signed
-from firmware_runtime.links.datagrams import Put, Refusal, understood
-from firmware_runtime.links.envelope import Refused
-from firmware_runtime.links.ports import Ports
+from firmware_runtime.links.bridge.admission import Signed
+from firmware_runtime.links.bridge.envelope import Refused
+from firmware_runtime.links.ports.datagrams import Put, Refusal, understood
+from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.models.motion import Motion
 
 KEY: Final = hashlib.sha256(b"a key").digest()

@@ -17,9 +17,9 @@ from firmware_runtime.devs.part import part_of
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links import udp
-from firmware_runtime.links.cut import cut_of
-from firmware_runtime.links.link import Link, Terms
+from firmware_runtime.links.cut import udp
+from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.links.cut.link import Link, Terms
 from firmware_runtime.models.motion import Motion
 
 TIMEOUT: Final = 500 * MS

@@ -20,7 +20,7 @@ from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
 from firmware_runtime.cli.arguments import positive as positive_number
-from firmware_runtime.links.channel import Interpreter
+from firmware_runtime.links.cut.channel import Interpreter
 from firmware_runtime.links.ros2.interpreter import command_of, find_environment, variables_of
 from firmware_runtime.status import Status
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.links.cut.udp import UdpAddress, begin_carrier
 from firmware_runtime.links.ros2 import carrier
 from firmware_runtime.links.ros2.carrier import TopicSocket
-from firmware_runtime.links.udp import UdpAddress, begin_carrier
 
 _NOTES: list[tuple[str, int, int, int]] = []
 

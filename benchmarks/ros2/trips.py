@@ -11,8 +11,8 @@ from select import select
 from time import monotonic_ns
 from typing import Final
 
-from firmware_runtime.links.channel import CarrierChannel, Interpreter
-from firmware_runtime.links.wire import Frame, Kind, decoded, encoded
+from firmware_runtime.links.cut.channel import CarrierChannel, Interpreter
+from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded
 
 POINTS: Final = ("sent", "read", "published", "arrived", "handed", "received")
 LEGS: Final = ("run -> socket -> node", "node", "DDS", "node (other)", "node -> socket -> run")

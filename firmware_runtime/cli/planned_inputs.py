@@ -8,8 +8,8 @@ from msgspec import Raw
 
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.datagrams import Refusal
-from firmware_runtime.links.ports import Ports
+from firmware_runtime.links.ports.datagrams import Refusal
+from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.runs.session import Session
 
 EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:yaw_reference=1.0"

@@ -127,4 +127,4 @@ def _remote_faults(arguments: argparse.Namespace, stage: Stage) -> Iterator[str]
 
 def _read_impairment(text: str) -> None:
     """Raise ConfigError for what is no impairment; what reads it is imported where there is one."""
-    import_module("firmware_runtime.links.impairment").impairment(text)
+    import_module("firmware_runtime.links.cut.impairment").impairment(text)

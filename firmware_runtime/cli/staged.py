@@ -10,7 +10,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.progress_line import Messages, OwnTerminal
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, print_line, readers_may_go
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.impairment import impairment
+from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.stages.staged_run import Staged, StagedResult, StagedRun, run_staged
 from firmware_runtime.stages.way import WIFI
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds

@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.stages.end_process import EndProcess
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.staged_run import Staged, run_staged

@@ -1,6 +1,10 @@
-"""Ports of a running robot's model for other processes.
+"""A run and other processes: what may be said to it, and what carries it where.
 
-The run has a Unix datagram socket (`ports_socket`) that takes values in and sends values out, and
-never waits for a reader. `bridge` and `broadcast` are processes of their own that carry them on to
-UDP peers.
+    ports/   values into a running model, and what its ports send: JSON datagrams on a Unix socket
+    bridge/  the same over UDP, signed, by a process of its own
+    cut/     the two ends of a model that is cut at its couplings: frames, peers, carriers
+    dover/   the texts of the first paper's blocks, over UDP of this machine
+    ros2/    the ROS 2 node, and the carrier of a cut over ROS 2
+
+`control` takes requests to arm, disarm and set, and `key_file` reads what ends share.
 """

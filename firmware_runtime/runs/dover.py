@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING
 
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.dover_blocks import DoverBlocks
+from firmware_runtime.links.dover.blocks import DoverBlocks
 
 if TYPE_CHECKING:
-    from firmware_runtime.links.dover import DoverLink
+    from firmware_runtime.links.dover.dover import DoverLink
 
 
 def dover_link(blocks: DoverBlocks, executive: Executive) -> "DoverLink | None":
@@ -16,6 +16,6 @@ def dover_link(blocks: DoverBlocks, executive: Executive) -> "DoverLink | None":
     """
     if not blocks:
         return None
-    from firmware_runtime.links.dover import DoverLink  # noqa: PLC0415 -- starts processes
+    from firmware_runtime.links.dover.dover import DoverLink  # noqa: PLC0415 -- starts processes
 
     return DoverLink(blocks, executive)

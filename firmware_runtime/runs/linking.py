@@ -17,10 +17,10 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.links.address import End, OpenChannel
-from firmware_runtime.links.cut import cut_of
-from firmware_runtime.links.greeting import Farewell
-from firmware_runtime.links.link import Link, Terms
+from firmware_runtime.links.cut.address import End, OpenChannel
+from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.links.cut.greeting import Farewell
+from firmware_runtime.links.cut.link import Link, Terms
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.statistics import RunState
 

@@ -21,7 +21,7 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.links.address import link_address
+from firmware_runtime.links.cut.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.choices import (
     ClockName,

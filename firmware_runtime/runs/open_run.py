@@ -22,7 +22,7 @@ from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.signals import stop_on_signals
 
 if TYPE_CHECKING:
-    from firmware_runtime.links.dover import DoverLink
+    from firmware_runtime.links.dover.dover import DoverLink
 
 T = TypeVar("T")
 

@@ -20,10 +20,10 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.links.address import OpenChannel
-from firmware_runtime.links.dover_blocks import DoverBlocks
-from firmware_runtime.links.ports import Ports
-from firmware_runtime.links.ports_socket import PortsSocket
+from firmware_runtime.links.cut.address import OpenChannel
+from firmware_runtime.links.dover.blocks import DoverBlocks
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.links.ports.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_link
@@ -40,7 +40,7 @@ from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.companions import Companion
 
 if TYPE_CHECKING:
-    from firmware_runtime.links.dover import DoverLink
+    from firmware_runtime.links.dover.dover import DoverLink
 
 
 class Session:

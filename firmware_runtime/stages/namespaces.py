@@ -15,7 +15,7 @@ from shutil import which
 from typing import Final
 
 from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.system.process_identity import (
     ProcessIdentity,
     boot_id,

@@ -8,7 +8,7 @@ from select import select
 from typing import Any, Final
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.links.cut.impairment import Impairment
 
 _PATIENCE_S: Final = 60.0
 
@@ -20,7 +20,7 @@ class PathProcess:
     """
 
     def __init__(self, host: str, robot: str, how: Impairment, before: Sequence[str] = ()) -> None:
-        module = "firmware_runtime.links.impaired_path"
+        module = "firmware_runtime.links.cut.impaired_path"
         at = f"{host}:0"
         words = [*before, sys.executable, "-m", module, at, at, robot, str(how)]
         self._process = subprocess.Popen(  # noqa: S603 -- this program itself

@@ -14,7 +14,7 @@ from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.stages.document import crossed, of_an_end, of_two_ends
 from firmware_runtime.stages.end_process import EndProcess
 from firmware_runtime.stages.merged_trace import begin_trace, merge_traces

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.links.bridge.route import written
+from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.links.key_file import write_key
-from firmware_runtime.links.route import written
 from firmware_runtime.stages import namespaces
 from firmware_runtime.stages.namespaces import CONTROLLER_AT, ROBOT_AT, NamespaceError, Namespaces
 from firmware_runtime.stages.path_process import PathProcess

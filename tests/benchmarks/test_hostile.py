@@ -32,10 +32,10 @@ def test_every_datagram_is_judged_as_the_document_says(
 @pytest.mark.parametrize(
     ("function", "instead"),
     [
-        ("firmware_runtime.links.udp.opened", lambda datagram, _key: datagram[:-32]),
-        ("firmware_runtime.links.window.Window.judge", lambda *_: None),
-        ("firmware_runtime.links.peer_clock.PeerClock.age", lambda *_: 0),
-        ("firmware_runtime.links.packed._check", lambda *_: None),
+        ("firmware_runtime.links.cut.udp.opened", lambda datagram, _key: datagram[:-32]),
+        ("firmware_runtime.links.cut.window.Window.judge", lambda *_: None),
+        ("firmware_runtime.links.cut.peer_clock.PeerClock.age", lambda *_: 0),
+        ("firmware_runtime.links.cut.packed._check", lambda *_: None),
     ],
 )
 def test_a_link_without_one_of_its_checks_is_found_out(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.links.admission import (
+from firmware_runtime.links.bridge.admission import (
     MOST_AGE,
     MOST_AHEAD,
     MOST_SENDERS,
@@ -14,7 +14,7 @@ from firmware_runtime.links.admission import (
     NotAcquainted,
     Signed,
 )
-from firmware_runtime.links.envelope import (
+from firmware_runtime.links.bridge.envelope import (
     UNKNOWN,
     Envelope,
     Refused,

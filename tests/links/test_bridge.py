@@ -11,12 +11,12 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links import bridge as bridge_module
-from firmware_runtime.links.acquaintance import Acquaintance
-from firmware_runtime.links.bridge import POLL_EVERY, Bridge
-from firmware_runtime.links.broadcast import RENEW_EVERY
-from firmware_runtime.links.route import Route, endpoint
-from firmware_runtime.links.senders import MOST, MOST_OF_ADDRESS, QUIET
+from firmware_runtime.links.bridge import bridge as bridge_module
+from firmware_runtime.links.bridge.acquaintance import Acquaintance
+from firmware_runtime.links.bridge.bridge import POLL_EVERY, Bridge
+from firmware_runtime.links.bridge.broadcast import RENEW_EVERY
+from firmware_runtime.links.bridge.route import Route, endpoint
+from firmware_runtime.links.bridge.senders import MOST, MOST_OF_ADDRESS, QUIET
 from sim_doubles.clock import ManualClock
 from tests.support.waiting import PATIENCE_S
 

@@ -13,12 +13,12 @@ from subprocess import PIPE, Popen
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.channel import CarrierChannel, ChannelClosed
-from firmware_runtime.links.counts import Carried, report_of
+from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed
+from firmware_runtime.links.cut.counts import Carried, report_of
+from firmware_runtime.links.cut.refusal import Reason
+from firmware_runtime.links.cut.udp import AT_ONCE, Carrier
+from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, encoded, sealed
 from firmware_runtime.links.key_file import read_key, write_key
-from firmware_runtime.links.refusal import Reason
-from firmware_runtime.links.udp import AT_ONCE, Carrier
-from firmware_runtime.links.wire import LONGEST, Frame, Kind, decoded, encoded, sealed
 from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S
 
@@ -160,7 +160,7 @@ def test_it_ends_when_the_run_closes_its_socket(carriage: Carriage) -> None:
 
 @contextmanager
 def channel(*words: str) -> Iterator[CarrierChannel]:
-    made = CarrierChannel("firmware_runtime.links.udp", words)
+    made = CarrierChannel("firmware_runtime.links.cut.udp", words)
     try:
         yield made
     finally:
@@ -181,8 +181,8 @@ def test_it_outlives_signals_and_ends_with_its_pair() -> None:
 @pytest.mark.slow
 def test_it_ends_with_a_run_that_is_killed() -> None:
     starts = (
-        "from firmware_runtime.links.channel import CarrierChannel as C; import time;"
-        f"c = C('firmware_runtime.links.udp', ['--listen', '127.0.0.1:{free_port()}']);"
+        "from firmware_runtime.links.cut.channel import CarrierChannel as C; import time;"
+        f"c = C('firmware_runtime.links.cut.udp', ['--listen', '127.0.0.1:{free_port()}']);"
         "print(c.process.pid, flush=True); input()"
     )
     with Popen([sys.executable, "-c", starts], stdin=PIPE, stdout=PIPE) as run:
@@ -210,6 +210,6 @@ def test_an_address_that_is_taken_is_a_sentence(tmp_path: Path) -> None:
     write_key(tmp_path / "key")
     with channel("--listen", f"127.0.0.1:{port}", "--key", str(tmp_path / "key")):
         with pytest.raises(ConfigError, match="Address already in use"):
-            CarrierChannel("firmware_runtime.links.udp", ["--listen", f"127.0.0.1:{port}"])
+            CarrierChannel("firmware_runtime.links.cut.udp", ["--listen", f"127.0.0.1:{port}"])
         sound = sealed(encoded(Frame(Kind.HELLO, OTHER, 0, 1, 1)), read_key(tmp_path / "key"))
         assert len(sound) < LONGEST

@@ -25,7 +25,7 @@ from firmware_runtime import (
     open_model,
     run,
 )
-from firmware_runtime.links.dover_blocks import DoverBlocks
+from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.models.dover import RcvDover, SndDover
 from tests.support.waiting import PATIENCE_S
 

@@ -5,7 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.links.envelope import UNKNOWN, Direction, Envelope, Refused, opened, sealed
+from firmware_runtime.links.bridge.envelope import (
+    UNKNOWN,
+    Direction,
+    Envelope,
+    Refused,
+    opened,
+    sealed,
+)
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "bridge.md"
 KEY = bytes(range(32))

@@ -5,9 +5,9 @@ import socket
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.impaired_path import ImpairedPath, bound
-from firmware_runtime.links.impairment import Decisions, Impairment
-from firmware_runtime.links.route import Endpoint, endpoint
+from firmware_runtime.links.bridge.route import Endpoint, endpoint
+from firmware_runtime.links.cut.impaired_path import ImpairedPath, bound
+from firmware_runtime.links.cut.impairment import Decisions, Impairment
 from firmware_runtime.stages.path_process import PathProcess
 from tests.support.waiting import PATIENCE_S
 

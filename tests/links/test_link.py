@@ -12,13 +12,13 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.counts import Carried, report
-from firmware_runtime.links.cut import Cut, cut_of
-from firmware_runtime.links.greeting import Farewell, Greeting
-from firmware_runtime.links.link import Link, Terms
-from firmware_runtime.links.peer import Peer
-from firmware_runtime.links.refusal import Reason
-from firmware_runtime.links.wire import Frame, Kind, decoded, encoded
+from firmware_runtime.links.cut.counts import Carried, report
+from firmware_runtime.links.cut.cut import Cut, cut_of
+from firmware_runtime.links.cut.greeting import Farewell, Greeting
+from firmware_runtime.links.cut.link import Link, Terms
+from firmware_runtime.links.cut.peer import Peer
+from firmware_runtime.links.cut.refusal import Reason
+from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded
 
 TERMS = Terms()
 LIMITS = {"mind.command": (-1.0, 1.0)}

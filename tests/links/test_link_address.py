@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.address import End, link_address
+from firmware_runtime.links.cut.address import End, link_address
 
 END = End("tachobot", "robot", has_hardware=True, timeout=1)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_runtime.links.datagrams import (
+from firmware_runtime.links.ports.datagrams import (
     LONGEST,
     MOST_PORTS,
     List,

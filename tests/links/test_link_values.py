@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_runtime.links.datagrams import Refusal
-from firmware_runtime.links.values import Read, reader_of
+from firmware_runtime.links.ports.datagrams import Refusal
+from firmware_runtime.links.ports.values import Read, reader_of
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.statistics.trace_file import plain
 

@@ -1,8 +1,8 @@
 """Values of a link are sent until they have arrived, a newer one has left, or they are too old."""
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.outbox import Message, Outbox
-from firmware_runtime.links.wire import Frame, Kind
+from firmware_runtime.links.cut.outbox import Message, Outbox
+from firmware_runtime.links.cut.wire import Frame, Kind
 
 TIMEOUT = SECOND // 2
 

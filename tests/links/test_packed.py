@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from firmware_runtime.links.packed import Packing
-from firmware_runtime.links.refusal import Reason, Refused
+from firmware_runtime.links.cut.packed import Packing
+from firmware_runtime.links.cut.refusal import Reason, Refused
 
 
 class Gear(Enum):

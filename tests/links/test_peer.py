@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.greeting import Farewell, Greeting
-from firmware_runtime.links.peer import Peer
-from firmware_runtime.links.refusal import Reason, Refused
-from firmware_runtime.links.wire import Frame, Kind
+from firmware_runtime.links.cut.greeting import Farewell, Greeting
+from firmware_runtime.links.cut.peer import Peer
+from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.links.cut.wire import Frame, Kind
 
 TIMEOUT = SECOND // 2
 DIGEST = bytes(32)

@@ -10,8 +10,8 @@ import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.key_file import write_key
-from firmware_runtime.links.ports_client import PortsClient
-from firmware_runtime.links.robot_end import NoAnswer
+from firmware_runtime.links.ports.ports_client import PortsClient
+from firmware_runtime.links.ports.robot_end import NoAnswer
 from tests.support.bridged_run import BridgedRun, address, bridged, line, stop
 
 WATCHED = "controller.yaw.command_n"

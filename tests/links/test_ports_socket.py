@@ -13,9 +13,9 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.links.ports import Ports
-from firmware_runtime.links.ports_socket import AT_ONCE, RESERVE, PortsSocket
-from firmware_runtime.links.watchers import MOST, WATCHED_FOR
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.links.ports.ports_socket import AT_ONCE, RESERVE, PortsSocket
+from firmware_runtime.links.ports.watchers import MOST, WATCHED_FOR
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.statistics.companions import Companion
 from tests.support.executives import Run

@@ -6,8 +6,8 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.links.robot_end import RobotEnd
-from firmware_runtime.links.senders import MOST, MOST_OF_ADDRESS, Sender, Senders
+from firmware_runtime.links.bridge.senders import MOST, MOST_OF_ADDRESS, Sender, Senders
+from firmware_runtime.links.ports.robot_end import RobotEnd
 
 
 class Rig:

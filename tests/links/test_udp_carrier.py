@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from firmware_runtime.links import udp
-from firmware_runtime.links.udp import GREETINGS_EVERY, SESSIONS, Carrier
-from firmware_runtime.links.wire import Frame, Kind, decoded, encoded
+from firmware_runtime.links.cut import udp
+from firmware_runtime.links.cut.udp import GREETINGS_EVERY, SESSIONS, Carrier
+from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded
 from sim_doubles.clock import ManualClock
 
 KEY = bytes(range(32))

@@ -2,8 +2,8 @@
 
 import pytest
 
-from firmware_runtime.links.datagrams import Refusal
-from firmware_runtime.links.watchers import MOST, WATCHED_FOR, Address, Watchers
+from firmware_runtime.links.ports.datagrams import Refusal
+from firmware_runtime.links.ports.watchers import MOST, WATCHED_FOR, Address, Watchers
 from sim_doubles.clock import ManualClock
 
 

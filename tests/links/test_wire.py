@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.links.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
-from firmware_runtime.links.packed import Packing
-from firmware_runtime.links.refusal import Reason, Refused
-from firmware_runtime.links.wire import HEADER, LONGEST, Frame, Kind, decoded, encoded, opened
+from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
+from firmware_runtime.links.cut.packed import Packing
+from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.links.cut.wire import HEADER, LONGEST, Frame, Kind, decoded, encoded, opened
 from firmware_runtime.models.motion import Motion
 
 KEY = bytes(range(32))

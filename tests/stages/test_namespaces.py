@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.links.impairment import Impairment
+from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.stages import namespaces
 from firmware_runtime.stages.namespaces import NamespaceError, Namespaces, netem, remove_leftovers
 from firmware_runtime.stages.way import bad_network

@@ -1,7 +1,7 @@
 """The link of a run in its statistics: its cells, its figures, what two readings differ by."""
 
-from firmware_runtime.links.counts import Carried, Counts
-from firmware_runtime.links.refusal import Reason
+from firmware_runtime.links.cut.counts import Carried, Counts
+from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram

@@ -8,8 +8,8 @@ from typing import Any, Self
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.links.ports import Ports
-from firmware_runtime.links.ports_socket import PortsSocket
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.links.ports.ports_socket import PortsSocket
 from sim_doubles.clock import ManualClock
 from tests.support.executives import Run
 

@@ -8,10 +8,10 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge import Bridge
-from firmware_runtime.links.datagrams import LARGEST_EVERY
+from firmware_runtime.links.bridge.bridge import Bridge
+from firmware_runtime.links.bridge.route import Route, endpoint
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.route import Route, endpoint
+from firmware_runtime.links.ports.datagrams import LARGEST_EVERY
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status

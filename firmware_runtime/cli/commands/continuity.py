@@ -18,7 +18,7 @@ from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.stage_run import Plan, StageRun, run_stage
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.impairment import impairment
+from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.recording.of_board import components
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.status import Status

@@ -7,7 +7,7 @@ from pathlib import Path
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.dover_bridge import DoverBridge
+from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.models.dover import HIGHEST_PORT
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path

@@ -17,7 +17,7 @@ from firmware_runtime.experiments.loop_experiment import run_loop
 from firmware_runtime.experiments.results import Results, write_results
 from firmware_runtime.experiments.running import Setup
 from firmware_runtime.experiments.step_experiment import run_step
-from firmware_runtime.links.impairment import impairment
+from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.way import WIFI

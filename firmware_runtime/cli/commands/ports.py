@@ -13,8 +13,8 @@ import msgspec
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.datagrams import LARGEST_EVERY, message_of
-from firmware_runtime.links.ports_client import PortsClient
+from firmware_runtime.links.ports.datagrams import LARGEST_EVERY, message_of
+from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status

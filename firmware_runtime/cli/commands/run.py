@@ -25,7 +25,7 @@ from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.experiments.loop_model import loop_board, loop_end
-from firmware_runtime.links.address import link_address
+from firmware_runtime.links.cut.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.linking import idle_options
 from firmware_runtime.runs.reloading import Reloading

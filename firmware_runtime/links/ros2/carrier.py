@@ -25,8 +25,8 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt8MultiArray
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.cut.udp import Carrier, UdpAddress, begin_carrier
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.udp import Carrier, UdpAddress, begin_carrier
 from firmware_runtime.status import Status
 
 SPIN_S: Final = 0.2

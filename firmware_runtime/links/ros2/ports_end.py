@@ -20,8 +20,8 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.links.datagrams import LONGEST, MOST_PORTS, message_of
-from firmware_runtime.links.robot_end import RobotEnd
+from firmware_runtime.links.ports.datagrams import LONGEST, MOST_PORTS, message_of
+from firmware_runtime.links.ports.robot_end import RobotEnd
 from firmware_runtime.links.ros2.stamps import Stamps
 
 WATCH_EVERY: Final = 4 * SECOND

@@ -13,7 +13,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import Answer, ask, written
-from firmware_runtime.links.robot_end import RobotEnd
+from firmware_runtime.links.ports.robot_end import RobotEnd
 
 TIMEOUT_S: Final = 1.0
 """How long the node waits for an answer; meanwhile it does nothing else."""

@@ -1,0 +1,95 @@
+"""Output ports of a running robot for peers who need not ask, and whether there is a run at all."""
+
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+import msgspec
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.bridge.route import Carried, Endpoint, Route
+from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.ports.robot_end import RobotEnd, why_absent
+
+RENEW_EVERY: Final = 2 * SECOND
+"""Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
+
+
+class _Sent(msgspec.Struct):
+    """What is read of a message from the robot."""
+
+    port: str = ""
+    error: str = ""
+
+
+class Broadcast:
+    """Watches ports and sends what they send to every peer; nothing is read from a peer.
+
+    `log` is called with a sentence when a run appears or is gone. Raises ConfigError for a peer
+    that there is no way to.
+    """
+
+    def __init__(self, route: Route, carried: Carried, log: Callable[[str], None]) -> None:
+        self.is_there: bool | None = None
+        self._robot = route.robot
+        self._peers = [_connected(peer) for peer in route.peers]
+        self._request = message_of(watch=route.watch, every=route.every) if route.watch else b""
+        self._end = RobotEnd(route.robot)
+        self._carried = carried
+        self._log = log
+        self._refusal = ""
+        self._renew_at = 0
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when the robot has said something."""
+        return self._end.fileno()
+
+    def poll(self, now: int) -> None:
+        """Find the run, and ask it again before it forgets."""
+        absent = why_absent(self._robot)
+        if self.is_there is not (absent == ""):
+            self.is_there, self._refusal, self._renew_at = absent == "", "", now
+            what = f"no run listens ({absent}); waiting for one" if absent else "a run listens"
+            self._log(f"{self._robot}: {what}")
+        if self.is_there and self._request and now >= self._renew_at:
+            self._renew_at = now + RENEW_EVERY
+            with suppress(OSError):  # gone since, or busy: the next time, then
+                self._end.send(self._request)
+
+    def carry(self) -> None:
+        """Hand on what the robot has said; a refusal is reported once."""
+        for message in self._end.received():
+            said = msgspec.json.decode(message, type=_Sent)
+            if said.port:
+                self._send(message)
+            elif said.error not in ("", self._refusal):
+                self._refusal = said.error
+                self._log(f"the run refuses: {said.error}")
+
+    def close(self) -> None:
+        """Close the sockets."""
+        self._end.close()
+        for peer in self._peers:
+            peer.close()
+
+    def _send(self, message: bytes) -> None:
+        for peer in self._peers:
+            try:
+                peer.send(message)
+            except OSError:  # no reader at the moment, no room, or more than UDP can carry
+                self._carried.dropped += 1
+            else:
+                self._carried.from_robot += 1
+
+
+def _connected(to: Endpoint) -> socket.socket:
+    """A socket of its own for each peer, so one of any family can be reached from anywhere."""
+    made = socket.socket(to.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    try:
+        made.connect(to.where)
+    except OSError as error:
+        made.close()
+        raise ConfigError("--peer", [f"{to}: {error.strerror}; expected a way there"]) from error
+    return made

@@ -1,0 +1,175 @@
+"""Ways from a run to the other end of its link: Unix sockets that never block.
+
+`PathChannel` leads straight to a run on this machine, by two names in the file system, so either
+end may come first and come again. `CarrierChannel` leads to a process of our own that carries the
+frames on; it is started here, lives as long as the pair of sockets between the two, and keeps the
+network out of the run.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from select import select
+from typing import Final, Protocol
+
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.cut.wire import LONGEST
+from firmware_runtime.links.socket_file import SocketFile
+
+_BEGINS_WITHIN_S: Final = 30.0
+"""How long a carrier may take to get its sockets."""
+_END_WITHIN_S: Final = 5.0
+"""How long a carrier may take to end once the run has closed its socket."""
+
+
+class ChannelClosed(Exception):
+    """The process at the other end of a pair of sockets has ended."""
+
+
+class Channel(Protocol):
+    """The way to the other end, as the run's loop uses it."""
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a frame has come."""
+
+    def receive(self) -> bytes | None:
+        """The next frame; None if there is none. Raises ChannelClosed."""
+
+    def send(self, frame: bytes) -> None:
+        """Send without waiting. Raises OSError where there is no room, or no other end."""
+
+    def close(self) -> None:
+        """Close the sockets."""
+
+
+class PathChannel:
+    """Two runs on one machine: this one's socket at `own`, the other's at `other`.
+
+    Raises ConfigError if the socket cannot be made, or another process listens at `own` already.
+    """
+
+    def __init__(self, own: Path, other: Path) -> None:
+        if _is_taken(own):
+            fault = f"{own}: another run listens there; expected it to have ended"
+            raise ConfigError.of_one("--link", f"{fault}, or another path")
+        self._file = SocketFile(own, 0o600, "expected another path for --link")
+        self._socket = self._file.socket
+        self._other = os.fspath(other)
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a frame has come."""
+        return self._socket.fileno()
+
+    def receive(self) -> bytes | None:
+        """The next frame; None if there is none."""
+        try:
+            return self._socket.recv(LONGEST + 1)
+        except BlockingIOError:
+            return None
+
+    def send(self, frame: bytes) -> None:
+        """Send without waiting. Raises OSError where there is no room, or no other end."""
+        self._socket.sendto(frame, self._other)
+
+    def close(self) -> None:
+        """Close the socket, and remove it."""
+        self._file.close()
+
+
+@dataclass(frozen=True, slots=True)
+class Interpreter:
+    """The Python that a carrier runs in: its first words, and its variables."""
+
+    words: Sequence[str] = (sys.executable, "-P")
+    variables: Mapping[str, str] | None = None
+
+
+class CarrierChannel:
+    """A carrier of its own: module `carrier` of Python, with these arguments and the pair's end.
+
+    It is started at once, at ordinary priority. It ends when the pair is closed, also by the
+    kernel. Raises ConfigError about `where`, with what it says, if it cannot begin.
+    """
+
+    def __init__(
+        self,
+        carrier: str,
+        arguments: Sequence[str],
+        where: str = "--link",
+        interpreter: Interpreter = Interpreter(),
+    ) -> None:
+        self._socket, theirs = socket.socketpair(
+            socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
+        )
+        self._socket.set_inheritable(False)
+        theirs.setblocking(True)
+        words = [*interpreter.words, "-m", carrier, str(theirs.fileno()), *arguments]
+        try:
+            self.process = subprocess.Popen(  # noqa: S603 -- this project's own module
+                words,
+                pass_fds=[theirs.fileno()],
+                env=interpreter.variables,
+                stdin=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+            )
+        finally:
+            theirs.close()
+        self._begin(where)
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a frame has come."""
+        return self._socket.fileno()
+
+    def receive(self) -> bytes | None:
+        """The next frame; None if there is none. Raises ChannelClosed."""
+        try:
+            frame = self._socket.recv(LONGEST + 1)
+        except BlockingIOError:
+            return None
+        except OSError as error:
+            raise ChannelClosed from error
+        if not frame:
+            raise ChannelClosed
+        return frame
+
+    def send(self, frame: bytes) -> None:
+        """Send without waiting. Raises OSError where there is no room, or no other end."""
+        self._socket.send(frame)
+
+    def close(self) -> None:
+        """Close the pair, and wait for the carrier to hand on what it has and to end."""
+        self._socket.close()
+        try:
+            self.process.wait(_END_WITHIN_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        for pipe in (self.process.stdout, self.process.stderr):
+            if pipe is not None:
+                pipe.close()
+
+    def _begin(self, where: str) -> None:
+        """Wait until it has its sockets. Raises ConfigError with its sentence if it has none."""
+        assert self.process.stdout is not None  # noqa: S101 -- it is a pipe
+        ready, _, _ = select([self.process.stdout], (), (), _BEGINS_WITHIN_S)
+        said = self.process.stdout.readline() if ready else b""
+        if said.strip() != b"ready":
+            self.process.kill()
+            _, failure = self.process.communicate()
+            self._socket.close()
+            text = failure.decode(errors="replace").strip() or "the carrier has not begun"
+            raise ConfigError.of_one(where, text.removeprefix(f"{where}: "))
+
+
+def _is_taken(path: Path) -> bool:
+    """Whether a process listens at a path."""
+    with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
+        probe.connect(os.fspath(path))
+        return True
+    return False

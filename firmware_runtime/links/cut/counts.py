@@ -1,0 +1,80 @@
+"""What an end of a link counts, and how its carrier reports what that counts."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import msgspec
+from msgspec import structs
+
+from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.links.cut.wire import Frame, Kind, encoded
+from firmware_runtime.statistics.rows import LinkRow
+
+
+class Carried(msgspec.Struct):
+    """What a carrier counts: datagrams since it was started."""
+
+    refused: dict[Reason, int] = {}
+    dropped: int = 0
+    """Those that came faster than the run takes them."""
+    unsent: int = 0
+    """Those for which there was no room, no way, or no receiver yet."""
+
+
+@dataclass(slots=True)
+class Counts:
+    """Values and frames since the start of the run."""
+
+    sent: int = 0
+    """Values that were sent, each once."""
+    repeated: int = 0
+    """Values that were sent again, because they had not arrived."""
+    received: int = 0
+    """Values that entered the model."""
+    dropped: int = 0
+    """Values that arrived, and in whose place a newer one of their port was taken."""
+    replaced: int = 0
+    """Values that left, and in whose place a newer one of their port was sent."""
+    unsent: int = 0
+    """Frames for which there was no room, or no other end."""
+    own: Counter[Reason] = field(default_factory=Counter)
+    """What the run itself has refused."""
+    carried: Carried = field(default_factory=Carried)
+    """What the carrier has counted by its last report."""
+
+    def row(self, *, is_good: bool, silences: int) -> tuple[int, ...]:
+        """As the statistics of the run have it."""
+        return structs.astuple(
+            LinkRow(
+                is_good,
+                self.sent,
+                self.repeated,
+                self.received,
+                self.dropped + self.replaced + self.carried.dropped,
+                self.unsent + self.carried.unsent,
+                silences,
+                *self.refused.values(),
+            )
+        )
+
+    @property
+    def refused(self) -> dict[Reason, int]:
+        """All refusals, by every reason there is."""
+        return {each: self.own[each] + self.carried.refused.get(each, 0) for each in Reason}
+
+
+_encode = msgspec.msgpack.Encoder().encode
+_decode = msgspec.msgpack.Decoder(Carried).decode
+
+
+def report(carried: Carried) -> bytes:
+    """A carrier's frame to its run."""
+    return encoded(Frame(Kind.REPORT, 1, 0, 1, 0, body=_encode(carried)))
+
+
+def report_of(body: bytes) -> Carried:
+    """What a carrier reports. Raises Refused."""
+    try:
+        return _decode(body)
+    except msgspec.MsgspecError as error:
+        raise Refused(Reason.MALFORMED, str(error)) from error

@@ -1,0 +1,181 @@
+"""A UDP path with an impairment, as a process of its own: what `tc netem` does, without the kernel.
+
+    controller <--> front socket of this process, back socket <--> robot
+
+A datagram that comes in at one socket leaves by the other, late, twice or not at all, as
+`Decisions` says. The robot's address is given; the controller is at the address that spoke last.
+
+The process prints a JSON line with its addresses, works until its standard input ends or a signal
+comes, and prints what it has counted.
+"""
+
+import json
+import socket
+import sys
+from dataclasses import asdict, dataclass
+from heapq import heappop, heappush
+from select import select
+from time import monotonic_ns
+from typing import Any, Final
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.bridge.route import Endpoint, endpoint, written
+from firmware_runtime.links.cut.impairment import Decisions, Impairment, Way, impairment
+from firmware_runtime.system.until_signal import until_signal
+
+LARGEST: Final = 1 << 16
+MOST_WAITING: Final = 10_000
+AT_ONCE: Final = 64
+"""Datagrams read of one socket before the other has its turn."""
+POLL_S: Final = 1.0
+
+
+@dataclass(slots=True)
+class Counts:
+    """Datagrams of one way."""
+
+    received: int = 0
+    lost: int = 0
+    """Dropped by decision."""
+    duplicated: int = 0
+    sent: int = 0
+    not_sent: int = 0
+    """Those that found no room here, no address yet, or that the kernel refused."""
+
+
+class OneWay:
+    """Datagrams that come in at one socket and leave by the other when they are due."""
+
+    def __init__(self, impairment: Impairment, way: Way, to: socket.socket) -> None:
+        self.counts = Counts()
+        self.address: tuple[Any, ...] | None = None
+        """Where they go."""
+        self._decisions = Decisions(impairment, way)
+        self._to = to
+        self._waiting: list[tuple[int, int, bytes]] = []
+
+    @property
+    def due_at(self) -> int | None:
+        """When the next one is to be sent, ns; None if none waits."""
+        return self._waiting[0][0] if self._waiting else None
+
+    def take(self, datagram: bytes, now: int) -> None:
+        """Decide what happens to one that came in."""
+        counts = self.counts
+        counts.received += 1
+        delays = self._decisions.next()
+        counts.lost += not delays
+        counts.duplicated += len(delays) > 1
+        for delay in delays:
+            if len(self._waiting) < MOST_WAITING:
+                heappush(self._waiting, (now + delay, counts.received, datagram))
+            else:
+                counts.not_sent += 1
+
+    def send_due(self, now: int) -> None:
+        """Send all whose time has come."""
+        while self._waiting and self._waiting[0][0] <= now:
+            _, _, datagram = heappop(self._waiting)
+            if self._is_sent(datagram):
+                self.counts.sent += 1
+            else:
+                self.counts.not_sent += 1
+
+    def _is_sent(self, datagram: bytes) -> bool:
+        if self.address is None:
+            return False
+        try:
+            self._to.sendto(datagram, self.address)
+        except OSError:  # no room, or no way there
+            return False
+        return True
+
+
+class ImpairedPath:
+    """Both ways between two sockets that are bound already; it closes them."""
+
+    def __init__(
+        self, front: socket.socket, back: socket.socket, robot: Endpoint, how: Impairment
+    ) -> None:
+        self._front, self._back = front, back
+        self._out = OneWay(how, "out", back)
+        self._return = OneWay(how, "back", front)
+        self._out.address = robot.where
+
+    @property
+    def addresses(self) -> dict[str, str]:
+        """Where both sockets are, with the ports that the kernel chose."""
+        ends = {"front": self._front, "back": self._back}
+        return {name: written(end.getsockname()) for name, end in ends.items()}
+
+    @property
+    def counts(self) -> dict[str, dict[str, int]]:
+        """What became of the datagrams, by way."""
+        return {"out": asdict(self._out.counts), "back": asdict(self._return.counts)}
+
+    def work(self, *wake_up: Any) -> list[Any]:  # noqa: ANN401 -- whatever has a descriptor
+        """Carry what there is; return which of the others is readable, after a second at most."""
+        now = monotonic_ns()
+        due = [at for way in (self._out, self._return) if (at := way.due_at) is not None]
+        timeout_s = min([POLL_S, *(max(at - now, 0) / SECOND for at in due)])
+        ready, _, _ = select([self._front, self._back, *wake_up], (), (), timeout_s)
+        now = monotonic_ns()
+        if self._front in ready:
+            self._receive(self._front, self._out, self._return, now)
+        if self._back in ready:
+            self._receive(self._back, self._return, None, now)
+        self._out.send_due(now)
+        self._return.send_due(now)
+        return [each for each in ready if each in wake_up]
+
+    def close(self) -> None:
+        """Close the sockets."""
+        self._front.close()
+        self._back.close()
+
+    def _receive(self, at: socket.socket, way: OneWay, answers: OneWay | None, now: int) -> None:
+        """Take what has come; `answers` learn where it came from."""
+        for _ in range(AT_ONCE):
+            try:
+                datagram, address = at.recvfrom(LARGEST)
+            except OSError:  # none is left, or an address refused one of ours
+                return
+            if answers is not None:
+                answers.address = address
+            way.take(datagram, now)
+
+
+def bound(at: Endpoint) -> socket.socket:
+    """A UDP socket at an address, that never blocks. Raises ConfigError if it cannot be had."""
+    made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    try:
+        made.bind(at.where)
+    except OSError as error:
+        made.close()
+        fault = f"{at}: {error.strerror}; expected a free address"
+        raise ConfigError("impairment", [fault]) from error
+    return made
+
+
+def main(arguments: list[str]) -> int:
+    """`FRONT BACK ROBOT IMPAIRMENT`: carry until standard input ends or a signal comes."""
+    front_at, back_at, robot = (endpoint("impairment", text) for text in arguments[:3])
+    path = ImpairedPath(bound(front_at), bound(back_at), robot, impairment(arguments[3]))
+    with until_signal() as signalled:
+        _print(path.addresses)
+        is_over = False
+        while not is_over:
+            is_over = bool(path.work(signalled, sys.stdin))
+    path.close()
+    _print(path.counts)
+    return 0
+
+
+def _print(what: object) -> None:
+    sys.stdout.write(f"{json.dumps(what)}\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,211 @@
+"""What one end of a link knows of the other: sessions, counters, clock, whether it is silent.
+
+Protocol without I/O: frames and instants of CLOCK_MONOTONIC in, frames out.
+
+    no peer --hello of the same cut, then any frame that names our session--> peer
+    peer --nothing accepted for `timeout`, or a bye--> silent peer --a frame of its session--> peer
+    silent peer --as from no peer, of another session--> another peer
+
+Two ends that are silent to each other greet anyone, and answer each other's greetings by name.
+
+A session is 64 random bits. A frame that names another session of ours than the present one, or
+comes from one that is not our peer's, is refused; so is a counter that is not above all before it.
+Another session takes the place of the peer only when that is silent, and one that was our peer
+before never comes back: what was recorded of it is worth nothing.
+"""
+
+from collections import deque
+from typing import Final
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
+from firmware_runtime.links.cut.peer_clock import PeerClock
+from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.links.cut.window import Window
+from firmware_runtime.links.cut.wire import Frame, Kind
+
+_FORMER: Final = 256
+"""How many former sessions of the other end are remembered."""
+
+
+class Peer:
+    """The other end of a link, as this one knows it.
+
+    `own` is what this end says of itself; frames are accepted from an end that is cut likewise.
+    `timeout` is for how long, ns, a peer may be silent, and how old a frame may be.
+    """
+
+    def __init__(self, session: int, own: Greeting, timeout: int) -> None:
+        self.session = session
+        self.own = own
+        self.timeout = timeout
+        self.greeting: Greeting | None = None
+        """What the peer said of itself; None before there is one."""
+        self.farewell: Farewell | None = None
+        """What the peer said when it ended; None while it has not."""
+        self.good_since: int | None = None
+        """The instant from which on it was never silent; None while it is, or there is none."""
+        self.silences = 0
+        self.wants_hello = False
+        """Whether a hello is to be sent at once: a greeting came."""
+        self.session_of_peer = 0
+        self.clock = PeerClock(is_same=False)
+        self._window = Window()
+        self._counter = 0
+        self._received_at = 0
+        self._candidate: tuple[int, Greeting] | None = None
+        self._greeted: tuple[int, int] = (0, 0)
+        self._former: deque[int] = deque(maxlen=_FORMER)
+
+    # What arrives ---------------------------------------------------------------------------------
+
+    def accept(self, frame: Frame, now: int) -> bool:
+        """Take a frame that arrived; whether it is the peer's. Raises Refused.
+
+        False: a greeting of an end that does not know our session yet.
+        """
+        if frame.session == self.session:
+            raise Refused(Reason.REPLAYED, "a frame of this end itself")
+        if frame.kind is Kind.HELLO:
+            self._meet(frame, now)
+        if frame.peer == 0 and frame.kind is Kind.HELLO:
+            return False
+        if frame.peer != self.session:
+            raise Refused(Reason.WRONG_SESSION, "meant for another session")
+        if frame.session != self.session_of_peer:
+            self._change_peer(frame, now)
+        self._judge(frame, now)
+        self._note(frame, now)
+        return True
+
+    def _meet(self, frame: Frame, now: int) -> None:
+        """Note who greets, if it fits. Raises Refused."""
+        greeting = greeting_of(frame.body)
+        if greeting.digest != self.own.digest or set(greeting.leaving) & set(self.own.leaving):
+            raise Refused(
+                Reason.OTHER_CUT,
+                f"role {greeting.role} of {greeting.board} sends and takes other ports than role "
+                f"{self.own.role} of {self.own.board} takes and sends; expected the other end of "
+                "one cut, with the same settings and versions",
+            )
+        if frame.session in self._former:
+            raise Refused(Reason.WRONG_SESSION, "a former session")
+        if frame.session != self.session_of_peer or frame.peer != self.session:
+            self._candidate, self._greeted = (frame.session, greeting), (frame.sent_at, now)
+            self.wants_hello = True
+
+    def _change_peer(self, frame: Frame, now: int) -> None:
+        """Let another session be the peer. Raises Refused."""
+        if self._candidate is None or frame.session != self._candidate[0]:
+            raise Refused(Reason.WRONG_SESSION, "from a session that has not greeted")
+        if self.is_good(now):
+            raise Refused(Reason.WRONG_SESSION, "the present peer is not silent")
+        if not self._answers_now(frame, now):
+            raise Refused(Reason.TOO_OLD, "an answer to nothing that was said lately")
+        if self.session_of_peer != 0:
+            self._former.append(self.session_of_peer)
+        self.session_of_peer, self.greeting = self._candidate
+        self._candidate = None
+        self._compare_clocks(self.greeting)
+        self._window = Window()
+        self.wants_hello = True
+
+    def _answers_now(self, frame: Frame, now: int) -> bool:
+        """Whether a frame answers what was said lately, so that it cannot be old itself."""
+        return frame.echo != 0 and 0 <= now - frame.echo - max(frame.held, 0) <= 2 * self.timeout
+
+    def _compare_clocks(self, greeting: Greeting) -> None:
+        """Begin to compare the clocks: in a long silence they may have drifted apart."""
+        self.clock = PeerClock(is_same=greeting.machine == self.own.machine != "")
+
+    def _judge(self, frame: Frame, now: int) -> None:
+        """Raise Refused unless a frame of the peer is later than all before it, and not old."""
+        self._window.judge(frame.counter, frame.sent_at)
+        if frame.kind is Kind.HELLO and not self.is_good(now) and self._answers_now(frame, now):
+            self._compare_clocks(greeting_of(frame.body))
+        age = self.clock.age(now, frame.sent_at)
+        if age is not None and age > self.timeout:
+            raise Refused(Reason.TOO_OLD, f"sent {age / SECOND:.3f} s ago")
+
+    def _note(self, frame: Frame, now: int) -> None:
+        """A frame of the peer is accepted."""
+        self._window.note(frame.counter, frame.sent_at)
+        self.clock.note(now, frame.sent_at, frame.echo, frame.held)
+        if self.good_since is None:
+            self.good_since = now
+        self._received_at = now
+        self.farewell = None
+        if frame.kind is Kind.BYE:
+            self.farewell = farewell_of(frame.body)
+            self.good_since = None
+
+    # How it stands --------------------------------------------------------------------------------
+
+    def is_good(self, now: int) -> bool:
+        """Whether something of the peer was accepted within the timeout; notes a silence."""
+        if self.good_since is not None and now - self._received_at >= self.timeout:
+            self.good_since = None
+            self.silences += 1
+        return self.good_since is not None
+
+    def why_bad(self, now: int) -> str | None:
+        """Why the link is not good, in a few words; None if it is."""
+        if self.is_good(now):
+            return None
+        if self.greeting is None:
+            return "the other end has not answered yet"
+        if self.farewell is not None:
+            return f"the {self.greeting.role} has ended: {self.farewell.reason}"
+        silent_s = (now - self._received_at) / SECOND
+        return f"the {self.greeting.role} has been silent for {silent_s:.1f} s"
+
+    def interrupt(self) -> None:
+        """Take the link for bad: it has to be good again for as long as at first."""
+        self.good_since = None
+
+    # What is sent ---------------------------------------------------------------------------------
+
+    def frame(  # noqa: PLR0913 -- a value has four fields of its own
+        self,
+        kind: Kind,
+        now: int,
+        *,
+        port: int = 0,
+        origin: int = 0,
+        sequence: int = 0,
+        body: bytes = b"",
+    ) -> Frame:
+        """The next frame to the peer."""
+        self._counter += 1
+        window = self._window
+        echo, held = (window.sent_at, now - self._received_at) if window.highest > 0 else (0, 0)
+        return Frame(
+            kind,
+            self.session,
+            self.session_of_peer,
+            self._counter,
+            now,
+            echo,
+            held,
+            window.highest,
+            window.before,
+            port,
+            origin,
+            sequence,
+            body,
+        )
+
+    def hello(self, now: int) -> Frame:
+        """A greeting: the answer to one that came, else to a peer that is there, or anyone."""
+        is_answer, self.wants_hello = self.wants_hello, False
+        plain = self.frame(Kind.HELLO, now, body=encode(self.own))
+        if self._candidate is None or not is_answer:
+            return plain if self.is_good(now) else plain._replace(peer=0)
+        sent_at, arrived_at = self._greeted
+        return plain._replace(
+            peer=self._candidate[0], echo=sent_at, held=now - arrived_at, seen=0, seen_before=0
+        )
+
+    def bye(self, now: int, farewell: Farewell) -> Frame:
+        """The last frame: this end ends."""
+        return self.frame(Kind.BYE, now, body=encode(farewell))

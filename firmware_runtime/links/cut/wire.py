@@ -1,0 +1,106 @@
+"""The frame of a link: what two runs say to each other, one datagram each (docs/wire.md).
+
+A header of 88 bytes, the body, and, where there is a key, HMAC-SHA256 over both. Whole numbers are
+big-endian; instants are CLOCK_MONOTONIC of the machine that is named, in ns.
+
+Codec without I/O: bytes in, a frame or Refused out.
+"""
+
+import hmac
+from enum import IntEnum
+from hashlib import sha256
+from struct import Struct
+from typing import Final, NamedTuple
+
+from firmware_runtime.links.cut.refusal import Reason, Refused
+
+MAGIC: Final = b"FWL1"
+LONGEST: Final = 8192
+"""Bytes of the longest frame, its authentication code included."""
+TAG: Final = sha256().digest_size
+_HEADER: Final = Struct("!4sBBHQQQqqqQQqQ")
+HEADER: Final = _HEADER.size
+LONGEST_BODY: Final = LONGEST - HEADER - TAG
+
+
+class Kind(IntEnum):
+    """What a frame is for."""
+
+    HELLO = 1
+    """Which cut this end belongs to; the body says it (`greeting`)."""
+    VALUE = 2
+    """A value that left the model by a port of the cut."""
+    HEARTBEAT = 3
+    """A sign of life, and what has arrived."""
+    BYE = 4
+    """This end ends; the body says why."""
+    REPORT = 5
+    """What a carrier has counted; between a run and its own carrier only, never on the network."""
+
+
+class Frame(NamedTuple):
+    """One frame. Fields from `port` on have a meaning in values only."""
+
+    kind: Kind
+    session: int
+    """Of the sender: 64 random bits, drawn when it starts."""
+    peer: int
+    """The session of the receiver, as far as the sender knows it; 0 if it does not."""
+    counter: int
+    """Of the sender's frames in this session, rising from 1."""
+    sent_at: int
+    """By the sender's clock."""
+    echo: int = 0
+    """`sent_at` of the latest frame that the sender accepted; 0: none yet."""
+    held: int = 0
+    """Ns that the sender had that frame before it sent this one."""
+    seen: int = 0
+    """The highest counter that the sender has accepted; 0: none yet."""
+    seen_before: int = 0
+    """Bit n: the frame with the counter `seen` - 1 - n has been accepted, too."""
+    port: int = 0
+    """Number of the port in the cut."""
+    origin: int = 0
+    """The instant at which the value left its model, by the sender's clock."""
+    sequence: int = 0
+    """Of the values of this port in this session, rising from 1; a value sent again keeps its."""
+    body: bytes = b""
+
+
+def encoded(frame: Frame, key: bytes | None = None) -> bytes:
+    """The bytes of a frame, with its authentication code if there is a key."""
+    plain = _HEADER.pack(MAGIC, frame.kind, 0, frame.port, *frame[1:9], *frame[10:12]) + frame.body
+    return sealed(plain, key) if key is not None else plain
+
+
+def sealed(plain: bytes, key: bytes) -> bytes:
+    """A frame and its authentication code."""
+    return plain + hmac.digest(key, plain, "sha256")
+
+
+def opened(datagram: bytes, key: bytes) -> bytes:
+    """A frame without its authentication code. Raises Refused unless the key has made that."""
+    if len(datagram) > LONGEST:
+        raise Refused(Reason.OVERSIZED, f"over {LONGEST} bytes")
+    plain, tag = datagram[:-TAG], datagram[-TAG:]
+    if not hmac.compare_digest(hmac.digest(key, plain, "sha256"), tag):
+        raise Refused(Reason.FORGED)
+    return plain
+
+
+def decoded(plain: bytes) -> Frame:
+    """The frame of bytes without authentication code. Raises Refused."""
+    if len(plain) > LONGEST:
+        raise Refused(Reason.OVERSIZED, f"over {LONGEST} bytes")
+    if len(plain) < HEADER or plain[:4] != MAGIC:
+        raise Refused(Reason.MALFORMED, "no frame of this format")
+    _, kind, flags, port, *numbers = _HEADER.unpack_from(plain)
+    if not Kind.HELLO <= kind <= Kind.REPORT or flags != 0:
+        raise Refused(Reason.MALFORMED, f"kind {kind}, flags {flags}")
+    frame = Frame._make((_KINDS[kind], *numbers[:8], port, *numbers[8:], plain[HEADER:]))
+    if frame.session == 0 or frame.counter == 0:
+        raise Refused(Reason.MALFORMED, "no session, or no counter")
+    return frame
+
+
+_KINDS: Final = {kind.value: kind for kind in Kind}

@@ -1,0 +1,1 @@
+"""What the blocks of the first paper say, as texts over UDP of this machine."""

@@ -1,0 +1,130 @@
+"""The ports of a model that others may write and watch, by the names they go by in datagrams."""
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+from msgspec import Raw
+
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.listening import Listening
+from firmware_runtime.devs.part import Part
+from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.trace import path_below
+from firmware_runtime.links.ports.datagrams import Refusal
+from firmware_runtime.links.ports.values import Read, reader_of
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An input port of the top model; `read` is None if no datagram can bear its type."""
+
+    port: InPort[Any]
+    read: Read | None
+
+
+class Ports:
+    """Input ports of the top model, and the output ports of every component below it."""
+
+    def __init__(self, root: Component) -> None:
+        self.entries = {
+            port.name: Entry(port, reader_of(port.type)) for port in root.in_ports.values()
+        }
+        self.outputs: dict[str, OutPort[Any]] = {
+            path_below(root, port): port
+            for component in _components(root)
+            for port in component.out_ports.values()
+        }
+
+    def of_part(self, part: Part) -> "Ports":
+        """Those of them that are in a part of this model; where it was cut is no port of it."""
+        found = Ports(part.model)
+        found.entries = {name: each for name, each in found.entries.items() if name in self.entries}
+        found.outputs = {name: each for name, each in found.outputs.items() if name in self.outputs}
+        return found
+
+    def arrival(self, name: str, value: Raw) -> tuple[InPort[Any], object]:
+        """An input port, and the value for it that a datagram bears. Raises Refusal."""
+        entry = self.entries.get(name)
+        if entry is None:
+            known = ", ".join(self.entries) or "none: this model has no input port"
+            raise Refusal(f"{name}: no such input port of the top model; expected one of {known}")
+        if entry.read is None:
+            kind = entry.port.type.__name__
+            raise Refusal(f"{name}: a value of {kind} cannot be sent; expected another port")
+        try:
+            return entry.port, entry.read(value)
+        except Refusal as why:
+            raise Refusal(f"{name}: not a {entry.port.type.__name__}: {why}") from why
+
+    def watched(self, paths: Iterable[str]) -> dict[str, OutPort[Any]]:
+        """The output ports at these paths. Raises Refusal."""
+        found: dict[str, OutPort[Any]] = {}
+        for path in paths:
+            if path not in self.outputs:
+                raise Refusal(
+                    f'{path}: no such output port; expected one that {{"list": true}} names'
+                )
+            found[path] = self.outputs[path]
+        return found
+
+    def listing(self) -> list[dict[str, str]]:
+        """Name, direction and type of each."""
+        directed: list[tuple[str, str, type[Any]]] = [
+            *((name, "in", entry.port.type) for name, entry in self.entries.items()),
+            *((path, "out", port.type) for path, port in self.outputs.items()),
+        ]
+        return [
+            {"name": name, "direction": direction, "type": kind.__name__}
+            for name, direction, kind in directed
+        ]
+
+
+def _components(component: Component) -> Iterator[Component]:
+    yield component
+    if isinstance(component, Coupled):
+        for child in component.components.values():
+            yield from _components(child)
+
+
+Sent: TypeAlias = tuple[str, int, object]
+"""The port's path, the instant in ns, the value."""
+
+ROOM: Final = 256
+"""How many messages may wait to be sent on; then the oldest makes room."""
+
+
+class Taps:
+    """Output ports that are listened to while they are watched; one that is not costs nothing.
+
+    What was sent waits in `sent`, oldest first; `lost` counts what found no room.
+    """
+
+    def __init__(self, simulator: Engine) -> None:
+        self.sent: deque[Sent] = deque(maxlen=ROOM)
+        self.lost = 0
+        self._simulator = simulator
+        self._ports: Mapping[str, OutPort[Any]] = {}
+        self._listening: list[Listening] = []
+
+    def open(self, ports: Mapping[str, OutPort[Any]]) -> None:
+        """Listen to these ports from now on, by path, and to no others."""
+        if ports == self._ports:
+            return
+        self._ports = ports
+        for listening in self._listening:
+            listening.end()
+        self._listening = [self._listen(path, port) for path, port in ports.items()]
+
+    def _listen(self, path: str, port: OutPort[Any]) -> Listening:
+        sent = self.sent
+
+        def take(at: int, value: object) -> None:
+            if len(sent) == ROOM:
+                self.lost += 1
+            sent.append((path, at, value))
+
+        return self._simulator.listen(port, take)

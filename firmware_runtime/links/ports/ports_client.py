@@ -1,0 +1,170 @@
+"""For programs: values into the ports of a running robot, and what its ports send.
+
+    with PortsClient("robot.local:7300", key=Path("robot.key")) as robot:
+        robot.put("yaw_reference", 0.5)
+        for message in robot.watch(["controller.yaw.command_n"], every=10):
+            print(message.t_ns, message.value)
+
+Through a bridge, signed with its key; on the robot itself also by the run's own socket, a Path.
+"""
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from select import select
+from time import monotonic_ns
+from typing import Any, Final
+
+import msgspec
+
+from firmware_runtime.closing import Closing
+from firmware_runtime.devs.time import NEVER, SECOND, seconds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.bridge.bridge_end import BridgeEnd
+from firmware_runtime.links.bridge.route import endpoint
+from firmware_runtime.links.key_file import read_key
+from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
+
+TIMEOUT: Final = 2 * SECOND
+"""Ns that a run has to answer."""
+RENEW_EVERY: Final = 3 * SECOND
+"""Ns from one request to watch to the next, of which a run forgets those that are 10 s old."""
+ROOM: Final = 1024
+"""Messages that wait for who watches; then the oldest makes room."""
+
+
+class Message(msgspec.Struct, frozen=True):
+    """One value that left an output port, and the instant of the run at which it did."""
+
+    port: str
+    t_ns: int
+    value: Any
+
+
+class _Said(msgspec.Struct):
+    """Whatever a run says: an answer, or a message."""
+
+    error: str = ""
+    taken: str = ""
+    watching: tuple[str, ...] | None = None
+    ports: tuple[dict[str, str], ...] | None = None
+    port: str = ""
+    t_ns: int = 0
+    value: Any = None
+
+
+_said = msgspec.json.Decoder(_Said).decode
+
+
+class PortsClient(Closing):
+    """Speaks with the ports of one run; a context manager.
+
+    `where` is a bridge's ADDRESS:PORT, or the path of a run's ports socket. Raises ConfigError for
+    an address or a key that is none, for one of another machine without a key, and for what the run
+    refuses; NoAnswer if it does not answer.
+    """
+
+    def __init__(self, where: str | Path, key: Path | None = None) -> None:
+        self.where = str(where)
+        self._end: RobotEnd | BridgeEnd
+        self._heard: deque[_Said] = deque()
+        self._messages: deque[Message] = deque(maxlen=ROOM)
+        if isinstance(where, Path):
+            if key is not None:
+                fault = f"{key}: a run's own socket takes no key; expected a bridge's address"
+                raise ConfigError.of_one("key file", fault)
+            self._end = RobotEnd(where)
+            return
+        at = endpoint("bridge", where)
+        if key is None and not at.is_loopback:
+            fault = f"{at} is not on this machine; expected a key file, as its bridge has one"
+            raise ConfigError.of_one("bridge", fault)
+        secret = None if key is None else read_key(key)
+        try:
+            self._end = BridgeEnd(at, secret)
+        except OSError as error:
+            raise NoAnswer(f"{self.where}: {error.strerror}; expected a way there") from error
+
+    def put(self, port: str, value: object) -> None:
+        """Put a value into an input port of the model; returns when it has arrived.
+
+        After NoAnswer it may have arrived or not.
+        """
+        self._ask("taken", port=port, value=value, confirm=True)
+
+    def ports(self) -> tuple[dict[str, str], ...]:
+        """Name, direction and type of each port."""
+        return self._ask("ports", list=True).ports or ()
+
+    def watch(
+        self, ports: Sequence[str], every: int = 1, for_s: float | None = None
+    ) -> Iterator[Message]:
+        """Every N-th message of these output ports, for so long, or until the run falls silent."""
+        until = NEVER if for_s is None else monotonic_ns() + seconds(for_s)
+        renew_at = 0
+        try:
+            while (now := monotonic_ns()) < until:
+                if now >= renew_at:
+                    renew_at = now + RENEW_EVERY
+                    self._ask("watching", watch=ports, every=every)
+                while self._messages:
+                    yield self._messages.popleft()
+                self._keep(self._hear(min(until, renew_at)))
+            yield from self._messages
+        finally:
+            self._messages.clear()
+            with suppress(NoAnswer):
+                self._say(message_of(watch=[]))
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._end.close()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _ask(self, key: str, **request: object) -> _Said:
+        """Say something, and wait for the answer that has this key."""
+        self._say(message_of(**request))
+        until = monotonic_ns() + TIMEOUT
+        while monotonic_ns() < until:
+            said = self._hear(until)
+            if said is not None and said.error:
+                raise ConfigError.of_one(self.where, said.error)
+            if said is not None and getattr(said, key):
+                return said
+            self._keep(said)
+        self._end.forget()
+        expected = "expected a run that listens there"
+        raise NoAnswer(f"{self.where}: no answer within {TIMEOUT // SECOND} s; {expected}")
+
+    def _keep(self, said: _Said | None) -> None:
+        """A message that comes while something else is waited for."""
+        if said is not None and said.port:
+            self._messages.append(Message(said.port, said.t_ns, said.value))
+
+    def _say(self, content: bytes) -> None:
+        with self._reached():
+            self._end.send(content)
+
+    def _hear(self, until: int) -> _Said | None:
+        """What was said next, if anything comes until then."""
+        if not self._heard:
+            select([self._end], (), (), max(0, until - monotonic_ns()) / SECOND)
+            with self._reached():
+                self._heard.extend(_said(content) for content in self._end.received())
+        return self._heard.popleft() if self._heard else None
+
+    @contextmanager
+    def _reached(self) -> Iterator[None]:
+        try:
+            yield
+        except NoAnswer:
+            raise
+        except OSError as error:
+            fault = f"{self.where}: {error.strerror}; expected a run or a bridge that listens there"
+            raise NoAnswer(fault) from error
+        except msgspec.MsgspecError as error:
+            fault = f"{self.where}: answered with what is no JSON of a run ({error})"
+            raise NoAnswer(f"{fault}; expected a run") from error
