@@ -14,7 +14,7 @@ CHECK_EVERY = SECOND
 ENABLED_EVERY = SECOND // 10
 """Ns between two checks whether outputs are enabled, before the start."""
 STOPS = 2
-"""Both treads stop once when the radar sees the target, and once in front of it."""
+"""Both treads stop once when the radar sees the target, then turn, and once in front of it."""
 
 
 class Mission(Atomic):
@@ -24,7 +24,7 @@ class Mission(Atomic):
     waiting, outputs enabled --> starting (0) --in1! 1--> watching
     waiting, outputs disabled --> waiting (a tenth of a second)
     watching (a second, again and again) --> watching
-    watching, both treads stopped twice --> ending (0) --ended!--> ended
+    watching, both treads stopped, turned and stopped --> ending (0) --ended!--> ended
     watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
     watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
 
@@ -114,12 +114,18 @@ class Mission(Atomic):
             self.hold_in("watching", CHECK_EVERY)
 
     def _follow(self, *commands: InPort[int]) -> None:
-        """Count how often both treads came to a stop."""
+        """Count how often both treads came to a stop.
+
+        They turn against each other only after the first one, 50 ms later: over a link that is
+        slower than that the stop may never arrive, since the newest command takes its place.
+        """
         was_moving = any(self._commands)
         for number, port in enumerate(commands):
             if port:
                 self._commands[number] = port[-1]
         self._stops += was_moving and not any(self._commands)
+        if all(self._commands) and len(set(self._commands)) > 1:
+            self._stops = max(self._stops, 1)
 
     def _judge(self) -> Ending | None:
         for fault in self.fault:

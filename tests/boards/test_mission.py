@@ -1,5 +1,7 @@
 """The detective's mission judges when it is over, by its time too."""
 
+import pytest
+
 from boards.detective.mission import Mission
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.simulator import Simulator
@@ -16,12 +18,19 @@ class Watched:
         self.endings: list[tuple[float, Ending]] = []
         mission = Mission("mission", SECOND, 5, LONGEST, lambda: self.may_move)
         self.simulator = Simulator(mission)
+        self.treads = {"right": mission.right, "left": mission.left}
         self.simulator.listen(
             mission.ended, lambda at, ending: self.endings.append((at / SECOND, ending))
         )
 
     def run(self, until_s: int) -> None:
         self.simulator.run(until_s * SECOND)
+
+    def command(self, *commands: tuple[str, int]) -> None:
+        """Commands to the treads, one by one, as a link delivers them."""
+        for tread, signal in commands:
+            self.simulator.inject(self.treads[tread], signal)
+            self.simulator.run(self.simulator.now)
 
 
 def test_a_mission_that_takes_too_long_has_failed_once() -> None:
@@ -44,3 +53,34 @@ def test_time_while_disarmed_does_not_count() -> None:
     assert watched.endings == []
     watched.run(1030)
     assert len(watched.endings) == 1
+
+
+FORWARD = (("right", 1), ("left", 1))
+STOP = (("right", 0), ("left", 0))
+TURN = (("right", 2), ("left", 1))
+ON = (("right", 1),)
+
+
+@pytest.mark.parametrize(
+    "first_stop", [STOP, STOP[::-1], STOP[:1], STOP[1:], ()], ids=lambda stop: f"arrived {stop}"
+)
+def test_the_target_is_reached_whatever_a_link_delivered_of_the_stop_before_the_turn(
+    first_stop: tuple[tuple[str, int], ...],
+) -> None:
+    watched = Watched()
+    watched.run(2)
+    watched.command(*FORWARD, *first_stop, *TURN, *ON)
+    watched.run(3)
+    assert watched.endings == []
+    watched.command(*STOP)
+    watched.run(4)
+    ((_, ending),) = watched.endings
+    assert not ending.failed
+
+
+def test_a_robot_that_only_stopped_has_not_reached_its_target() -> None:
+    watched = Watched()
+    watched.run(2)
+    watched.command(*FORWARD, *STOP)
+    watched.run(10)
+    assert watched.endings == []
