@@ -1,7 +1,9 @@
 """A Unix datagram socket that has a name in the file system, for as long as it is open."""
 
+import errno
 import os
 import socket
+import stat
 import weakref
 from contextlib import suppress
 from pathlib import Path
@@ -12,8 +14,8 @@ from firmware_runtime.errors import ConfigError
 class SocketFile:
     """A socket that never blocks, bound to a path; its mode is as stated, less the umask.
 
-    One that an earlier process left there is replaced. Raises ConfigError if it cannot be made,
-    which ends with what is `expected`.
+    One that an earlier process left there is replaced, and nothing else. Raises ConfigError if it
+    cannot be made, which ends with what is `expected`.
     """
 
     def __init__(
@@ -26,7 +28,7 @@ class SocketFile:
         try:
             os.fchmod(self.socket.fileno(), mode)  # from this mode `bind` takes the umask off
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.unlink(missing_ok=True)
+            _remove_socket(path)
             self.socket.bind(os.fspath(path))
         except OSError as error:
             self.socket.close()
@@ -37,6 +39,14 @@ class SocketFile:
     def close(self) -> None:
         """Close the socket and remove its path, unless another has taken its place since."""
         self._end()
+
+
+def _remove_socket(path: Path) -> None:
+    """Remove a socket that is left there. Raises FileExistsError for anything else."""
+    with suppress(FileNotFoundError):
+        if not stat.S_ISSOCK(path.lstat().st_mode):
+            raise FileExistsError(errno.EEXIST, "this is no socket")
+        path.unlink()
 
 
 def _identity(path: Path) -> tuple[int, int]:

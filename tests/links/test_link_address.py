@@ -1,5 +1,6 @@
 """What `--link` says, and what it may not say."""
 
+import socket
 from pathlib import Path
 
 import pytest
@@ -27,3 +28,29 @@ def test_ros_2_without_its_environment_is_refused_when_it_is_opened(
 def test_a_key_for_ros_2_must_be_there(tmp_path: Path) -> None:
     with pytest.raises(ConfigError):
         link_address(f"ros2:key={tmp_path / 'none.key'}")
+
+
+def test_a_path_at_which_there_is_no_socket_keeps_what_it_has(tmp_path: Path) -> None:
+    path = tmp_path / "notes"
+    path.write_text("mine", encoding="utf-8")
+    link = tmp_path / "link"
+    link.symlink_to(path)
+    for taken in (path, link):
+        with pytest.raises(ConfigError, match="no socket"):
+            link_address(f"unix:{taken}")(END)
+    assert link.is_symlink()
+    assert path.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("kind", [socket.SOCK_STREAM, socket.SOCK_DGRAM])
+def test_a_path_at_which_another_process_listens_is_left_to_it(tmp_path: Path, kind: int) -> None:
+    path = tmp_path / "taken"
+    with socket.socket(socket.AF_UNIX, kind) as taken:
+        taken.bind(str(path))
+        if kind == socket.SOCK_STREAM:
+            taken.listen()
+        with pytest.raises(ConfigError, match="another process listens there"):
+            link_address(f"unix:{path}")(END)
+        assert path.is_socket()
+    link_address(f"unix:{path}")(END).close()
+    assert not path.exists(), "one that is left behind is replaced, and removed at the end"

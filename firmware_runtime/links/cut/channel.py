@@ -6,12 +6,12 @@ frames on; it is started here, lives as long as the pair of sockets between the 
 network out of the run.
 """
 
+import errno
 import os
 import socket
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from select import select
@@ -55,7 +55,7 @@ class PathChannel:
 
     def __init__(self, own: Path, other: Path) -> None:
         if _is_taken(own):
-            fault = f"{own}: another run listens there; expected it to have ended"
+            fault = f"{own}: another process listens there; expected it to have ended"
             raise ConfigError.of_one("--link", f"{fault}, or another path")
         self._file = SocketFile(own, 0o600, "expected another path for --link")
         self._socket = self._file.socket
@@ -168,8 +168,10 @@ class CarrierChannel:
 
 
 def _is_taken(path: Path) -> bool:
-    """Whether a process listens at a path."""
-    with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
-        probe.connect(os.fspath(path))
-        return True
-    return False
+    """Whether a process listens at a path, be it with a socket of another kind."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(os.fspath(path))
+        except OSError as error:
+            return error.errno == errno.EPROTOTYPE
+    return True
