@@ -70,11 +70,11 @@ class Executive:
         self.accounts = self._profiler.accounting.accounts
         self.faults = self._profiler.faults
         self.progress = Progress(self._profiler.step, configuration.max_lag, clock.speed)
-        self._readiness = Readiness(self.simulator, self.faults)
+        self.readiness = Readiness(self.simulator, self.faults)
         self.world_now = WorldClock() if world_now is None else world_now
         self.world_now.tolerance = self._profiler.accounting.tolerance
         off = SwitchOffRetry(make_safe, clock, configuration.switch_off_for, self._go_on_ending)
-        self._ending = Ending(self.simulator, self._readiness, off)
+        self._ending = Ending(self.simulator, self.readiness, off)
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
@@ -244,8 +244,8 @@ class Executive:
         for hook in self.hooks:
             now = self.clock.now()
             hook.between_steps(now, until - now)
-        if self._readiness.waiting:
-            self._readiness.poll()
+        if self.readiness.waiting:
+            self.readiness.poll()
         if self._collector is not None:
             self._collector.offer(until - self.clock.now())
 
@@ -278,7 +278,7 @@ class Executive:
         self.reached = self._ended_at()
         self._ledger.pause(self.reached)
         self._paused = outcome
-        return self._readiness.judged(outcome)
+        return self.readiness.judged(outcome)
 
     def _ended_at(self) -> int:
         """The present instant; that of the last event where virtual time waited for nothing."""

@@ -69,12 +69,16 @@ class Readiness:
     """`waiting` are the devices that have not been ready yet, with their paths."""
 
     def __init__(self, simulator: Engine, faults: FaultLog) -> None:
-        self.waiting = [
+        self.waiting: list[tuple[str, Device]] = [
             (relative_path(atomic, simulator.root), atomic)
             for atomic in simulator.atomics
             if isinstance(atomic, Device) and atomic.unready() is not None
         ]
         self._faults = faults
+
+    def require(self, device: Device) -> None:
+        """Judge one more, that is none of the model's."""
+        self.waiting.append((device.path, device))
 
     def poll(self) -> None:
         """Ask the devices that have not been ready yet."""

@@ -74,17 +74,23 @@ class LinkedEnd:
         log: Callable[[str], None],
     ) -> None:
         self.link = _open_link(part, open_channel, log)
+        self.path = "link"
         self.arming: Arming | None = None
         """Of a run that drives something; set when there is one."""
         self._part = part
         self._end_with = end_with
         self._log = log
         self._was_told = False
+        part.executive.readiness.require(self)
         self.link.on_bad = self._turn_off
         self.link.on_bye = self._end_too
         self.link.on_closed = partial(
             part.executive.request_stop, "the carrier of the link has ended", RunState.FAILED
         )
+
+    def unready(self) -> str | None:
+        """Why this end has controlled nothing."""
+        return None if self.link.peer.greeting is not None else "has met no other end"
 
     def say_goodbye(self, outcome: Outcome, ending: Ending | None) -> None:
         """The run is over: let the other end know why, unless it said so itself."""

@@ -45,6 +45,17 @@ def test_it_is_refused(
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize("words", ["--role controller", "--role robot --doubles"])
+def test_an_end_that_met_no_other_has_failed(
+    words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    link = ["--link", f"unix:{tmp_path}/link", "--statistics", f"{tmp_path}/run.stats"]
+    assert main(["run", "tachobot", *words.split(), *link, "--for", "0.3"]) == 1
+    assert "link was never ready: it has met no other end" in capsys.readouterr().err
+
+
 def test_a_controller_runs_alone_in_virtual_time_for_what_is_fed_by_a_program() -> None:
     with firmware_runtime.open_board("tachobot", role="controller", clock="virtual") as robot:
         assert robot.outputs is None
