@@ -92,7 +92,7 @@ def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()
     if faults:
         raise ConfigError(str(source), faults)
     strict.override(table, assignments, faults)
-    if board in names() and table.get("board") in {*names()} - {board}:
+    if board in names() and table.get("board") in [name for name in names() if name != board]:
         fault = f"board: {table['board']!r}: expected {board!r}, as its entry point is called"
         raise ConfigError(str(source), [fault])
     if table.get("board") in names():

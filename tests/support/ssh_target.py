@@ -76,6 +76,10 @@ def free_port() -> int:
         return int(free.getsockname()[1])
 
 
+ATTEMPTS = 5
+"""How many ports are tried."""
+
+
 @contextmanager
 def ssh_target(
     folder: Path, *, path: str = DEBIANS_PATH, inside: Sequence[str] = (), keys: str = ""
@@ -86,34 +90,42 @@ def ssh_target(
     file there that holds the keys that may log in, one of its own if there is none.
     """
     folder.mkdir(parents=True)
-    target = SshTarget(folder, free_port())
-    host_key = make_key(folder / "host").with_suffix(".pub").read_text()
-    make_key(target.identity)
-    (folder / "known_hosts").write_text(f"[{HOST}]:{target.port} {host_key}")
-    config = folder / "sshd_config"
-    config.write_text(
-        _CONFIG.format(
-            port=target.port,
-            host=HOST,
-            folder=folder,
-            path=path,
-            keys=keys or f"{folder}/user.pub",
-        )
-    )
     if os.geteuid() == 0:
         Path("/run/sshd").mkdir(exist_ok=True)  # where sshd as root insists on having a folder
-    with (folder / "sshd.log").open("w") as log:
-        process = subprocess.Popen(
-            [*inside, str(SSHD), "-D", "-e", "-f", str(config)],
-            stdin=subprocess.DEVNULL,
-            stderr=log,
-        )
+    make_key(folder / "host")
+    make_key(folder / "user")
+    settings = {"host": HOST, "folder": folder, "path": path, "keys": keys or f"{folder}/user.pub"}
+    target, process = _listening(folder, settings, inside)
     try:
-        wait_until(lambda: _listens(target.port), "sshd listens")
         yield target
     finally:
         process.terminate()
         process.wait()
+
+
+def _listening(
+    folder: Path, settings: dict[str, object], inside: Sequence[str]
+) -> tuple[SshTarget, subprocess.Popen[bytes]]:
+    """An sshd that listens, on another port where the one that was free has been taken since."""
+    log = folder / "sshd.log"
+    for _ in range(ATTEMPTS):
+        target = SshTarget(folder, free_port())
+        host_key = (folder / "host.pub").read_text()
+        (folder / "known_hosts").write_text(f"[{HOST}]:{target.port} {host_key}")
+        config = folder / "sshd_config"
+        config.write_text(_CONFIG.format(port=target.port, **settings))
+        with log.open("w") as file:
+            words = [*inside, str(SSHD), "-D", "-e", "-f", str(config)]
+            process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stderr=file)
+        if _comes_up(process, target.port):
+            return target, process
+    raise AssertionError(f"sshd did not listen in {ATTEMPTS} attempts: {log.read_text()}")
+
+
+def _comes_up(process: subprocess.Popen[bytes], port: int) -> bool:
+    """Whether it listens, and has not ended instead."""
+    wait_until(lambda: process.poll() is not None or _listens(port), "sshd listens or ends")
+    return process.poll() is None
 
 
 def _listens(port: int) -> bool:
