@@ -15,7 +15,6 @@ from typing import Final
 
 from firmware_runtime.board.settings import LinkSettings
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.errors import ConfigError
 
 CONTROLLER: Final = "controller"
@@ -41,11 +40,6 @@ def components_of(roles: Roles, model: Coupled, role: str) -> list[str]:
     if not found:
         raise ConfigError("roles", [f"{role}: no component is left for it; expected one or more"])
     return found
-
-
-def part_for(roles: Roles, model: Coupled, role: str) -> Part:
-    """The part of a top model that plays a role; the model must not be used any more."""
-    return part_of(model, components_of(roles, model, role))
 
 
 # Faults of the tables [roles] and [link] ----------------------------------------------------------

@@ -136,7 +136,7 @@ def _text(document: Mapping[str, Any]) -> Iterator[str]:
     yield f"link: {link['over']}, between {link['between']}{how}"
     yield from (_way_text(way, link[way]) for way in ("out", "back") if link[way])
     for role in ROLES:
-        yield from _end_text(role, document[role])
+        yield from end_text(role, document[role])
 
 
 def _way_text(way: str, crossed: Mapping[str, Any]) -> str:
@@ -151,7 +151,8 @@ def _way_text(way: str, crossed: Mapping[str, Any]) -> str:
     )
 
 
-def _end_text(role: str, end: Mapping[str, Any] | None) -> Iterator[str]:
+def end_text(role: str, end: Mapping[str, Any] | None) -> Iterator[str]:
+    """How an end ended, and what became of its activations."""
     if end is None or "statistics" not in end:
         yield f"{role}: no statistics here"
         return
@@ -159,6 +160,7 @@ def _end_text(role: str, end: Mapping[str, Any] | None) -> Iterator[str]:
     late = statistics["lateness_us"]
     yield (
         f"{role}: {end['ended']['reason']}; {statistics['run']} of {statistics['scheduled']} "
-        f"activations run, {statistics['skipped']} skipped, {statistics['overruns']} late; "
+        f"activations run, {statistics['skipped']} skipped, {statistics['coalesced']} coalesced, "
+        f"{statistics['overruns']} late; "
         f"lateness p50 {microseconds(late['p50'])}, p99 {microseconds(late['p99'])}"
     )

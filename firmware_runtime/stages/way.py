@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.links.bridge.route import written
+from firmware_runtime.links.bridge.route import endpoint, written
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.links.key_file import write_key
+from firmware_runtime.links.key_file import read_key, write_key
 from firmware_runtime.stages import namespaces
 from firmware_runtime.stages.namespaces import CONTROLLER_AT, ROBOT_AT, NamespaceError, Namespaces
 from firmware_runtime.stages.path_process import PathProcess
@@ -53,7 +53,9 @@ def loopback() -> Iterator[Way]:
 
 @contextmanager
 def to_peer(peer: str, key: Path) -> Iterator[Way]:
-    """The robot end is on another machine, and listens there."""
+    """The robot end is on another machine, and listens there. Raises ConfigError."""
+    endpoint("--peer", peer)
+    read_key(key, "--key")
     conditions = {"over": "udp", "between": f"this machine and {peer}", "impairment": None}
     yield Way(f"udp:{peer},key={key}", "", conditions)
 

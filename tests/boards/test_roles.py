@@ -4,8 +4,9 @@ import pytest
 
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board, load
-from firmware_runtime.board.roles import components_of, part_for
+from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.errors import ConfigError
 
 
@@ -13,9 +14,14 @@ def model_of(board: Board) -> Coupled:
     return board.build(absent_lines(board.settings.buses, board.ports)).model
 
 
+def part_of_role(board: Board, role: str) -> Part:
+    model = model_of(board)
+    return part_of(model, components_of(board.settings.roles, model, role))
+
+
 def test_the_robot_end_of_tachobot_holds_its_chips() -> None:
     board = load("tachobot")
-    part = part_for(board.settings.roles, model_of(board), "robot")
+    part = part_of_role(board, "robot")
     assert list(part.model.components) == ["thrust_pairs", "imu"]
     assert list(part.entering) == ["controller.forces"]
     assert list(part.leaving) == ["imu.sample"]
@@ -23,7 +29,7 @@ def test_the_robot_end_of_tachobot_holds_its_chips() -> None:
 
 def test_the_controller_is_what_no_role_names() -> None:
     board = load("detective")
-    part = part_for(board.settings.roles, model_of(board), "controller")
+    part = part_of_role(board, "controller")
     assert list(part.model.components) == ["model"]
     assert list(part.leaving) == ["model.Out1", "model.Out2", "model.Out3"]
     assert list(part.entering) == [

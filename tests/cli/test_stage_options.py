@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.cli.planned_inputs import planned_input
-from firmware_runtime.cli.staged import stage_line
+from firmware_runtime.cli.staged import end_text, stage_line
 from firmware_runtime.devs.time import SECOND
 
 Command = Callable[..., Any]
@@ -105,6 +105,24 @@ def test_a_planned_input_is_written_as_it_was_read() -> None:
     for text in ("0.0:a=1", '2.5:yaw_reference={"x": "a=b:c"}'):
         assert str(planned_input(text)) == text
         assert planned_input(str(planned_input(text))) == planned_input(text)
+
+
+@pytest.mark.parametrize("peer", ["nohost", "127.0.0.1:99999", "127.0.0.1:7302"])
+def test_a_peer_or_key_that_is_none_is_refused_before_anything_starts(
+    command: Command, tmp_path: Path, peer: str
+) -> None:
+    words = ("--peer", peer, "--key", str(tmp_path / "missing"))
+    refused = command("run", "tachobot", "--stage", "remote", *words)
+    assert refused.status == 2
+    assert "link:" not in refused.out
+
+
+def test_what_an_end_ran_skipped_and_coalesced_is_shown() -> None:
+    late = {"p50": 1.0, "p99": 2.0}
+    counts = {"scheduled": 6, "run": 1, "skipped": 2, "coalesced": 3, "overruns": 4}
+    end = {"ended": {"reason": "done"}, "statistics": {**counts, "lateness_us": late}}
+    (line,) = end_text("robot", end)
+    assert "1 of 6 activations run, 2 skipped, 3 coalesced, 4 late" in line
 
 
 def test_the_line_shows_both_ends() -> None:

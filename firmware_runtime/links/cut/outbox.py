@@ -7,7 +7,7 @@ later, or again, gets it.
 """
 
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from firmware_runtime.devs.time import MILLISECOND
@@ -84,7 +84,3 @@ class Outbox:
         for message in self._latest.values():
             message.counter = 0
         self._open = dict(self._latest)
-
-    def ports_open(self) -> Iterable[int]:
-        """The ports whose newest value has not arrived as far as is known."""
-        return self._open.keys()
