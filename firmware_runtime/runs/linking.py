@@ -80,7 +80,7 @@ class LinkedEnd:
         self._part = part
         self._end_with = end_with
         self._log = log
-        self._was_told = False
+        self._other_end_is_over = False
         part.executive.readiness.require(self)
         self.link.on_bad = self._turn_off
         self.link.on_bye = self._end_too
@@ -94,7 +94,7 @@ class LinkedEnd:
 
     def say_goodbye(self, outcome: Outcome, ending: Ending | None) -> None:
         """The run is over: let the other end know why, unless it said so itself."""
-        if not self._was_told:
+        if not self._other_end_is_over:
             is_done = self._part.end.has_hardware and outcome.state is RunState.ENDED
             failed = ending is not None and ending.failed
             self.link.say_goodbye(
@@ -112,8 +112,8 @@ class LinkedEnd:
             self.arming.suspend(why)
 
     def _end_too(self, farewell: Farewell) -> None:
-        if farewell.is_over and not self._was_told:
-            self._was_told = True
+        if farewell.is_over and not self._other_end_is_over:
+            self._other_end_is_over = True
             self._end_with(Ending(farewell.reason, farewell.failed))
 
 

@@ -69,7 +69,7 @@ class PortsClient(Closing):
     def __init__(self, where: str | Path, key: Path | None = None) -> None:
         self.where = str(where)
         self._end: RobotEnd | BridgeEnd
-        self._heard: deque[_Said] = deque()
+        self._received: deque[_Said] = deque()
         self._messages: deque[Message] = deque(maxlen=ROOM)
         if isinstance(where, Path):
             if key is not None:
@@ -111,7 +111,7 @@ class PortsClient(Closing):
                     self._ask("watching", watch=ports, every=every)
                 while self._messages:
                     yield self._messages.popleft()
-                self._keep(self._hear(min(until, renew_at)))
+                self._keep(self._receive(min(until, renew_at)))
             yield from self._messages
         finally:
             self._messages.clear()
@@ -129,7 +129,7 @@ class PortsClient(Closing):
         self._say(message_of(**request))
         until = monotonic_ns() + TIMEOUT
         while monotonic_ns() < until:
-            said = self._hear(until)
+            said = self._receive(until)
             if said is not None and said.error:
                 raise ConfigError.of_one(self.where, said.error)
             if said is not None and getattr(said, key):
@@ -148,13 +148,13 @@ class PortsClient(Closing):
         with self._reached():
             self._end.send(content)
 
-    def _hear(self, until: int) -> _Said | None:
+    def _receive(self, until: int) -> _Said | None:
         """What was said next, if anything comes until then."""
-        if not self._heard:
+        if not self._received:
             select([self._end], (), (), max(0, until - monotonic_ns()) / SECOND)
             with self._reached():
-                self._heard.extend(_said(content) for content in self._end.received())
-        return self._heard.popleft() if self._heard else None
+                self._received.extend(_said(content) for content in self._end.received())
+        return self._received.popleft() if self._received else None
 
     @contextmanager
     def _reached(self) -> Iterator[None]:

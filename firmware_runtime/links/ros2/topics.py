@@ -114,7 +114,7 @@ class RobotTopics(Part):
         """Make publishers and subscribers, and begin to watch the run."""
         for each in self._topics.publications:
             self._outs.setdefault(each.port, []).append(_Out(self._node, each))
-        self._run = PortsEnd(self._ports, list(self._outs), self._hear, self._log)
+        self._run = PortsEnd(self._ports, list(self._outs), self._arrived, self._log)
         for number, subscription in self._numbered():
             self._subscribe(self._node_for(number), subscription)
         self._run.begin(self._publish_late)
@@ -147,7 +147,7 @@ class RobotTopics(Part):
 
     # From the run ---------------------------------------------------------------------------------
 
-    def _hear(self, port: str, t_ns: int, value: Any) -> None:  # noqa: ANN401 -- as JSON shows it
+    def _arrived(self, port: str, t_ns: int, value: Any) -> None:  # noqa: ANN401 -- as JSON shows it
         now = monotonic_ns()
         for out in self._outs.get(port, ()):
             each = out.publication
