@@ -92,7 +92,8 @@ class Arming:
         self.was_armed = False
         self.reason = "not requested yet"
         self.is_free = permission.free
-        self._is_wanted = permission.at_start
+        self.is_wanted = permission.at_start
+        """Whether it is armed by itself as soon as all pre-arm checks pass."""
         self._demands_guard = permission.demand_guard
         self._executive = executive
         self._make_safe = make_safe
@@ -127,7 +128,7 @@ class Arming:
         elif not self.armed:
             self._epoch = self._executive.cells[EPOCH]
             self.armed = self.was_armed = True
-            self._is_wanted = False
+            self.is_wanted = False
             self._off_again_at = NEVER
             self._acknowledge()
             if not self._is_quiet:
@@ -148,7 +149,7 @@ class Arming:
         self._notice()
         if self.armed:
             self.disarm(reason)
-            self._is_wanted = True
+            self.is_wanted = True
             self._try_at = 0
 
     def pause(self) -> list[str]:
@@ -163,7 +164,7 @@ class Arming:
             return self._switch_off()
         why = "the run pauses"
         failed = self._withdraw(why) if self.is_free else self.disarm(why)
-        self._is_wanted = True
+        self.is_wanted = True
         return failed
 
     def between_steps(self, now: int, _left: int) -> None:
@@ -172,12 +173,12 @@ class Arming:
         if self.armed:
             return
         if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
-            self._is_wanted = self._is_wanted and not is_requested(epoch)
+            self.is_wanted = self.is_wanted and not is_requested(epoch)
             self._switch_off()
             self._acknowledge()
         elif now >= self._off_again_at:
             self._switch_off()
-        elif self._is_wanted and now >= self._try_at:
+        elif self.is_wanted and now >= self._try_at:
             self._try_at = now + TRY_EVERY
             self.request(now)
 
@@ -190,7 +191,7 @@ class Arming:
 
     def _withdraw(self, reason: str) -> list[str]:
         """Make the outputs safe, for this reason; return what failed."""
-        self.armed = self._is_wanted = False
+        self.armed = self.is_wanted = False
         self.reason = reason
         failed = self._switch_off()
         self._acknowledge()

@@ -4,7 +4,8 @@
     armed --no renewal for lease_s--> disarmed
 
 So a robot that a process armed does not stay armed when that process is gone, or stuck. Several may
-have a lease at a time: each that runs out disarms. Whatever else disarms the robot ends them all.
+have a lease at a time: each that runs out disarms. Whatever else disarms the robot ends them all,
+unless it is to be armed again by itself, as after a silence of its link: then it needs them still.
 """
 
 import secrets
@@ -46,16 +47,16 @@ class Leases:
 
     def renew(self, lease: object) -> bool:
         """Whether there was such a lease; then it begins again."""
-        if lease not in self._lengths:
+        if not isinstance(lease, str) or lease not in self._lengths:
             return False
-        self._ends[str(lease)] = self._now() + self._lengths[str(lease)]
+        self._ends[lease] = self._now() + self._lengths[lease]
         return True
 
     def between_steps(self, _now: int, _left: int) -> None:
         """Disarm when a lease has run out, of which no renewal waits to be read."""
         if not self._ends:
             return
-        if not self._arming.armed:
+        if not (self._arming.armed or self._arming.is_wanted):
             self._end()
         elif self._first_end() <= self._now():
             for _ in range(AT_ONCE):

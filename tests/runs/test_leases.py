@@ -82,6 +82,33 @@ def test_disarming_ends_all_leases(robot: Leased) -> None:
     assert robot.at(5.0)
 
 
+def test_a_lease_that_runs_out_while_the_link_is_bad_keeps_it_disarmed(robot: Leased) -> None:
+    robot.leases.take(0.5)
+    robot.arming.suspend("the controller has been silent")
+    assert not robot.at(0.4)
+    assert robot.arming.is_wanted
+    assert not robot.at(0.6)
+    assert not robot.arming.is_wanted
+    robot.arming.between_steps(SECOND, 0)
+    assert not robot.arming.armed
+
+
+def test_a_lease_that_is_renewed_lasts_beyond_a_silence_of_the_link(robot: Leased) -> None:
+    lease = robot.leases.take(0.5)
+    robot.arming.suspend("the controller has been silent")
+    assert not robot.at(0.4)
+    assert robot.leases.renew(lease)
+    robot.arming.between_steps(SECOND, 0)
+    assert robot.at(0.8)
+    assert not robot.at(0.9)
+
+
+@pytest.mark.parametrize("lease", [[1], {}, 1, None, "", "\ud800"])
+def test_what_names_no_lease_renews_none(robot: Leased, lease: object) -> None:
+    robot.leases.take(0.5)
+    assert not robot.leases.renew(lease)
+
+
 @pytest.mark.parametrize("lease_s", [0, -1, SHORTEST_S / 2, LONGEST_S * 2, "1", True, None, [1]])
 def test_a_lease_without_a_sensible_time_is_refused(robot: Leased, lease_s: object) -> None:
     with pytest.raises(ConfigError):

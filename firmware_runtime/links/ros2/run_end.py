@@ -97,7 +97,7 @@ class RunEnd:
             )
             self._received_at = now
             if self.lease is not None and answer.get("lease") == self.lease:
-                self.has_lost_lease = not answer["leased"]
+                self.has_lost_lease = not (answer["leased"] and answer["armed"])
 
     def _gone(self, why: str) -> None:
         self.seen = None
