@@ -58,6 +58,14 @@ def end_of(board: Board, role: str) -> BoardEnd:
     )
 
 
+def check_ends(board: Board) -> None:
+    """Raise ConfigError, as a run of either end would, unless the roles make two ends."""
+    model = board.build(absent_lines(board.settings.buses, board.ports)).model
+    for role, names in board.settings.roles.items():
+        if any(name in model.components for name in names):
+            end_of(board, role)
+
+
 def _three_parts(board: Board, model: Coupled, role: str, others: tuple[str, ...]) -> Iterator[str]:
     """A link has two ends: what is left must be one role's."""
     if not others:
@@ -79,8 +87,8 @@ def _parted(holding: Collection[str], own: Collection[str], role: str) -> Iterat
     there = [name for name in holding if name not in own]
     if here and there:
         yield (
-            f"roles.{role}: {', '.join(here)} have hardware, and so have {', '.join(there)} of the "
-            "other end; expected all hardware in one role: one process finds the chips and "
+            f"roles.{role}: hardware in {', '.join(here)}, and at the other end in "
+            f"{', '.join(there)}; expected all of it in one role: one process finds the chips and "
             "switches them off"
         )
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board.ends import end_of, robot_of
+from firmware_runtime.board.ends import check_ends, end_of, robot_of
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.board.robot import Robot
@@ -59,7 +59,10 @@ def test_the_robot_s_ending_is_known_where_it_is() -> None:
 @pytest.mark.parametrize(
     ("roles", "words"),
     [
-        ('{left = ["imu"], right = ["thrust_pairs", "controller"]}', "have hardware"),
+        (
+            '{left = ["imu"], right = ["thrust_pairs", "controller"]}',
+            "all of it in one role",
+        ),
         ('{left = ["imu", "thrust_pairs", "controller"]}', "names every component"),
         ('{left = ["imu"], right = ["thrust_pairs"]}', "expected two parts"),
     ],
@@ -68,6 +71,12 @@ def test_a_cut_that_cannot_be_is_refused(roles: str, words: str) -> None:
     board = load("tachobot", [f"roles={roles}", "link={}"])
     with pytest.raises(ConfigError, match=words):
         end_of(board, "left")
+    with pytest.raises(ConfigError, match=words):
+        check_ends(board)
+
+
+def test_a_role_of_absent_components_is_no_fault() -> None:
+    check_ends(load("tachobot", ['roles={robot = ["imu", "thrust_pairs"], crane = ["lift"]}']))
 
 
 def test_any_other_cut_is_possible() -> None:

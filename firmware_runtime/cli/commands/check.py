@@ -2,6 +2,7 @@
 
 import argparse
 
+from firmware_runtime.board.ends import check_ends
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.ros.topics import topics_of
@@ -24,6 +25,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; ConfigError lists the faults if there are any."""
     board = chosen_board(arguments.board, arguments.assignments)
     _put_together(board)
+    check_ends(board)
     topics = topics_of(board)
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
