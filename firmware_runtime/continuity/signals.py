@@ -8,6 +8,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.recording.recording import Recording
 from firmware_runtime.recording.records import Entered, Left, Shown
 from firmware_runtime.recording.values import UnknownValue, made
+from firmware_runtime.statistics.quantile import quantile
 from firmware_runtime.statistics.trace_file import plain as shown_form
 
 Points = list[tuple[float, float]]
@@ -76,11 +77,10 @@ def _hold(points: Points, at: float, value: float) -> None:
 
 
 def _quantiles(ages_ms: Sequence[float]) -> dict[str, float]:
-    last = len(ages_ms) - 1
-    return {
-        name: round(1000 * ages_ms[round(share * last)], 1)
-        for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0))
-    } | {"count": len(ages_ms)}
+    shares = {"p50": 0.5, "p99": 0.99, "max": 1.0}
+    found = {name: quantile(ages_ms, share) for name, share in shares.items()}
+    measured = {name: round(1000 * age, 1) for name, age in found.items() if age is not None}
+    return {**measured, "count": len(ages_ms)}
 
 
 def _value(record: Left) -> Any:  # noqa: ANN401 -- whatever left

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Iterable, Sequence
-from math import ceil
 from pathlib import Path
 
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.experiments.loop_model import BACK, ECHOED, SENT
+from firmware_runtime.statistics.quantile import quantile
 
 
 class Round(Struct, frozen=True):
@@ -84,13 +84,6 @@ def delays_of(rounds: Sequence[Round]) -> Delays:
         out_p50_ms=quantile(_sorted(each.out_ms for each in rounds), 0.5),
         return_p50_ms=quantile(_sorted(each.return_ms for each in rounds), 0.5),
     )
-
-
-def quantile(ordered: Sequence[float], share: float) -> float | None:
-    """The least value that at least this share does not pass; None of nothing."""
-    if not ordered:
-        return None
-    return ordered[max(ceil(share * len(ordered)), 1) - 1]
 
 
 def _sorted(values: Iterable[float | None]) -> list[float]:
