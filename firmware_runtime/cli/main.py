@@ -86,6 +86,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parsed = parser(words).parse_args(words)
     except ConfigError as error:  # of a verb of another package
         return _refuse(error, Status.BAD_INPUT)
+    except KeyboardInterrupt:  # while the verb is imported
+        return Status.INTERRUPTED
     status: int = Status.OK  # of a verb that showed something, to a reader who has gone
     with output_checked():
         try:

@@ -4,12 +4,13 @@ import sys
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
 import sim_doubles.rigs.tachobot
 from firmware_runtime.board import kinds
+from firmware_runtime.cli import main
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 LONG = "x" * 5000
@@ -303,6 +304,17 @@ def test_results_that_cannot_be_kept_are_refused_before_anything_is_measured(
     ended = command("bench", "devstone", "--save", tmp_path / "file" / "results")
     assert ended.status == 2
     assert "file/results: Not a directory; expected a directory" in ended.error
+
+
+def test_ctrl_c_while_a_verb_is_imported_is_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_module: str) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(main, "import_module", interrupted)
+    assert main.main(["run", "tachobot"]) == 130
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.slow
