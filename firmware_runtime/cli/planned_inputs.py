@@ -55,10 +55,19 @@ def planned_input(text: str) -> PlannedInput:
     return PlannedInput(0 if at_s == 0 else seconds(at_s), port, value.encode())
 
 
-def plan_inputs(session: Session, inputs: list[PlannedInput]) -> None:
-    """Let them arrive when they are due. Raises ConfigError for a port that is not there."""
+def inputs_after(end: int, inputs: list[PlannedInput]) -> list[str]:
+    """A sentence for each that a run which ends then would never see."""
+    return [
+        f"--input {each}: the run ends at {end / SECOND:g} s; expected an earlier second"
+        for each in inputs
+        if each.at > end
+    ]
+
+
+def plan_inputs(session: Session, inputs: list[PlannedInput], end: int) -> None:
+    """Let them arrive when they are due. Raises ConfigError for one that cannot arrive."""
     ports = Ports(session.robot.model)
-    faults = []
+    faults = inputs_after(end, inputs)
     for each in inputs:
         try:
             port, value = ports.arrival(each.port, Raw(each.value))

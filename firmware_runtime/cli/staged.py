@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.cli.planned_inputs import inputs_after
 from firmware_runtime.cli.progress_line import Messages, OwnTerminal
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, print_line, readers_may_go
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.stages.staged_run import Staged, StagedResult, StagedRun, run_staged
 from firmware_runtime.stages.way import WIFI
@@ -41,12 +43,15 @@ def run_both_ends(arguments: argparse.Namespace, board: Board) -> int:
 
 
 def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
-    duration_s = arguments.duration_s
+    """Raises ConfigError for an input after the end."""
+    for_s = board.doubles_run_s if arguments.duration_s is None else arguments.duration_s
+    if faults := inputs_after(seconds(for_s), arguments.inputs):
+        raise ConfigError(board.name, faults)
     return Staged(
         board=board,
         named=arguments.board,
         stage=arguments.stage,
-        for_s=board.doubles_run_s if duration_s is None else duration_s,
+        for_s=for_s,
         how=WIFI if arguments.impair is None else impairment(arguments.impair),
         peer=arguments.peer,
         key=arguments.key,

@@ -101,6 +101,14 @@ def test_a_planned_input_that_is_none_is_bad_usage(command: Command, text: str) 
     assert command("run", "tachobot", "--doubles", f"--input={text}").status == 2
 
 
+@pytest.mark.parametrize("stage", ["simulation", "network"])
+def test_an_input_after_the_end_is_refused(command: Command, stage: str) -> None:
+    words = ("--stage", stage, "--for", "2", "--input=2.5:yaw_reference=1")
+    refused = command("run", "tachobot", *words)
+    assert refused.status == 2
+    assert refused.out == ""
+
+
 def test_a_planned_input_is_written_as_it_was_read() -> None:
     for text in ("0.0:a=1", '2.5:yaw_reference={"x": "a=b:c"}'):
         assert str(planned_input(text)) == text

@@ -108,9 +108,9 @@ def _run(
     executive = session.executive
     try:
         draw = _plotting(session, arguments.plot)
-        plan_inputs(session, arguments.inputs)
-        reports = _reports(session, arguments.report_to)
         report = Report(session, arguments, messages)
+        plan_inputs(session, arguments.inputs, report.until)
+        reports = _reports(session, arguments.report_to)
         with (
             _recording(session, arguments.record, messages) as ended,
             tracing(
