@@ -74,5 +74,5 @@ def test_one_path_has_one_listener(tmp_path: Path) -> None:
     link = f"unix:{tmp_path}/link"
     with firmware_runtime.open_board("tachobot", role="robot", link=link, doubles=True) as robot:
         assert robot.armed is False
-        with pytest.raises(ConfigError, match="another run listens"):
+        with pytest.raises(ConfigError, match="another process listens"):
             firmware_runtime.open_board("tachobot", role="robot", link=link, doubles=True)
