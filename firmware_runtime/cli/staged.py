@@ -141,7 +141,7 @@ def _text(document: Mapping[str, Any]) -> Iterator[str]:
     yield f"link: {link['over']}, between {link['between']}{how}"
     yield from (_way_text(way, link[way]) for way in ("out", "back") if link[way])
     for role in ROLES:
-        yield from end_text(role, document[role])
+        yield from end_text(role, document[role], ended["by"])
 
 
 def _way_text(way: str, crossed: Mapping[str, Any]) -> str:
@@ -156,15 +156,17 @@ def _way_text(way: str, crossed: Mapping[str, Any]) -> str:
     )
 
 
-def end_text(role: str, end: Mapping[str, Any] | None) -> Iterator[str]:
-    """How an end ended, and what became of its activations."""
+def end_text(role: str, end: Mapping[str, Any] | None, by: str | None) -> Iterator[str]:
+    """How an end ended, and what became of its activations; `by` is the end that ended first."""
     if end is None or "statistics" not in end:
         yield f"{role}: no statistics here"
         return
     statistics = end["statistics"]
     late = statistics["lateness_us"]
+    is_asked = by not in {None, role} and end["ended"]["reason"] == "SIGTERM"
+    reason = f"stopped, for the {by} had ended" if is_asked else end["ended"]["reason"]
     yield (
-        f"{role}: {end['ended']['reason']}; {statistics['run']} of {statistics['scheduled']} "
+        f"{role}: {reason}; {statistics['run']} of {statistics['scheduled']} "
         f"activations run, {statistics['skipped']} skipped, {statistics['coalesced']} coalesced, "
         f"{statistics['overruns']} late; "
         f"lateness p50 {microseconds(late['p50'])}, p99 {microseconds(late['p99'])}"

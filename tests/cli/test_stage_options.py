@@ -128,9 +128,16 @@ def test_a_peer_or_key_that_is_none_is_refused_before_anything_starts(
 def test_what_an_end_ran_skipped_and_coalesced_is_shown() -> None:
     late = {"p50": 1.0, "p99": 2.0}
     counts = {"scheduled": 6, "run": 1, "skipped": 2, "coalesced": 3, "overruns": 4}
-    end = {"ended": {"reason": "done"}, "statistics": {**counts, "lateness_us": late}}
-    (line,) = end_text("robot", end)
+    ended = {"state": "stopped", "reason": "SIGTERM"}
+    end = {"ended": ended, "statistics": {**counts, "lateness_us": late}}
+    (line,) = end_text("robot", end, None)
     assert "1 of 6 activations run, 2 skipped, 3 coalesced, 4 late" in line
+    assert "SIGTERM" in line
+    (line,) = end_text("robot", end, "controller")
+    assert "the controller had ended" in line
+    ended["reason"] = "the target was reached"
+    (line,) = end_text("robot", end, "controller")
+    assert "the target was reached" in line
 
 
 def test_the_line_shows_both_ends() -> None:
