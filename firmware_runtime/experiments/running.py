@@ -1,6 +1,5 @@
 """One run of a board in a stage, with the trace of all its ends, for an experiment."""
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.staged_run import Staged, run_staged
 from firmware_runtime.stages.two_ends import TwoEnds
 from firmware_runtime.status import Status
+from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.until_signal import until_signal
 
 Say = Callable[[str], None]
@@ -55,8 +55,8 @@ class Traced:
 @contextmanager
 def traced(setup: Setup, stage: Stage, say: Say) -> Iterator[Traced]:
     """Run it; the trace is there within the block. Raises ConfigError for a run that failed."""
-    with tempfile.TemporaryDirectory(prefix="firmware-runtime-") as folder:
-        trace = Path(folder, "trace.jsonl")
+    with own_folder() as folder:
+        trace = folder / "trace.jsonl"
         if stage.has_two_ends:
             yield _two_ends(setup, stage, trace, say)
         else:

@@ -1,6 +1,5 @@
 """A stage of two ends, from their start to their one result."""
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.two_ends import TwoEnds
 from firmware_runtime.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.status import Status
+from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 UNTIL_STOPPED_S: Final = 1e9
@@ -139,7 +139,7 @@ def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> S
         begin_trace(staged.trace)
     with ExitStack() as stack:
         signalled = stack.enter_context(until_signal())
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="firmware-runtime-")))
+        folder = stack.enter_context(own_folder())
         way = stack.enter_context(staged.way(say))
         ends = TwoEnds(signalled, say, lambda: show(run))
         stack.callback(ends.close)

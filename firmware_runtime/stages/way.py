@@ -8,7 +8,6 @@ A bad network is, by what the machine allows:
 """
 
 import socket
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -21,6 +20,7 @@ from firmware_runtime.links.key_file import read_key, write_key
 from firmware_runtime.stages import namespaces
 from firmware_runtime.stages.namespaces import CONTROLLER_AT, ROBOT_AT, NamespaceError, Namespaces
 from firmware_runtime.stages.path_process import PathProcess
+from firmware_runtime.system.own_folder import own_folder
 
 WIFI: Final = Impairment(delay=40_000_000, jitter=10_000_000, loss=0.02)
 """A loop of some 80 ms, as the paper measured over WiFi, and some loss."""
@@ -132,8 +132,8 @@ def _udp(own: str, peer: str, key: Path | None = None) -> str:
 @contextmanager
 def _key() -> Iterator[Path]:
     """A key for this run alone, in a folder that only this user can read."""
-    with tempfile.TemporaryDirectory(prefix="firmware-runtime-") as folder:
-        path = Path(folder, "key")
+    with own_folder() as folder:
+        path = folder / "key"
         write_key(path)
         yield path
 

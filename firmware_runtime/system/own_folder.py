@@ -1,0 +1,50 @@
+"""A temporary folder of this process, which goes with it.
+
+Its name says whose it is (`firmware-runtime-PID-START-...`), so what a process left behind that was
+killed is removed when the next one makes its own.
+"""
+
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from firmware_runtime.system.process_identity import (
+    ProcessIdentity,
+    boot_id,
+    is_running,
+    this_process,
+)
+
+_NAME = re.compile(r"firmware-runtime-(\d+)-(\d+)-\w+")
+
+
+@contextmanager
+def own_folder() -> Iterator[Path]:
+    """A folder that only this user can read, within the block."""
+    _remove_leftovers()
+    owner = this_process()
+    prefix = f"firmware-runtime-{owner.pid}-{owner.started_ticks or 0}-"
+    with tempfile.TemporaryDirectory(prefix=prefix) as folder:
+        yield Path(folder)
+
+
+def _remove_leftovers() -> None:
+    """Remove this user's folders whose owners are not running any more."""
+    for path in Path(tempfile.gettempdir()).glob("firmware-runtime-*"):
+        owner = _owner(path)
+        if owner is not None and not is_running(owner):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _owner(path: Path) -> ProcessIdentity | None:
+    """The process that made this folder; None for what is no such folder of this user."""
+    found = _NAME.fullmatch(path.name)
+    if found is None or path.is_symlink() or not path.is_dir():
+        return None
+    if path.stat().st_uid != os.geteuid():
+        return None
+    return ProcessIdentity(int(found[1]), int(found[2]), boot_id())
