@@ -1,5 +1,6 @@
 """`firmware-runtime dover`: a peer of the paper's kind turns a running robot, and sees it turn."""
 
+import re
 import signal
 import socket
 from collections.abc import Iterator
@@ -58,7 +59,7 @@ def test_a_peer_turns_the_robot_and_sees_its_command_turn(robot: BridgedRun) -> 
         assert any(float(command.recv(18)) < 0 for _ in range(MOST))
         status, printed = stop(dover, signal.SIGTERM)
     assert status == 0
-    assert "taken 2, refused" in printed
+    assert re.search("taken [12], refused", printed)  # of several at once only the last is taken
 
 
 @pytest.mark.slow

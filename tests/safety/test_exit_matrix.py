@@ -214,7 +214,9 @@ def test_a_bus_that_is_stuck_while_stopping(tmp_path: Path, table: SafetyTable, 
         assert "not made safe" in run.errors()
         assert not run.is_off
         took = run.until_off_ms(run.fault_ends_at())
-        assert run.takeovers()[-1]["off_after_ns"] > 0
+        wait_until(
+            lambda: run.takeovers()[-1]["off_after_ns"] is not None, "the guard's takeover is over"
+        )
     table.add(f"bus stuck while stopping, {robot}: since it is free", took, goal_ms=300)
 
 
