@@ -58,6 +58,8 @@ _remember: Final[Callable[[_Make], _Make]] = lru_cache(maxsize=None)  # a hint c
 def form_of(kind: Any) -> Form:  # noqa: ANN401 -- a type hint
     """The form of a type. Raises TypeError for one that does not say what it is made of."""
     origin, parts = get_origin(kind), get_args(kind)
+    if type(origin or kind).__name__ == "TypeAliasType":  # `type Name = ...`, as numpy's NDArray
+        return form_of((origin or kind).__value__)
     if _is_array(origin or kind):
         return Form("array", _pack_array, array_of)
     if origin in _GENERIC and parts:
