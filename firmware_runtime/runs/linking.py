@@ -7,6 +7,7 @@ the task of one end is over, both end; an end that was stopped is waited for.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
@@ -17,15 +18,26 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.links.cut.address import End, OpenChannel
-from firmware_runtime.links.cut.cut import cut_of
-from firmware_runtime.links.cut.greeting import Farewell
-from firmware_runtime.links.cut.link import Link, Terms
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.statistics import RunState
 
+if TYPE_CHECKING:
+    from firmware_runtime.links.cut.address import OpenChannel
+    from firmware_runtime.links.cut.greeting import Farewell
+    from firmware_runtime.links.cut.link import Link
 
-def check_end(end: BoardEnd | None, link: OpenChannel | None, clock: Clock) -> None:
+
+def way_of(stated: str | None) -> "OpenChannel | None":
+    """What opens the way that is stated to the other end, if one is. Raises ConfigError."""
+    if stated is None:
+        return None
+    # a run without a link starts without all that one takes
+    from firmware_runtime.links.cut.address import link_address  # noqa: PLC0415
+
+    return link_address(stated)
+
+
+def check_end(end: BoardEnd | None, link: "OpenChannel | None", clock: Clock) -> None:
     """Refuse what cannot be run. Raises ConfigError."""
     faults = []
     if link is not None and end is None:
@@ -69,7 +81,7 @@ class LinkedEnd:
     def __init__(
         self,
         part: LinkedPart,
-        open_channel: OpenChannel,
+        open_channel: "OpenChannel",
         end_with: Callable[[Ending], None],
         log: Callable[[str], None],
     ) -> None:
@@ -97,9 +109,8 @@ class LinkedEnd:
         if not self._other_end_is_over:
             is_done = self._part.end.has_hardware and outcome.state is RunState.ENDED
             failed = ending is not None and ending.failed
-            self.link.say_goodbye(
-                Farewell(outcome.reason, is_over=ending is not None or is_done, failed=failed)
-            )
+            is_over = ending is not None or is_done
+            self.link.say_goodbye(outcome.reason, is_over=is_over, failed=failed)
 
     def close(self) -> None:
         """Close the way to the other end."""
@@ -111,17 +122,23 @@ class LinkedEnd:
         else:
             self.arming.suspend(why)
 
-    def _end_too(self, farewell: Farewell) -> None:
+    def _end_too(self, farewell: "Farewell") -> None:
         if farewell.is_over and not self._other_end_is_over:
             self._other_end_is_over = True
             self._end_with(Ending(farewell.reason, farewell.failed))
 
 
-def _open_link(linked: LinkedPart, open_channel: OpenChannel, log: Callable[[str], None]) -> Link:
+def _open_link(
+    linked: LinkedPart, open_channel: "OpenChannel", log: Callable[[str], None]
+) -> "Link":
     """The link of this end, in its loop. Raises ConfigError where it cannot be had.
 
     Ports at which a rig's own components hang are not part of the cut: the other end has no rig.
     """
+    from firmware_runtime.links.cut.address import End  # noqa: PLC0415
+    from firmware_runtime.links.cut.cut import cut_of  # noqa: PLC0415
+    from firmware_runtime.links.cut.link import Link, Terms  # noqa: PLC0415
+
     board, end, part, executive = linked.board, linked.end, linked.part, linked.executive
     stated = board.settings.link
     cut = cut_of(part, end.crossings, stated.limits)

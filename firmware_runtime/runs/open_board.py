@@ -21,7 +21,6 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.links.cut.address import link_address
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.choices import (
     ClockName,
@@ -31,7 +30,7 @@ from firmware_runtime.runs.choices import (
     demand,
     path_of,
 )
-from firmware_runtime.runs.linking import idle_options
+from firmware_runtime.runs.linking import idle_options, way_of
 from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.runs.session import Session
@@ -208,7 +207,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         ),
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised, end=end),
         end=end,
-        link=None if link is None else link_address(link),
+        link=way_of(link),
         log=log,
     )
     return OpenBoard(session, found.doubles_run_s if where else None)

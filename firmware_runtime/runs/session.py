@@ -20,7 +20,6 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.links.cut.address import OpenChannel
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.ports_socket import PortsSocket
@@ -40,6 +39,7 @@ from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.companions import Companion
 
 if TYPE_CHECKING:
+    from firmware_runtime.links.cut.address import OpenChannel
     from firmware_runtime.links.dover.dover import DoverLink
 
 
@@ -64,7 +64,7 @@ class Session:
         statistics_path: Path | None,
         permission: Permission | None = None,
         end: BoardEnd | None = None,
-        link: OpenChannel | None = None,
+        link: "OpenChannel | None" = None,
         log: Callable[[str], None] = lambda _: None,
     ) -> None:
         check_end(end, link, clock)
@@ -240,7 +240,7 @@ class Session:
             executive.simulator.listen(self.robot.ended, self._end)
         return executive
 
-    def _linked(self, open_channel: OpenChannel) -> LinkedEnd:
+    def _linked(self, open_channel: "OpenChannel") -> LinkedEnd:
         """The link to the other end."""
         assert self.end_of_board is not None  # noqa: S101 -- `check_end` has refused it
         assert self.part is not None  # noqa: S101 -- likewise

@@ -9,8 +9,8 @@ from std_srvs.srv import Trigger
 from firmware_runtime.links.control import ask, post
 from firmware_runtime.statistics.layout import ARMED
 from firmware_runtime.statistics.reader import read_statistics
-from tests.support.bridged_run import line
-from tests.support.ros_processes import FREE, RosProcesses, stop
+from tests.support.bridged_run import line, stop
+from tests.support.ros_processes import FREE, RosProcesses
 from tests.support.ros_user import RosUser
 from tests.support.waiting import wait_until
 

@@ -66,7 +66,7 @@ class BridgedRun:
             stderr=subprocess.STDOUT,
             bufsize=0,  # so that `select` sees all that has not been read
         )
-        self._stack.callback(_end, process)
+        self._stack.callback(kill, process)
         return process
 
     def run(self) -> "subprocess.Popen[bytes]":
@@ -112,7 +112,8 @@ def stop(process: "subprocess.Popen[bytes]", number: signal.Signals) -> tuple[in
     return process.returncode, out.decode()
 
 
-def _end(process: "subprocess.Popen[bytes]") -> None:
+def kill(process: "subprocess.Popen[bytes]") -> None:
+    """Kill it, and close what it prints to."""
     process.kill()
     process.wait()
     assert process.stdout is not None

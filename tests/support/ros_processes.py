@@ -1,15 +1,13 @@
 """Runs and their ROS 2 nodes as processes, in a domain of DDS that no other test uses."""
 
 import os
-import signal
 import socket
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from tests.support.bridged_run import line
-from tests.support.waiting import PATIENCE_S
+from tests.support.bridged_run import kill, line
 
 ROOT = Path(__file__).parents[2]
 PYTHON = os.environ.get("FIRMWARE_RUNTIME_TEST_PYTHON", str(ROOT / ".venv/bin/python"))
@@ -46,7 +44,7 @@ class RosProcesses:
             stderr=subprocess.STDOUT,
             bufsize=0,
         )
-        self._stack.callback(_end, process)
+        self._stack.callback(kill, process)
         return process
 
     def run(self, *words: str, board: str = "tachobot") -> "subprocess.Popen[bytes]":
@@ -60,20 +58,6 @@ class RosProcesses:
         process = self.start("ros2", board, "--venv", str(ROS_VENV), *words, under=under)
         line(process, "is up")
         return process
-
-
-def stop(process: "subprocess.Popen[bytes]", number: signal.Signals) -> tuple[int, str]:
-    """Its status, and what it printed since it was read last."""
-    process.send_signal(number)
-    out, _ = process.communicate(timeout=PATIENCE_S)
-    return process.returncode, out.decode()
-
-
-def _end(process: "subprocess.Popen[bytes]") -> None:
-    process.kill()
-    process.wait()
-    assert process.stdout is not None
-    process.stdout.close()
 
 
 @contextmanager

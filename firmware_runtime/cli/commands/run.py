@@ -25,9 +25,8 @@ from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.experiments.loop_model import loop_board, loop_end
-from firmware_runtime.links.cut.address import link_address
 from firmware_runtime.runs.arming import permission_for
-from firmware_runtime.runs.linking import idle_options
+from firmware_runtime.runs.linking import idle_options, way_of
 from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
@@ -72,7 +71,7 @@ def execute(arguments: argparse.Namespace) -> int:
     messages = Messages()
     board = board if arguments.loop is None else loop_board(board, arguments.loop)
     end = _end_of(arguments, board)
-    link = None if arguments.link is None else link_address(arguments.link)
+    link = way_of(arguments.link)
     path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
 

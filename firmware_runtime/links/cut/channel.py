@@ -11,7 +11,7 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from select import select
@@ -45,6 +45,15 @@ class Channel(Protocol):
 
     def close(self) -> None:
         """Close the sockets."""
+
+
+def frames(channel: Channel, most: int) -> Iterator[bytes]:
+    """What has come, `most` frames at most. Raises ChannelClosed."""
+    for _ in range(most):
+        frame = channel.receive()
+        if frame is None:
+            return
+        yield frame
 
 
 class PathChannel:

@@ -15,7 +15,7 @@ from typing import Any, Final
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.cut.channel import Channel, ChannelClosed
+from firmware_runtime.links.cut.channel import Channel, ChannelClosed, frames
 from firmware_runtime.links.cut.counts import Counts, report_of
 from firmware_runtime.links.cut.cut import Crossing, Cut
 from firmware_runtime.links.cut.greeting import Farewell, Greeting
@@ -125,18 +125,14 @@ class Link:
     def receive(self) -> Sequence[tuple[InPort[Any], object]]:
         """The values that have come; of each port the newest `keep`."""
         arrived: list[tuple[InPort[Any], object]] = []
-        for _ in range(AT_ONCE):
-            try:
-                datagram = self._channel.receive()
-            except ChannelClosed:
-                self._close_down()
-                break
-            if datagram is None:
-                break
-            try:
-                self._take(decoded(datagram), arrived)
-            except Refused as refusal:
-                self._refuse(refusal)
+        try:
+            for datagram in frames(self._channel, AT_ONCE):
+                try:
+                    self._take(decoded(datagram), arrived)
+                except Refused as refusal:
+                    self._refuse(refusal)
+        except ChannelClosed:
+            self._close_down()
         return self._newest(arrived)
 
     def between_steps(self, now: int, _left: int) -> None:
@@ -173,8 +169,9 @@ class Link:
         expected = f"expected {self.terms.good / SECOND:g} s"
         return f"the link has been good for {good_for / SECOND:.1f} s only; {expected}"
 
-    def say_goodbye(self, farewell: Farewell) -> None:
+    def say_goodbye(self, reason: str, *, is_over: bool, failed: bool) -> None:
         """Let the other end know that this one ends, and why; more than once, one may be lost."""
+        farewell = Farewell(reason, is_over, failed)
         if self.peer.session_of_peer != 0:
             for _ in range(_BYES):
                 self._send(self.peer.bye(self._time(), farewell))

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed
+from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed, frames
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.dover.carrier import HEAD, Counts, counts_of
 from firmware_runtime.statistics.statistics import RunState
@@ -59,19 +59,16 @@ class DoverLink:
     def receive(self) -> Sequence[tuple[InPort[Any], object]]:
         """The texts that have come, in their order."""
         arrived: list[tuple[InPort[Any], object]] = []
-        for _ in range(AT_ONCE):
-            try:
-                frame = self._channel.receive()
-            except ChannelClosed:
-                self._request_stop("the carrier of the DOVER blocks has ended", RunState.FAILED)
-                break
-            if frame is None:
-                break
-            (port,) = HEAD.unpack_from(frame)
-            if port == 0:
-                self.carrier = counts_of(frame)
-            else:
-                arrived.append((self._entrances[port], frame[HEAD.size :].decode("latin-1")))
+        try:
+            for frame in frames(self._channel, AT_ONCE):
+                (port,) = HEAD.unpack_from(frame)
+                if port == 0:
+                    self.carrier = counts_of(frame)
+                else:
+                    text = frame[HEAD.size :].decode("latin-1")
+                    arrived.append((self._entrances[port], text))
+        except ChannelClosed:
+            self._request_stop("the carrier of the DOVER blocks has ended", RunState.FAILED)
         self.received += len(arrived)
         return arrived
 
