@@ -17,7 +17,8 @@ from firmware_runtime.executive.process import ProcessSettings
 class Hook(Protocol):
     """Called between the steps of a run: arming, the service's notices, the journal.
 
-    By the loop when a step is over, and at least every 50 ms.
+    By the loop when a step is over, at least every 50 ms, and at an instant that one has asked for
+    (`Executive.poll_by`).
     """
 
     def between_steps(self, now: int, left: int) -> None:

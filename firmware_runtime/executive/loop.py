@@ -81,6 +81,7 @@ class Executive:
         self._granted: Settings = {}
         self._ledger = self._open_ledger({}, NEVER)
         self.hooks: list[Hook] = []
+        self._poll_by = NEVER
         self._paused: Outcome | None = None
         self.reached = 0
         """The instant at which the run paused or ended, ns; 0 before."""
@@ -178,6 +179,13 @@ class Executive:
         """Wait for one more source, beside those of the configuration; before the run."""
         self._arrivals.add_source(source)
 
+    def poll_by(self, at: int) -> None:
+        """Let the hooks be called at instant `at` of the run at the latest; for a hook to call.
+
+        It holds until they are called next, whenever that is.
+        """
+        self._poll_by = min(self._poll_by, at)
+
     def plan(self, at: int, port: InPort[T], value: T) -> None:
         """Let a value arrive at an input port of the root at instant `at` of the run."""
         self._arrivals.plan(at, port, value)
@@ -217,7 +225,7 @@ class Executive:
         while accounting.overrun == "" and progress.livelock == "":
             due = min(at, until)
             self._use_slack(due)
-            ready = self.clock.wait(due, self._arrivals.sources)
+            ready = self.clock.wait(min(due, self._poll_by), self._arrivals.sources)
             now = self.clock.now()
             # from here to the first function of a model every microsecond is lateness
             if ready:
@@ -241,6 +249,7 @@ class Executive:
 
     def _use_slack(self, until: int) -> None:
         """Do what is better done now than in a step."""
+        self._poll_by = NEVER
         for hook in self.hooks:
             now = self.clock.now()
             hook.between_steps(now, until - now)

@@ -51,3 +51,24 @@ def test_the_end_of_the_run_is_no_less_near_than_an_event() -> None:
     diary = Diary(run)
     run.until(PERIOD + 1)
     assert diary.calls[-1] == (PERIOD, 1)
+
+
+class Prompt(Diary):
+    """A hook that is to be called at an instant between two steps, once."""
+
+    def between_steps(self, now: int, left: int) -> None:
+        super().between_steps(now, left)
+        if now < PERIOD // 2:
+            self.run.executive.poll_by(PERIOD // 2)
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self.run = run
+
+
+def test_a_hook_is_called_at_the_instant_it_asked_for_and_no_step_is_made_there() -> None:
+    run = Run(Robot(), VirtualClock())
+    prompt, other = Prompt(run), Diary(run)
+    run.until(PERIOD)
+    asked_for = (PERIOD // 2, PERIOD - PERIOD // 2)
+    assert prompt.calls == other.calls == [(0, 0), (0, PERIOD), asked_for, (PERIOD, 0)]

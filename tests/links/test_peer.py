@@ -153,6 +153,18 @@ def test_silence_ends_what_was_good_and_any_later_frame_begins_it_again() -> Non
     assert pair.robot.good_since == pair.now
 
 
+def test_a_silence_begins_when_the_last_frame_was_sent_however_late_it_arrived() -> None:
+    pair = Pair().meet()
+    pair.to_robot(pair.from_controller())
+    said_at = pair.now
+    pair.delay = 300 * MILLISECOND
+    pair.to_robot(pair.from_controller())
+    assert pair.now > said_at + TIMEOUT // 2
+    assert pair.robot.silent_at <= said_at + TIMEOUT
+    assert pair.robot.is_good(pair.robot.silent_at - 1)
+    assert not pair.robot.is_good(pair.robot.silent_at)
+
+
 @pytest.mark.parametrize("drift", [0, 3 * SECOND, -3 * SECOND])
 def test_ends_that_were_silent_to_each_other_find_each_other_again(drift: int) -> None:
     pair = Pair().meet()

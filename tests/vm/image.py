@@ -21,12 +21,12 @@ PROJECT: Final = HERE.parents[1] / "pyproject.toml"
 VENV: Final = "/opt/firmware-runtime/venv"
 PACKAGES: Final = (
     *("systemd-sysv", "udev", "kmod", "procps", "util-linux", "adduser"),
-    *("python3", "python3-venv", "i2c-tools"),
+    *("python3", "python3-venv", "i2c-tools", "iproute2"),
 )
 LEFT_OUT: Final = ("/usr/share/doc/*", "/usr/share/man/*", "/usr/share/locale/*")
 KERNEL: Final = "linux-image-amd64"
 BOOT_MODULES: Final = ("virtio_pci", "virtio_blk", "ext4", "virtio_console")
-MODULES: Final = (*BOOT_MODULES, "vhci-hcd", "i2c-tiny-usb", "i2c-dev")
+MODULES: Final = (*BOOT_MODULES, "vhci-hcd", "i2c-tiny-usb", "i2c-dev", "veth", "sch_netem")
 NOTHING_LATER: Final = ("-E", "lazy_itable_init=0,lazy_journal_init=0")
 SIZE: Final = "900M"
 

@@ -1,5 +1,7 @@
 """`make vm-test`: builds the guest, boots it, shows how its checks went.
 
+`python -m tests.vm.run network` carries out the checks of guest/network.py alone.
+
 Exit status 0 when all checks passed, or where QEMU cannot run at all; 1 when one failed or the
 guest did not get through them; 2 when something is missing that can be installed.
 """
@@ -44,7 +46,7 @@ def main() -> int:
     try:
         image = _image()
         with _stage("wheel and checks"):
-            write_carried(HOME / "carried.tar", HOME)
+            write_carried(HOME / "carried.tar", HOME, sys.argv[1:])
     except Unbuildable as error:
         show(f"vm-test: {error}")
         return 1

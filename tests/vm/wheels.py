@@ -26,14 +26,19 @@ def fetch_wheels(requirements: Sequence[str], folder: Path, python: str) -> None
     _pip("download", *target, *platforms, "--find-links", folder, "--dest", folder, *requirements)
 
 
-def write_carried(disk: Path, work: Path) -> None:
-    """Write the project's wheel and the checks as a tar archive, which is a disk for the guest."""
+def write_carried(disk: Path, work: Path, only: Sequence[str]) -> None:
+    """Write the project's wheel and the checks as a tar archive, which is a disk for the guest.
+
+    `only` are the modules of checks to carry out; all, where none are named.
+    """
     for wheel in work.glob("firmware_runtime-*.whl"):
         wheel.unlink()
     shutil.rmtree(PROJECT / "build/lib", ignore_errors=True)  # else removed modules come along
     _pip("wheel", "--no-deps", "--wheel-dir", work, PROJECT)
     wheel = next(work.glob("firmware_runtime-*.whl"))
+    (work / "only").write_text("\n".join(only), encoding="utf-8")
     with tarfile.open(disk, "w") as archive:
+        archive.add(work / "only", "only")
         archive.add(wheel, wheel.name)
         archive.add(HERE / "guest", "tests/vm/guest", filter=_is_source)
 

@@ -148,6 +148,7 @@ class Link:
             self._turn_bad(self.peer.why_bad(clock) or "")
         self._was_good = is_good
         if is_good:
+            self._executive.poll_by(now + self.peer.silent_at - clock)
             for message in self._outbox.take(clock, self.peer.clock.round_trip or 0):
                 self._send_value(message, clock)
         else:

@@ -3,8 +3,11 @@
 Protocol without I/O: frames and instants of CLOCK_MONOTONIC in, frames out.
 
     no peer --hello of the same cut, then any frame that names our session--> peer
-    peer --nothing accepted for `timeout`, or a bye--> silent peer --a frame of its session--> peer
+    peer --said nothing for `timeout`, or a bye--> silent peer --a frame of its session--> peer
     silent peer --as from no peer, of another session--> another peer
+
+A silence begins when the last frame was sent, not when it arrived: what carries it on may be slow,
+and the end that sent it have died meanwhile.
 
 Two ends that are silent to each other greet anyone, and answer each other's greetings by name.
 
@@ -53,6 +56,8 @@ class Peer:
         self._window = Window()
         self._counter = 0
         self._received_at = 0
+        self._said_at = 0
+        """When the latest frame was sent, by this end's clock."""
         self._candidate: tuple[int, Greeting] | None = None
         self._greeted: tuple[int, int] = (0, 0)
         self._former: deque[int] = deque(maxlen=_FORMER)
@@ -134,6 +139,7 @@ class Peer:
         if self.good_since is None:
             self.good_since = now
         self._received_at = now
+        self._said_at = max(self._said_at, now - (self.clock.age(now, frame.sent_at) or 0))
         self.farewell = None
         if frame.kind is Kind.BYE:
             self.farewell = farewell_of(frame.body)
@@ -141,9 +147,14 @@ class Peer:
 
     # How it stands --------------------------------------------------------------------------------
 
+    @property
+    def silent_at(self) -> int:
+        """The instant at which the peer counts as silent, unless it says something before."""
+        return self._said_at + self.timeout
+
     def is_good(self, now: int) -> bool:
-        """Whether something of the peer was accepted within the timeout; notes a silence."""
-        if self.good_since is not None and now - self._received_at >= self.timeout:
+        """Whether the peer said something within the timeout; notes a silence."""
+        if self.good_since is not None and now >= self.silent_at:
             self.good_since = None
             self.silences += 1
         return self.good_since is not None
@@ -156,7 +167,7 @@ class Peer:
             return "the other end has not answered yet"
         if self.farewell is not None:
             return f"the {self.greeting.role} has ended: {self.farewell.reason}"
-        silent_s = (now - self._received_at) / SECOND
+        silent_s = (now - self._said_at) / SECOND
         return f"the {self.greeting.role} has been silent for {silent_s:.1f} s"
 
     def interrupt(self) -> None:
