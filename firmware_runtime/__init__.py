@@ -81,6 +81,8 @@ if TYPE_CHECKING:
     from firmware_runtime.models.delay import Delay
     from firmware_runtime.models.motion import Motion
     from firmware_runtime.models.pid import Pid, PidGains
+    from firmware_runtime.models.plant import SecondOrderPlant
+    from firmware_runtime.models.smith_predictor import SmithPredictor
     from firmware_runtime.models.state_diagram import StateDiagram
     from firmware_runtime.models.state_table import Arrow, State, StateTableError
     from firmware_runtime.runs.model_alone import open_model, run
@@ -103,6 +105,8 @@ _WHERE: Final = {
     "Motion": "models.motion",
     "Pid": "models.pid",
     "PidGains": "models.pid",
+    "SecondOrderPlant": "models.plant",
+    "SmithPredictor": "models.smith_predictor",
     "StateDiagram": "models.state_diagram",
     "Arrow": "models.state_table",
     "State": "models.state_table",
@@ -255,11 +259,13 @@ __all__ = [
     "RunResult",
     "RunState",
     "ScaledClock",
+    "SecondOrderPlant",
     "SelectError",
     "SentOutsideOutput",
     "SerialPort",
     "SettingError",
     "Simulator",
+    "SmithPredictor",
     "Source",
     "State",
     "StateDiagram",

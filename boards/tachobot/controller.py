@@ -14,15 +14,27 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.delay import Delay
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
+from firmware_runtime.models.plant import SecondOrderPlant
+from firmware_runtime.models.smith_predictor import SmithPredictor
 
 POSITION_PERIODS = 10
 """Control periods after which a position command that was not renewed counts as zero."""
 
 
 class Controller(Coupled):
-    """sample -> attitude -> yaw (-> delay) -> allocation -> forces; x and y join in mode `free`."""
+    """sample -> attitude (-> smith) -> yaw (-> delay) -> allocation -> forces.
 
-    def __init__(self, name: str, settings: ControllerSettings, pair_thrust_n: float) -> None:
+    x and y join in mode `free`. `yaw_plant` is what the Smith predictor takes yaw to be, if there
+    is to be one.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        settings: ControllerSettings,
+        pair_thrust_n: float,
+        yaw_plant: SecondOrderPlant,
+    ) -> None:
         super().__init__(name)
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
@@ -40,10 +52,12 @@ class Controller(Coupled):
         self.couple(self.sample, attitude.sample)
         self.couple(self.enable, attitude.enable)
         self.couple(self.yaw_reference, yaw.reference_in)
-        self.couple(attitude.yaw, yaw.measurement)
+        self.couple(self._predicted(settings, yaw_plant), yaw.measurement)
         self.couple(attitude.yaw, allocation.yaw)
         self.couple(self._delayed(yaw.command, settings.yaw.delay_s), allocation.yaw_n)
         self.couple(allocation.forces_out, self.forces)
+        if self._smith is not None:
+            self.couple(yaw.command, self._smith.command)
         self._limit_n = limit_n
         self._pids = {"yaw": yaw}
         if isinstance(settings, FreeSettings):
@@ -53,6 +67,16 @@ class Controller(Coupled):
         """Take up new gains; integrals stay, so nothing jumps."""
         for name, pid in self._pids.items():
             pid.gains = _gains(getattr(settings, name), self._limit_n)
+
+    def _predicted(self, settings: ControllerSettings, plant: SecondOrderPlant) -> OutPort[Motion]:
+        """The port at which the yaw leaves that is controlled: predicted, or as estimated."""
+        self._smith: SmithPredictor | None = None
+        if settings.yaw.smith is None:
+            return self.attitude.yaw
+        delay = seconds(settings.yaw.smith.delay_s)
+        self._smith = smith = self.add(SmithPredictor("yaw_smith", plant, delay))
+        self.couple(self.attitude.yaw, smith.measurement)
+        return smith.predicted
 
     def _delayed(self, command: OutPort[float], delay_s: float) -> OutPort[float]:
         """The port at which a command leaves after the delay; its own where there is none."""

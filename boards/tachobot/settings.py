@@ -15,6 +15,7 @@ from firmware_runtime.board.settings import (
     SecondsOrNone,
     Settings,
 )
+from firmware_runtime.models.plant import SecondOrderPlant
 
 
 class ImuSettings(Settings, frozen=True):
@@ -91,12 +92,24 @@ class PositionSettings(PidSettings, frozen=True):
     reference_m: float = 0.0
 
 
+class SmithSettings(Settings, frozen=True):
+    """A Smith predictor before the PID of yaw; numbers left out are those of `[world]`."""
+
+    delay_s: SecondsOrNone
+    """The delay of the loop that it is to make up for, both ways together."""
+    inertia_kg_m2: Positive | None = None
+    damping_nms: NotNegative | None = None
+    lag_s: NotNegative | None = None
+
+
 class YawSettings(PidSettings, frozen=True):
     """The PID of yaw."""
 
     reference_rad: float
     delay_s: SecondsOrNone
     """Pure delay between command and propellers, as a network in the loop would add."""
+    smith: SmithSettings | None = None
+    """Left out: the PID gets yaw as it is estimated."""
 
 
 class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
@@ -163,3 +176,15 @@ class TachobotSettings(BoardSettings, frozen=True, kw_only=True):
     def pair_thrust_n(self) -> float:
         """What the thrust pairs take the full force of a pair to be, N."""
         return self.thrust_pairs.pair_thrust_n or self.world.pair_thrust_n
+
+    @property
+    def yaw_plant(self) -> SecondOrderPlant:
+        """Yaw as a Smith predictor takes it to be: from a command in N to rad."""
+        smith, world = self.controller.yaw.smith or SmithSettings(0.0), self.world
+        inertia = smith.inertia_kg_m2 or world.yaw_inertia_kg_m2
+        damping = world.yaw_damping_nms if smith.damping_nms is None else smith.damping_nms
+        return SecondOrderPlant(
+            gain=2.0 * world.lever_arm_m / inertia,
+            damping_per_s=damping / inertia,
+            lag_s=world.motor_lag_s if smith.lag_s is None else smith.lag_s,
+        )

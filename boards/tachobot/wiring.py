@@ -42,7 +42,9 @@ class Tachobot(Coupled):
             Imu("imu", self.imu_chip, control_period(settings), gyro_bias(settings))
         )
         self.controller = self.add(
-            Controller("controller", settings.controller, settings.pair_thrust_n)
+            Controller(
+                "controller", settings.controller, settings.pair_thrust_n, settings.yaw_plant
+            )
         )
 
         self.couple(self.imu.sample, self.controller.sample)

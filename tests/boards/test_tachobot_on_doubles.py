@@ -177,6 +177,24 @@ def test_a_delay_in_the_yaw_loop_postpones_every_force() -> None:
     assert written[0] - commanded[0] == 80 * MILLISECOND
 
 
+def test_a_smith_predictor_gives_back_the_step_that_a_delay_spoils() -> None:
+    fast = ("controller.yaw.kp=6.0", "controller.yaw.kd=1.6", "controller.yaw.delay_s=0.08")
+    robot = virtual_tachobot(*fast)
+    robot.run(6)
+    assert max(robot.values("world.yaw_rad")) > 1.4
+    robot = virtual_tachobot(*fast, "controller.yaw.smith.delay_s=0.08")
+    robot.run(6)
+    assert max(robot.values("world.yaw_rad")) < 1.2
+    assert robot.values("world.yaw_rad")[-1] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_smith_predictor_of_no_delay_changes_not_a_bit() -> None:
+    plain, predicted = virtual_tachobot(), virtual_tachobot("controller.yaw.smith.delay_s=0")
+    plain.run(3)
+    predicted.run(3)
+    assert predicted.received["thrust_pairs.duties"] == plain.received["thrust_pairs.duties"]
+
+
 def test_friction_holds_it_short_of_the_reference() -> None:
     robot = virtual_tachobot("world.static_friction_nm=0.05", "world.coulomb_friction_nm=0.03")
     robot.run(6)
