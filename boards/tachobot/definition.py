@@ -1,5 +1,6 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
+from boards.tachobot.experiments import EXPERIMENTS
 from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
@@ -8,7 +9,6 @@ from drivers.chips.pca9685 import duty_burst
 from drivers.chips.pca9685_rate import prescale_for
 from drivers.thrust_pairs import MOTORS
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.loads import Recurring, bus_loads
@@ -120,24 +120,6 @@ def _friction_faults(settings: TachobotSettings) -> list[str]:
     return [] if world.static_friction_nm >= world.coulomb_friction_nm else [sentence]
 
 
-YAW_STEP = StepExperiment(
-    title="Step of the yaw reference",
-    port="yaw_reference",
-    begin=0.0,
-    end=1.0,
-    quantity="yaw",
-    unit="rad",
-    settings={"controller.yaw.reference_rad": 0.0},
-    published=(
-        "Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 10 and 11.",
-        "The reference is 1 rad, in simulation (Figure 10) and over ROS (Figure 11, about 5 s).",
-        "The two differ by the delay of two ROS nodes, in the order of 7 ms, says the text.",
-        "It gives neither rise time nor overshoot.",
-    ),
-)
-"""Figures 10 and 11 of the DoveR paper."""
-
-
 BOARD = BoardDefinition(
     settings=TachobotSettings,
     build=build,
@@ -154,5 +136,5 @@ BOARD = BoardDefinition(
     ),
     optional_components=("esc", "lift"),  # in mode free
     doubles_run_s=10.0,
-    experiments={"yaw-step": YAW_STEP},
+    experiments=EXPERIMENTS,
 )

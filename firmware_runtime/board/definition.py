@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from msgspec import Struct, ValidationError, convert
 
-from firmware_runtime.board.experiments import StepExperiment
+from firmware_runtime.board.experiments import Experiment, experiment_faults
 from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.loads import bus_loads
@@ -80,7 +80,7 @@ class BoardDefinition(Generic[S]):
     """Components that the top model has with some settings only; [roles] may name them."""
     doubles_run_s: float = DOUBLES_RUN_S
     """How long a run on doubles takes unless `--for` says."""
-    experiments: Mapping[str, StepExperiment] = field(default_factory=dict)
+    experiments: Mapping[str, Experiment] = field(default_factory=dict)
     """What `firmware-runtime experiment` can do with this board, by name."""
 
     def __post_init__(self) -> None:
@@ -110,10 +110,8 @@ def _check_names(names: object) -> None:
 
 def _check_experiments(experiments: object) -> None:
     """Refuse what are no experiments by name."""
-    if not isinstance(experiments, Mapping) or not all(
-        isinstance(each, StepExperiment) for each in experiments.values()
-    ):
-        raise SettingError(f"experiments: {experiments!r}: expected StepExperiments by name")
+    if faults := list(experiment_faults(experiments)):
+        raise SettingError("; ".join(faults))
 
 
 def _check_schema(schema: object) -> None:

@@ -1,23 +1,55 @@
 """Experiments of a board: what a definition says of them, by name.
 
-A step: the reference at an input port of the model jumps, and a value is watched over time. The
-board says which port, from where to where, and what it measures; `firmware-runtime experiment` runs
-it in every stage.
+Two kinds: a `StepExperiment` is told by its numbers alone, and the runtime runs it in every stage;
+an `OwnExperiment` names a function of any package that runs the board as it likes and returns what
+it found. `firmware-runtime experiment NAME BOARD -o FOLDER` runs either and writes the files.
+
+Nothing here imports what runs an experiment: a robot's own start reads its definition.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
+
+from firmware_runtime.board.assignments import assignments_of
+
+ALL: Final = "all"
+"""Not the name of an experiment: it stands for every one of a board."""
+_NAME: Final = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+_FUNCTION: Final = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepExperiment:
+class Experiment:
+    """What every experiment says of itself."""
+
+    title: str
+    """Such as `Step of the yaw reference`."""
+    figure: str = ""
+    """What was published of it, such as `Figures 12 and 13`; empty if nothing was."""
+    published: Sequence[str] = ()
+    """What others measured, in sentences, with its source first."""
+    paper: Mapping[str, float] = field(default_factory=dict)
+    """The numbers that the published text gives; units are in the keys, such as `delay_ms`."""
+    settings: Mapping[str, object] = field(default_factory=dict)
+    """Values of board.toml for this experiment, by dotted key."""
+    stages: Sequence[str] = ()
+    """Stages that it makes sense in, by name; none: all that the board has."""
+
+    @property
+    def assignments(self) -> list[str]:
+        """Its settings, as `--set` has them."""
+        return assignments_of(self.settings)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepExperiment(Experiment):
     """A reference that jumps at `at_s` of the controller's run; its answer is the shown value.
 
     What is shown is the rig's port, or the robot's own without one.
     """
 
-    title: str
-    """Such as `Step of the yaw reference`."""
     port: str
     """The input port of the top model that the reference goes into."""
     begin: float
@@ -27,21 +59,38 @@ class StepExperiment:
     quantity: str
     """What is shown, such as `yaw`."""
     unit: str
-    settings: Mapping[str, float] = field(default_factory=dict)
-    """Numbers of board.toml for this experiment, such as the reference's first value."""
     at_s: float = 3.0
     """Late enough for sensors to be calibrated, and for a link to be good."""
     watched_s: float = 10.0
     """How long the answer is watched."""
-    published: Sequence[str] = ()
-    """What others measured, in sentences, with its source first."""
 
     @property
     def for_s(self) -> float:
         """How long a run of it takes."""
         return self.at_s + self.watched_s
 
-    @property
-    def assignments(self) -> list[str]:
-        """Its settings, as `--set` has them."""
-        return [f"{key}={value}" for key, value in self.settings.items()]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnExperiment(Experiment):
+    """One that a function runs: `package.module:function`, imported when the experiment is run.
+
+    It is called with a `firmware_runtime.experiments.trial.Trial` and returns a
+    `firmware_runtime.experiments.findings.Findings`.
+    """
+
+    run: str
+
+
+def experiment_faults(experiments: object) -> Iterator[str]:
+    """Everything wrong with what a definition calls its experiments."""
+    if not isinstance(experiments, Mapping) or not all(
+        isinstance(each, StepExperiment | OwnExperiment) for each in experiments.values()
+    ):
+        yield f"experiments: {experiments!r}: expected StepExperiments and OwnExperiments by name"
+        return
+    for name, each in experiments.items():
+        if not (isinstance(name, str) and _NAME.fullmatch(name)) or name == ALL:
+            expected = f"expected small letters, digits and single -, and not {ALL!r}"
+            yield f"experiments: {name!r}: {expected}"
+        if isinstance(each, OwnExperiment) and not _FUNCTION.fullmatch(each.run):
+            yield f"experiments.{name}.run: {each.run!r}: expected package.module:function"

@@ -15,7 +15,7 @@ from typing import Any
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.experiments import StepExperiment
+from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.faults import Device, device_faults, executive_faults
 from firmware_runtime.board.kinds import (
     FILE,
@@ -70,7 +70,7 @@ class Board:
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     retunable: Sequence[str]
     """Keys that may change while the robot runs; `*` stands for any word."""
-    experiments: Mapping[str, StepExperiment]
+    experiments: Mapping[str, Experiment]
     """What can be tried with it beside what any board can, by name."""
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""

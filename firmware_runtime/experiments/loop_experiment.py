@@ -1,13 +1,15 @@
-"""The loop's delay by stage: data, figures beside the published ones, a plot and a page."""
+"""The loop's delay by stage: data, figures beside the published ones, and plots."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
 from firmware_runtime.experiments.conditions import between
+from firmware_runtime.experiments.findings import Findings
+from firmware_runtime.experiments.known import LOOP_DELAY
 from firmware_runtime.experiments.line_plot import Curve, LinePlot
 from firmware_runtime.experiments.loop_delay import (
     Delays,
@@ -16,18 +18,18 @@ from firmware_runtime.experiments.loop_delay import (
     first_back_s,
     rounds_of,
 )
-from firmware_runtime.experiments.running import Say, Setup, traced
+from firmware_runtime.experiments.trial import Trial
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.statistics.page.markup import table
 
-TITLE: Final = "Delay of a loop: a ramp out and back"
-PUBLISHED: Final = (
-    "Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 12 and 13.",
-    "Local, with both ROS nodes on one PC: in the order of 7 ms, almost constant.",
-    "Remote, with both nodes on a Raspberry Pi over WiFi: in the order of 80 ms, varying more.",
-)
-PUBLISHED_MS: Final[Mapping[Stage, float]] = {Stage.NETWORK: 7.0, Stage.REMOTE: 80.0}
+DEFAULT_S: Final = 20.0
+"""How long the ramp lasts in each stage unless the command says."""
+PUBLISHED: Final[Mapping[Stage, str]] = {
+    Stage.NETWORK: "local_delay_ms",
+    Stage.REMOTE: "remote_delay_ms",
+}
+"""What the paper's number is called, by the stage that is like its own."""
 PERIODS_S: Final[Mapping[Stage, float]] = {Stage.NETWORK: 0.002, Stage.REMOTE: 0.01}
 """From one value to the next: the first shows delays under a millisecond; behind jitter, values
 that are closer to each other overtake each other."""
@@ -65,7 +67,7 @@ class LoopRuns:
             sent = [(each.sent_s - begin, each.value) for each in first]
             back = [(each.back_s - begin, each.value) for each in first if each.back_s is not None]
             curves = Curve("sent", sent), Curve("back", back)
-            yield stage.value, LinePlot(f"{TITLE}, stage {stage}", "s", "ramp", curves)
+            yield stage.value, LinePlot(f"{LOOP_DELAY.title}, stage {stage}", "s", "ramp", curves)
             over = [
                 (each.sent_s - begin, each.delay_ms) for each in rounds if each.delay_ms is not None
             ]
@@ -91,6 +93,20 @@ class LoopRuns:
         ]
         return table("Loop delay by stage", (*head, *more), rows)
 
+    def ours(self) -> dict[str, float | None]:
+        """The median by the paper's names, and what it leaves open."""
+        found: dict[str, float | None] = {}
+        for stage, each in self.figures.items():
+            name, delays = PUBLISHED[stage], each.delays
+            where = name.removesuffix("_delay_ms")
+            found[name] = delays.p50_ms
+            found[f"{where}_delay_p99_ms"] = delays.p99_ms
+            found[f"{where}_delay_least_ms"] = delays.least_ms
+            found[f"{where}_delay_most_ms"] = delays.most_ms
+            lost = delays.sent - delays.back
+            found[f"{where}_lost_percent"] = 100.0 * lost / delays.sent if delays.sent else None
+        return found
+
     def text(self) -> Iterator[str]:
         """The figures for a terminal, beside the published one."""
         for stage, each in self.figures.items():
@@ -108,27 +124,39 @@ class LoopRuns:
             )
 
 
-def run_loop(setup: Setup, stages: Sequence[Stage], say: Say) -> LoopRuns:
+def run_loop(trial: Trial) -> Findings:
     """Run it in each of these stages. Raises ConfigError for a run that failed."""
     rounds: dict[Stage, Sequence[Round]] = {}
     figures: dict[Stage, StageDelays] = {}
-    for stage in stages:
-        say(f"{TITLE}: stage {stage}, {setup.for_s:g} s")
-        period_s = PERIODS_S[stage] if setup.loop_s is None else setup.loop_s
-        with traced(replace(setup, loop_s=period_s), stage, say) as run:
-            every = rounds_of(run.trace, 0.0)
-            since_s = first_back_s(every) + SETTLING_S
-            last_s = every[-1].sent_s if every else 0.0
-            rounds[stage] = found = [
-                each for each in every if since_s <= each.sent_s <= last_s - SETTLING_S
-            ]
-            document = run.document
-        late = document["controller"]["statistics"]["models"]["ramp"]["lateness_us"]["p50"]
-        carried = document["link"]["back"].get("round_trip_us", {}).get("p50")
-        figures[stage] = StageDelays(
-            delays_of(found), period_s, PUBLISHED_MS[stage], late, carried, between(document)
-        )
-    return LoopRuns(rounds, figures)
+    for stage in trial.stages:
+        rounds[stage], figures[stage] = _measured(trial, stage)
+    runs = LoopRuns(rounds, figures)
+    return Findings(
+        ours=runs.ours(),
+        sentences=list(runs.text()),
+        plots=dict(runs.plots()),
+        data={"": runs.csv()},
+        tables=[runs.numbers()],
+        details={"stages": {str(stage): each for stage, each in figures.items()}},
+        between=[f"{stage}: {each.between}" for stage, each in figures.items()],
+    )
+
+
+def _measured(trial: Trial, stage: Stage) -> tuple[Sequence[Round], StageDelays]:
+    """What came back in a stage, without its beginning and its end."""
+    for_s = trial.choices.for_s or DEFAULT_S
+    every_s = trial.choices.every_s or PERIODS_S[stage]
+    trial.say(f"{trial.experiment.title}: stage {stage}, {for_s:g} s")
+    with trial.run_loop(stage, for_s=for_s, every_s=every_s) as run:
+        every, document = rounds_of(run.trace, 0.0), run.document
+    since_s = first_back_s(every) + SETTLING_S
+    last_s = every[-1].sent_s if every else 0.0
+    found = [each for each in every if since_s <= each.sent_s <= last_s - SETTLING_S]
+    late = document["controller"]["statistics"]["models"]["ramp"]["lateness_us"]["p50"]
+    carried = document["link"]["back"].get("round_trip_us", {}).get("p50")
+    published_ms = LOOP_DELAY.paper[PUBLISHED[stage]]
+    delays = delays_of(found)
+    return found, StageDelays(delays, every_s, published_ms, late, carried, between(document))
 
 
 def _cells(figures: StageDelays) -> list[str]:

@@ -1,78 +1,97 @@
-"""What an experiment leaves: data (CSV), figures (JSON), plots (SVG) and a page (HTML)."""
+"""What an experiment leaves: data (CSV), figures (JSON), plots (SVG), recordings and a page."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, tostring
 
 import msgspec
 
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.experiments.conditions import conditions
+from firmware_runtime.experiments.findings import Findings
+from firmware_runtime.experiments.kinds import run_experiment
 from firmware_runtime.experiments.line_plot import LinePlot
-from firmware_runtime.statistics.page.markup import chart, element, table
-from firmware_runtime.statistics.page.page import page_of, section
+from firmware_runtime.experiments.page import experiment_page
+from firmware_runtime.experiments.trial import Trial
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
-    """One experiment with one board, in its stages."""
+    """One experiment with one board, and what it found."""
 
     name: str
-    title: str
     board: str
-    published: Sequence[str]
-    plots: Mapping[str, LinePlot]
-    """By the name of its file."""
-    csv: Sequence[str]
-    numbers: Element
-    figures: Mapping[Any, Any]
-    """By stage."""
-    text: Sequence[str]
-    """For a terminal."""
+    experiment: Experiment
+    findings: Findings
+
+    @property
+    def ours(self) -> dict[str, float]:
+        """Our numbers; what did not happen is left out."""
+        return {name: value for name, value in self.findings.ours.items() if value is not None}
+
+    def entry(self) -> dict[str, Any]:
+        """What stands of it in results.json."""
+        experiment = self.experiment
+        return {"figure": experiment.figure, "ours": self.ours, "paper": dict(experiment.paper)}
 
 
-def write_results(results: Results, folder: Path) -> list[Path]:
-    """Write every file; return their paths. Raises ConfigError for a folder that takes none."""
-    measured = conditions()
-    figures = {
+def leave(trial: Trial) -> tuple[Results, list[str]]:
+    """Run an experiment and write its files; return what it found, and their names.
+
+    Raises ConfigError for one that failed, OSError for files that cannot be written.
+    """
+    results = Results(
+        name=trial.name,
+        board=trial.board.name,
+        experiment=trial.experiment,
+        findings=run_experiment(trial),
+    )
+    return results, _write(results, trial.folder)
+
+
+def _write(results: Results, folder: Path) -> list[str]:
+    """Write every file beside the recordings; return the names of all, the page's last."""
+    texts = dict(_texts(results))
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    recordings = sorted(path.name for path in folder.glob(f"{results.name}*.recording*"))
+    files = [*texts, *recordings]
+    page = experiment_page(results.board, results.experiment, results.findings, files)
+    (folder / f"{results.name}.html").write_text(page)
+    return [*files, f"{results.name}.html"]
+
+
+def _texts(results: Results) -> Iterator[tuple[str, str]]:
+    """Data, figures and plots, by the names of their files."""
+    findings, name = results.findings, results.name
+    for suffix, lines in findings.data.items():
+        yield f"{_named(name, suffix)}.csv", "".join(f"{line}\n" for line in lines)
+    encoded = msgspec.json.encode(_figures(results))
+    yield f"{name}.json", msgspec.json.format(encoded).decode() + "\n"
+    for suffix, plot in findings.plots.items():
+        yield f"{_named(name, suffix)}.svg", _svg(plot)
+
+
+def _figures(results: Results) -> Mapping[str, Any]:
+    """What is in the JSON file."""
+    return {
         "experiment": results.name,
         "board": results.board,
-        "stages": {str(stage): each for stage, each in results.figures.items()},
-        "published": list(results.published),
-        "conditions": measured,
+        "title": results.experiment.title,
+        **results.entry(),
+        **results.findings.details,
+        "published": list(results.experiment.published),
+        "conditions": conditions(),
     }
-    texts = {
-        f"{results.name}.csv": "".join(f"{line}\n" for line in results.csv),
-        f"{results.name}.json": msgspec.json.format(msgspec.json.encode(figures)).decode() + "\n",
-        **{f"{name}.svg": plot.text() for name, plot in results.plots.items()},
-        f"{results.name}.html": _page(results, measured),
-    }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (folder / name).write_text(text)
-    except OSError as error:
-        fault = f"-o: {folder}: {error.strerror}; expected a folder that can be written"
-        raise ConfigError("experiment", [fault]) from error
-    return [folder / name for name in texts]
 
 
-def _page(results: Results, measured: Mapping[str, str]) -> str:
-    """The page's text: plots and figures, what was published, the conditions."""
-    title = f"{results.board}: {results.title}"
-    plots = (chart(plot.svg(), plot.title, None) for plot in results.plots.values())
-    sentences = [element("li", sentence) for sentence in results.published]
-    published = element("ul", *sentences) if sentences else element("p", "Nothing is known.")
-    return page_of(
-        title,
-        (
-            element("header", element("h1", title)),
-            section("Measured", *plots, results.numbers),
-            section("Published", published),
-            section(
-                "Conditions", table("Of this run", ("what", "value"), measured.items(), "words")
-            ),
-        ),
-    )
+def _named(name: str, suffix: str) -> str:
+    return f"{name}-{suffix}" if suffix else name
+
+
+def _svg(plot: LinePlot | Element) -> str:
+    if isinstance(plot, LinePlot):
+        return plot.text()
+    return tostring(plot, encoding="unicode") + "\n"

@@ -1,9 +1,7 @@
 """A board's step in each stage: what was shown over time, its figures, a plot and a page."""
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from msgspec import Struct
@@ -11,8 +9,8 @@ from msgspec import Struct
 from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.conditions import between
+from firmware_runtime.experiments.findings import Findings
 from firmware_runtime.experiments.line_plot import Curve, LinePlot
-from firmware_runtime.experiments.running import Say, Setup, traced
 from firmware_runtime.experiments.step_response import (
     SETTLED,
     Difference,
@@ -21,6 +19,7 @@ from firmware_runtime.experiments.step_response import (
     difference,
     step_response,
 )
+from firmware_runtime.experiments.trial import Trial
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.statistics.page.markup import table
@@ -76,6 +75,20 @@ class StepRuns:
         ]
         return table("Figures by stage", (*head, *more), rows)
 
+    def ours(self) -> dict[str, float | None]:
+        """The figures by name, each with its stage before it and its unit behind it."""
+        found: dict[str, float | None] = {}
+        for stage, each in self.figures.items():
+            response, unit = each.response, self.experiment.unit
+            found[f"{stage}_rise_s"] = response.rise_s
+            over = response.overshoot
+            found[f"{stage}_overshoot_percent"] = None if over is None else 100.0 * over
+            found[f"{stage}_settling_s"] = response.settling_s
+            found[f"{stage}_final_{unit}"] = response.final
+            if each.from_simulation is not None:
+                found[f"{stage}_from_simulation_rms_{unit}"] = each.from_simulation.rms
+        return found
+
     def text(self) -> Iterator[str]:
         """The figures for a terminal."""
         unit = self.experiment.unit
@@ -88,37 +101,46 @@ class StepRuns:
             )
 
 
-def run_step(
-    experiment: StepExperiment, setup: Setup, stages: Sequence[Stage], say: Say
-) -> StepRuns:
-    """Run it in each of these stages. Raises ConfigError for a run that failed."""
+def run_step(trial: Trial) -> Findings:
+    """Run it in each of these stages, the simulation first. Raises ConfigError for a failed run."""
+    experiment = trial.experiment
+    assert isinstance(experiment, StepExperiment)  # noqa: S101 -- what is called with one
     points: dict[Stage, Points] = {}
     figures: dict[Stage, StageFigures] = {}
-    for stage in stages:
-        say(f"{experiment.title}: stage {stage}, {experiment.for_s:g} s")
-        with traced(setup, stage, say) as run:
-            step_s = run.began_s + experiment.at_s
-            points[stage] = found = list(_points(run.trace, run.shown, step_s))
-            words = between(run.document)
-        if not found:
-            shown = run.shown or "no port"
-            raise ConfigError.of_one(f"stage {stage}", f"{shown} sent nothing; expected values")
-        apart = None
-        if stage is not Stage.SIMULATION and Stage.SIMULATION in points:
-            apart = difference(found, points[Stage.SIMULATION])
-        response = step_response(found, experiment.begin, experiment.end)
-        figures[stage] = StageFigures(response, apart, words)
-    return StepRuns(experiment, points, figures)
+    for stage in dict.fromkeys((Stage.SIMULATION, *trial.stages)):  # to compare with
+        trial.say(f"{experiment.title}: stage {stage}, {experiment.for_s:g} s")
+        points[stage], words = _answer(trial, experiment, stage)
+        apart = difference(points[stage], points[Stage.SIMULATION])
+        response = step_response(points[stage], experiment.begin, experiment.end)
+        is_simulation = stage is Stage.SIMULATION
+        figures[stage] = StageFigures(response, None if is_simulation else apart, words)
+    return _findings(StepRuns(experiment, points, figures))
 
 
-def _points(trace: Path, shown: str | None, step_s: float) -> Iterator[tuple[float, float]]:
-    """What was shown, from a little before the step on."""
-    with trace.open() as file:
-        for line in file:
-            message = json.loads(line)
-            since_s = message["t_ns"] / 1e9 - step_s
-            if message["port"] == shown and since_s >= -BEFORE_S:
-                yield since_s, message["value"]
+def _findings(runs: StepRuns) -> Findings:
+    return Findings(
+        ours=runs.ours(),
+        sentences=list(runs.text()),
+        plots={"": runs.plot()},
+        data={"": runs.csv()},
+        tables=[runs.numbers()],
+        details={"stages": {str(stage): each for stage, each in runs.figures.items()}},
+        between=[f"{stage}: {each.between}" for stage, each in runs.figures.items()],
+    )
+
+
+def _answer(trial: Trial, experiment: StepExperiment, stage: Stage) -> tuple[Points, str]:
+    """What was shown, from a little before the step on, and what was between the ends."""
+    planned = f"{experiment.at_s:g}:{experiment.port}={experiment.end!r}"
+    with trial.run(stage, for_s=experiment.for_s, inputs=[planned]) as run:
+        shown, words = run.shown, between(run.document)
+        every = run.points(shown) if shown is not None else []
+    since = [(at - experiment.at_s, value) for at, value in every]
+    found = [(at, value) for at, value in since if at >= -BEFORE_S]
+    if not found:
+        sentence = f"{shown or 'no port'} sent nothing; expected values"
+        raise ConfigError.of_one(f"stage {stage}", sentence)
+    return found, words
 
 
 def _cells(figures: StageFigures, unit: str) -> list[str]:

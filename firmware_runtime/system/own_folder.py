@@ -1,7 +1,7 @@
 """A temporary folder of this process, which goes with it.
 
-Its name says whose it is (`firmware-runtime-PID-START-...`), so what a process left behind that was
-killed is removed when the next one makes its own.
+Its name says whose it is (`firmware-runtime-PID-START-...`, hidden where it is not among temporary
+files), so what a process left behind that was killed is removed when the next one makes its own.
 """
 
 import os
@@ -19,22 +19,27 @@ from firmware_runtime.system.process_identity import (
     this_process,
 )
 
-_NAME = re.compile(r"firmware-runtime-(\d+)-(\d+)-\w+")
+_NAME = re.compile(r"\.?firmware-runtime-(\d+)-(\d+)-\w+")
 
 
 @contextmanager
-def own_folder() -> Iterator[Path]:
-    """A folder that only this user can read, within the block."""
-    _remove_leftovers()
+def own_folder(beside: Path | None = None) -> Iterator[Path]:
+    """A folder that only this user can read, within the block.
+
+    It is among the temporary files, or in the folder `beside` which files are to be moved to.
+    """
+    place = Path(tempfile.gettempdir()) if beside is None else beside
+    hidden = "" if beside is None else "."
+    _remove_leftovers(place, hidden)
     owner = this_process()
-    prefix = f"firmware-runtime-{owner.pid}-{owner.started_ticks or 0}-"
-    with tempfile.TemporaryDirectory(prefix=prefix) as folder:
+    prefix = f"{hidden}firmware-runtime-{owner.pid}-{owner.started_ticks or 0}-"
+    with tempfile.TemporaryDirectory(prefix=prefix, dir=place) as folder:
         yield Path(folder)
 
 
-def _remove_leftovers() -> None:
+def _remove_leftovers(place: Path, hidden: str) -> None:
     """Remove this user's folders whose owners are not running any more."""
-    for path in Path(tempfile.gettempdir()).glob("firmware-runtime-*"):
+    for path in place.glob(f"{hidden}firmware-runtime-*"):
         owner = _owner(path)
         if owner is not None and not is_running(owner):
             shutil.rmtree(path, ignore_errors=True)

@@ -56,7 +56,7 @@ def test_an_unknown_stage_is_refused() -> None:
 def test_the_list_names_what_boards_offer(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("experiment", "--list") == 0
     every = capsys.readouterr().out.splitlines()
-    assert "yaw-step tachobot: Step of the yaw reference" in every
+    assert "yaw-step tachobot: Step of the yaw reference (Figure 10)" in every
     assert any(line.startswith("loop-delay detective: ") for line in every)
     assert run("experiment", "--list", "tachobot") == 0
     assert all(" tachobot: " in line for line in capsys.readouterr().out.splitlines())
@@ -69,7 +69,8 @@ def test_a_step_in_simulation_leaves_data_figures_a_plot_and_a_page(
     out = tmp_path / "out"
     assert run("experiment", "yaw-step", "tachobot", "--stage", "simulation", "-o", out) == 0
     printed = capsys.readouterr().out.splitlines()
-    names = ["yaw-step.csv", "yaw-step.json", "yaw-step.svg", "yaw-step.html"]
+    texts = ["yaw-step.csv", "yaw-step.json", "yaw-step.svg"]
+    names = [*texts, "yaw-step-simulation.recording", "yaw-step.html"]
     assert printed[1:] == [str(out / name) for name in names]
     rows = list(csv.DictReader((out / "yaw-step.csv").read_text().splitlines()))
     assert {row["stage"] for row in rows} == {"simulation"}

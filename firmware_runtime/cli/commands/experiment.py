@@ -4,36 +4,54 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
+from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.kinds import names
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.experiments import loop_experiment
-from firmware_runtime.experiments.loop_experiment import run_loop
-from firmware_runtime.experiments.results import Results, write_results
-from firmware_runtime.experiments.running import Setup
-from firmware_runtime.experiments.step_experiment import run_step
+from firmware_runtime.experiments.known import LOOP, experiments_of, stages_of
+from firmware_runtime.experiments.results import leave
+from firmware_runtime.experiments.series import Series, run_series, write_series
+from firmware_runtime.experiments.trial import Choices, Trial
 from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.way import WIFI
 from firmware_runtime.status import Status
+from firmware_runtime.system.exit_on_signals import exit_on_signals
+from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.system.whole_folder import nearest, whole_folder
 
-LOOP = "loop-delay"
-_LOOP_S = 20.0
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
+_ABOUT = f"""
+`{ALL}` runs every experiment of the board, one after the other, and adds index.html and
+results.json; one that fails does not keep the next from being run. Exit status 0: done, 1: one of
+several failed. Files appear when all is done: what was interrupted or failed leaves none.
+"""
 
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     verb = add_verb(verbs, "experiment", _SUMMARY, execute)
-    verb.add_argument("name", metavar="NAME", nargs="?", help="such as loop-delay; see --list")
+    verb.epilog = _ABOUT
+    verb.add_argument(
+        "name", metavar="NAME", nargs="?", help=f"such as {LOOP}, or {ALL}; see --list"
+    )
     add_board(verb, required=False)
     verb.add_argument("--list", action="store_true", help="name the experiments there are")
+    verb.add_argument(
+        "-o", "--output", type=Path, metavar="FOLDER", help="where its files are written"
+    )
+    _add_stage(verb)
+    _add_loop(verb)
+
+
+def _add_stage(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--stage",
         choices=[str(stage) for stage in Stage],
@@ -51,42 +69,112 @@ def add_to(verbs: SubParsers) -> None:
         metavar="HOW",
         help=f"stage remote's network, each way; default {WIFI}".replace("%", "%%"),
     )
-    verb.add_argument(
+
+
+def _add_loop(verb: argparse.ArgumentParser) -> None:
+    loop = verb.add_argument_group(LOOP)
+    loop.add_argument(
         "--peer",
         metavar="HOST:PORT",
-        help=f"{LOOP} in stage remote: where `run BOARD --role robot --loop` listens",
+        help="in stage remote: where `run BOARD --role robot --loop` listens",
     )
-    verb.add_argument("--key", type=Path, metavar="FILE", help="with --peer: both ends' key")
-    verb.add_argument(
+    loop.add_argument("--key", type=Path, metavar="FILE", help="with --peer: both ends' key")
+    loop.add_argument(
         "--for",
         type=positive,
         metavar="SECONDS",
         dest="duration_s",
-        help=f"how long {LOOP} runs in each stage; default {_LOOP_S:g}",
+        help="how long the ramp lasts in each stage; default 20",
     )
-    verb.add_argument(
+    loop.add_argument(
         "--every",
         type=positive,
         metavar="SECONDS",
         dest="every_s",
-        help=f"{LOOP}: from one value of the ramp to the next; default 0.002, in stage remote 0.01",
-    )
-    verb.add_argument(
-        "-o", "--output", type=Path, metavar="FOLDER", help="where its files are written"
+        help="from one value of the ramp to the next; default 0.002, in stage remote 0.01",
     )
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the experiment; write its files, print its figures."""
+    """Run what was chosen; write its files, print its figures."""
     if arguments.list:
         return _list(arguments.board or arguments.name)
     board = _chosen(arguments)
-    results = _loop(arguments, board) if arguments.name == LOOP else _step(arguments, board)
-    for line in results.text:
+    chosen = list(experiments_of(board)) if arguments.name == ALL else [arguments.name]
+    with exit_on_signals(), _own_state(), _whole(arguments.output) as folder:
+        trials = list(_trials(arguments, board, chosen, folder))
+        status, written = (_all if arguments.name == ALL else _one)(trials, folder)
+    for name in written:
+        print(arguments.output / name)
+    return status
+
+
+def _one(trials: Sequence[Trial], _folder: Path) -> tuple[int, list[str]]:
+    [trial] = trials
+    results, written = leave(trial)
+    for line in results.findings.sentences:
         print(line)
-    for path in write_results(results, arguments.output):
-        print(path)
-    return Status.OK
+    return Status.OK, written
+
+
+def _all(trials: Sequence[Trial], folder: Path) -> tuple[int, list[str]]:
+    if not trials:
+        raise ConfigError.of_one("experiment", "none has this stage; expected one that has")
+    series = run_series(trials, _say)
+    written = write_series(series, trials, folder)
+    for line in _said(series):
+        print(line)
+    return Status.MODEL_ERROR if series.faults else Status.OK, written
+
+
+def _said(series: Series) -> Iterator[str]:
+    """What failed, then what each found."""
+    for name, fault in series.faults.items():
+        yield f"FAILED {name}: {fault}"
+    for name, results in series.results.items():
+        yield f"{name} ({results.experiment.figure or 'not published'})"
+        yield from (f"  {line}" for line in results.findings.sentences)
+
+
+def _trials(
+    arguments: argparse.Namespace, board: Board, wanted: Sequence[str], folder: Path
+) -> Iterator[Trial]:
+    """Each of these experiments that has a stage among those chosen."""
+    known = experiments_of(board)
+    for name in wanted:
+        stages = [each for each in stages_of(board, known[name]) if _is_chosen(arguments, each)]
+        if not stages:
+            _say(f"{name}: left out, it has no stage {arguments.stage or 'here'}")
+            continue
+        assignments = [*known[name].assignments, *arguments.assignments]
+        yield Trial(
+            name=name,
+            experiment=known[name],
+            board=chosen_board(arguments.board, assignments),
+            named=arguments.board,
+            stages=stages,
+            folder=folder,
+            choices=_choices(arguments),
+            say=_say,
+        )
+
+
+def _is_chosen(arguments: argparse.Namespace, stage: Stage) -> bool:
+    return arguments.stage is None or Stage(arguments.stage) is stage
+
+
+def _choices(arguments: argparse.Namespace) -> Choices:
+    return Choices(
+        how=WIFI if arguments.impair is None else impairment(arguments.impair),
+        is_over_ros=arguments.link == "ros2",
+        peer=arguments.peer,
+        key=arguments.key,
+        for_s=arguments.duration_s,
+        every_s=arguments.every_s,
+    )
+
+
+# What was asked for ------------------------------------------------------------------------------
 
 
 def _chosen(arguments: argparse.Namespace) -> Board:
@@ -96,121 +184,85 @@ def _chosen(arguments: argparse.Namespace) -> Board:
         expected = "expected NAME, BOARD and -o FOLDER, or --list"
         raise ConfigError("experiment", [f"no {' and no '.join(missing)}; {expected}"])
     board = chosen_board(arguments.board, arguments.assignments)
-    faults = list(_faults(arguments, board))
+    _choices(arguments)  # what cannot be read is refused before anything runs
+    faults = [*_name_faults(arguments, board), *_loop_faults(arguments)]
+    faults += _output_faults(arguments.output)
     if faults:
         raise ConfigError("experiment", faults)
     return board
 
 
-def _faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
-    known = [LOOP, *board.experiments]
-    if arguments.name not in known:
-        expected = f"expected one of {', '.join(known)}{did_you_mean(arguments.name, known)}"
-        yield f"{arguments.name}: {board.name} has no such experiment; {expected}"
-    if arguments.name == LOOP and arguments.stage not in {None, Stage.NETWORK, Stage.REMOTE}:
-        yield f"{LOOP}: stage {arguments.stage} has no link; expected network or remote"
-    is_cut = arguments.stage is not None and Stage(arguments.stage).has_two_ends
-    needs_link = arguments.name == LOOP or is_cut
-    if needs_link and not board.settings.roles:
+def _name_faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
+    """What is wrong with the experiment or its stage."""
+    known, name = experiments_of(board), arguments.name
+    choices = [*known, ALL] if known else []
+    if name == LOOP and not board.settings.roles:
         yield f"{board.name} has no table [roles] in its board.toml; expected one, for two ends"
+    elif name not in choices:
+        expected = f"expected one of {', '.join(choices) or 'none'}{did_you_mean(name, choices)}"
+        yield f"{name}: {board.name} has no such experiment; {expected}"
+    elif name != ALL and arguments.stage is not None:
+        stages = stages_of(board, known[name])
+        if Stage(arguments.stage) not in stages:
+            yield f"{name}: no stage {arguments.stage} here; expected {', '.join(stages)}"
+
+
+def _loop_faults(arguments: argparse.Namespace) -> Iterator[str]:
+    """What is wrong with options that only the loop has."""
     if arguments.peer is not None and (arguments.name, arguments.stage) != (LOOP, Stage.REMOTE):
         yield f"--peer belongs to {LOOP} --stage remote: a step is watched where its world is"
     if (arguments.peer is None) != (arguments.key is None):
         yield "--peer and --key belong together; expected both or neither"
-    if arguments.every_s is not None and arguments.name != LOOP:
+    if arguments.every_s is not None and arguments.name not in {LOOP, ALL}:
         yield f"--every belongs to {LOOP}"
-    if arguments.duration_s is not None and arguments.name != LOOP:
+    if arguments.duration_s is not None and arguments.name not in {LOOP, ALL}:
         yield f"--for: the board says how long {arguments.name} takes; leave it out"
-    if arguments.output.exists() and not arguments.output.is_dir():
-        yield f"-o: {arguments.output} is no folder; expected one, or a new name"
-    elif not _takes_files(arguments.output):
-        yield f"-o: {arguments.output} cannot be written; expected a folder that can"
 
 
-def _takes_files(folder: Path) -> bool:
-    """Whether a folder can be written, or made where the nearest one above it is."""
-    nearest = next(
-        each for each in (folder.absolute(), *folder.absolute().parents) if each.exists()
-    )
-    return nearest.is_dir() and os.access(nearest, os.W_OK)
-
-
-def _loop(arguments: argparse.Namespace, board: Board) -> Results:
-    stages = _stages(arguments, (Stage.NETWORK, Stage.REMOTE))
-    for_s = _LOOP_S if arguments.duration_s is None else arguments.duration_s
-    runs = run_loop(_setup(arguments, board, for_s), stages, _say)
-    plots = dict(runs.plots())
-    return Results(
-        name=LOOP,
-        title=loop_experiment.TITLE,
-        board=board.name,
-        published=loop_experiment.PUBLISHED,
-        plots={f"{LOOP}-{stage}": plot for stage, plot in plots.items()},
-        csv=list(runs.csv()),
-        numbers=runs.numbers(),
-        figures=runs.figures,
-        text=list(runs.text()),
-    )
-
-
-def _step(arguments: argparse.Namespace, board: Board) -> Results:
-    experiment = board.experiments[arguments.name]
-    two = tuple(Stage) if board.settings.roles else (Stage.SIMULATION, Stage.EMBEDDED)
-    board = chosen_board(arguments.board, [*arguments.assignments, *experiment.assignments])
-    setup = _setup(
-        arguments,
-        board,
-        experiment.for_s,
-        inputs=[f"{experiment.at_s:g}:{experiment.port}={experiment.end!r}"],
-    )
-    chosen = dict.fromkeys((Stage.SIMULATION, *_stages(arguments, two)))  # to compare with
-    runs = run_step(experiment, setup, list(chosen), _say)
-    return Results(
-        name=arguments.name,
-        title=experiment.title,
-        board=board.name,
-        published=experiment.published,
-        plots={arguments.name: runs.plot()},
-        csv=list(runs.csv()),
-        numbers=runs.numbers(),
-        figures=runs.figures,
-        text=list(runs.text()),
-    )
-
-
-def _setup(
-    arguments: argparse.Namespace,
-    board: Board,
-    for_s: float,
-    *,
-    inputs: Sequence[str] = (),
-) -> Setup:
-    return Setup(
-        board=board,
-        named=arguments.board,
-        for_s=for_s,
-        how=WIFI if arguments.impair is None else impairment(arguments.impair),
-        peer=arguments.peer,
-        key=arguments.key,
-        is_over_ros=arguments.link == "ros2",
-        inputs=inputs,
-        loop_s=arguments.every_s,
-    )
-
-
-def _stages(arguments: argparse.Namespace, fitting: Sequence[Stage]) -> Sequence[Stage]:
-    return fitting if arguments.stage is None else (Stage(arguments.stage),)
+def _output_faults(output: Path) -> Iterator[str]:
+    if output.exists() and not output.is_dir():
+        yield f"-o: {output} is no folder; expected one, or a new name"
+    elif not (nearest(output).is_dir() and os.access(nearest(output), os.W_OK)):
+        yield f"-o: {output} cannot be written; expected a folder that can"
 
 
 def _list(board: str | None) -> int:
     """Name the experiments, of one board or of all."""
     for name in names() if board is None else [board]:
         found = chosen_board(name)
-        for experiment, each in found.experiments.items():
-            print(f"{experiment} {found.name}: {each.title}")
-        if found.settings.roles:
-            print(f"{LOOP} {found.name}: {loop_experiment.TITLE}")
+        for experiment, each in experiments_of(found).items():
+            figure = f" ({each.figure})" if each.figure else ""
+            print(f"{experiment} {found.name}: {each.title}{figure}")
     return Status.OK
+
+
+# While it runs -----------------------------------------------------------------------------------
+
+
+@contextmanager
+def _whole(output: Path) -> Iterator[Path]:
+    """Where files are gathered that appear in the output at the end. Raises ConfigError."""
+    try:
+        with whole_folder(output) as folder:
+            yield folder
+    except OSError as error:
+        fault = f"-o: {output}: {error.strerror}; expected a folder that can be written"
+        raise ConfigError("experiment", [fault]) from error
+
+
+@contextmanager
+def _own_state() -> Iterator[None]:
+    """Runs of an experiment have sockets and statistics of their own: the robot may be running."""
+    key = "FIRMWARE_RUNTIME_STATE_DIRECTORY"
+    before = os.environ.get(key)
+    with own_folder() as folder:
+        os.environ[key] = str(folder)
+        try:
+            yield
+        finally:
+            os.environ.pop(key)
+            if before is not None:
+                os.environ[key] = before
 
 
 def _say(sentence: str) -> None:

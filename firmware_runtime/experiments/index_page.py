@@ -1,0 +1,90 @@
+"""The index of a board's experiments: failures first, then each with its plot and its numbers."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.board.experiments import Experiment
+from firmware_runtime.experiments.conditions import conditions
+from firmware_runtime.experiments.findings import Findings
+from firmware_runtime.experiments.line_plot import LinePlot
+from firmware_runtime.experiments.quantities import in_words, with_unit
+from firmware_runtime.statistics.number_formats import NOTHING
+from firmware_runtime.statistics.page.markup import element, table
+from firmware_runtime.statistics.page.page import page_of, section
+
+_CARDS = "display:grid;gap:1.5rem 2rem;grid-template-columns:repeat(auto-fit,minmax(24rem,1fr))"
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One experiment: what it found, or why it failed."""
+
+    name: str
+    experiment: Experiment
+    findings: Findings | None
+    fault: str | None
+
+
+def index_page(board: str, lines: Sequence[Line]) -> str:
+    """The page's text."""
+    title = f"{board}: experiments"
+    return page_of(title, _sections(title, lines))
+
+
+def _sections(title: str, lines: Sequence[Line]) -> Iterator[Element]:
+    yield element("header", element("h1", title), *_opening(lines))
+    cards = (_card(line, line.findings) for line in lines if line.findings is not None)
+    yield section("Experiments", element("div", *cards, style=_CARDS))
+    yield section("Beside the paper", _numbers(lines))
+    yield section("Conditions", table("Of this machine", ("what", "value"), conditions().items()))
+
+
+def _opening(lines: Sequence[Line]) -> Iterator[Element]:
+    """How many went well; what failed is said first."""
+    failed = [line for line in lines if line.fault is not None]
+    if not failed:
+        word, css, count = "done", "verdict good", f"{len(lines)} of {len(lines)} experiments."
+    else:
+        word, css = "failed", "verdict bad"
+        count = f"{len(failed)} of {len(lines)} experiments failed."
+    yield element("p", element("strong", word, class_=css), count)
+    if failed:
+        rows = [(line.name, line.fault) for line in failed]
+        yield table("What failed", ("experiment", "why"), rows, "words")
+
+
+def _card(line: Line, findings: Findings) -> Element:
+    """Its name, its figure and its first plot, leading to its page."""
+    plot = next(iter(findings.plots.values()), None)
+    picture = plot.svg() if isinstance(plot, LinePlot) else plot
+    title = element("a", line.name, href=f"{line.name}.html")
+    return element(
+        "article",
+        element("h3", title, element("span", f" {line.experiment.figure}", class_="quiet")),
+        element("p", line.experiment.title),
+        picture,
+    )
+
+
+def _numbers(lines: Sequence[Line]) -> Element:
+    """Every number that the paper gives, and ours of the same name."""
+    rows = [
+        (
+            line.name,
+            line.experiment.figure,
+            in_words(name),
+            with_unit(name, value),
+            _ours(line, name),
+        )
+        for line in lines
+        for name, value in line.experiment.paper.items()
+    ]
+    head = ("experiment", "figure", "number", "paper", "ours")
+    return table("What the paper's text gives in numbers", head, rows)
+
+
+def _ours(line: Line, name: str) -> str:
+    ours: Mapping[str, float | None] = {} if line.findings is None else line.findings.ours
+    value = ours.get(name)
+    return NOTHING if value is None else with_unit(name, value)

@@ -1,0 +1,38 @@
+"""The experiments of a board: its own by name, and those that any board can have."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from firmware_runtime.board.experiments import Experiment, OwnExperiment
+from firmware_runtime.board.registry import Board
+from firmware_runtime.stages.stage import Stage
+
+LOOP: Final = "loop-delay"
+LOOP_DELAY: Final = OwnExperiment(
+    title="Delay of a loop: a ramp out and back",
+    figure="Figures 12 and 13",
+    published=(
+        "Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 12 and 13.",
+        "Local, with both ROS nodes on one PC: in the order of 7 ms, almost constant.",
+        "Remote, with both nodes on a Raspberry Pi over WiFi: in the order of 80 ms, varying more.",
+    ),
+    paper={"local_delay_ms": 7.0, "remote_delay_ms": 80.0},
+    stages=(Stage.NETWORK, Stage.REMOTE),
+    run="firmware_runtime.experiments.loop_experiment:run_loop",
+)
+"""Of any board with a table [roles]."""
+
+
+def experiments_of(board: Board) -> Mapping[str, Experiment]:
+    """All that can be tried with this board, in the order in which it names them."""
+    found = dict(board.experiments)
+    return {**found, LOOP: LOOP_DELAY, **found} if board.settings.roles else found
+
+
+def stages_of(board: Board, experiment: Experiment) -> Sequence[Stage]:
+    """The stages that an experiment can be run in with this board, in order.
+
+    A stage of two ends takes a table [roles].
+    """
+    wanted = [stage for stage in Stage if not experiment.stages or stage in experiment.stages]
+    return [stage for stage in wanted if board.settings.roles or not stage.has_two_ends]

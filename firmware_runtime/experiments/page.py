@@ -1,0 +1,81 @@
+"""An experiment's page: what was found, plots, the paper's numbers beside ours, conditions."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.board.experiments import Experiment
+from firmware_runtime.experiments.conditions import conditions
+from firmware_runtime.experiments.findings import Findings
+from firmware_runtime.experiments.line_plot import LinePlot
+from firmware_runtime.experiments.quantities import in_words, with_unit
+from firmware_runtime.statistics.number_formats import NOTHING
+from firmware_runtime.statistics.page.markup import element, table
+from firmware_runtime.statistics.page.page import page_of, section
+
+
+def experiment_page(
+    board: str, experiment: Experiment, findings: Findings, files: Sequence[str]
+) -> str:
+    """The page's text; `files` are what lies beside it."""
+    title = f"{board}: {experiment.title}"
+    return page_of(title, _sections(title, experiment, findings, files))
+
+
+def plot_figure(plot: LinePlot | Element) -> Element:
+    """A plot with its title above it."""
+    if isinstance(plot, LinePlot):
+        return element("figure", element("figcaption", plot.title), plot.svg())
+    return element("figure", plot)
+
+
+def beside_the_paper(ours: Mapping[str, float | None], paper: Mapping[str, float]) -> Element:
+    """The numbers of both, a row each, those that both have first."""
+    names = [*paper, *(name for name in ours if name not in paper)]
+    rows = [(in_words(name), _cell(paper, name), _cell(ours, name)) for name in names]
+    return table("Numbers of the paper's text, and ours", ("", "paper", "ours"), rows)
+
+
+def _sections(
+    title: str, experiment: Experiment, findings: Findings, files: Sequence[str]
+) -> Iterator[Element]:
+    yield element("header", element("h1", title), *_opening(experiment, findings))
+    yield section("Measured", *map(plot_figure, findings.plots.values()))
+    yield section("Beside the paper", *_compared(experiment, findings))
+    if findings.tables:
+        yield section("Figures", *findings.tables)
+    yield section("Conditions", _conditions(findings), _files(files))
+
+
+def _opening(experiment: Experiment, findings: Findings) -> Iterator[Element]:
+    if experiment.figure:
+        yield element("p", experiment.figure, class_="quiet")
+    if findings.sentences:
+        yield _list(findings.sentences)
+
+
+def _compared(experiment: Experiment, findings: Findings) -> Iterator[Element]:
+    if findings.ours or experiment.paper:
+        yield beside_the_paper(findings.ours, experiment.paper)
+    if experiment.published:
+        yield _list(experiment.published)
+    else:
+        yield element("p", "Nothing was published of it.")
+
+
+def _conditions(findings: Findings) -> Element:
+    rows = [*conditions().items(), *(("between the ends", each) for each in findings.between)]
+    return table("Of this run", ("what", "value"), rows, "words")
+
+
+def _files(names: Iterable[str]) -> Element:
+    links = [element("li", element("a", name, href=name)) for name in names]
+    return element("details", element("summary", "Files beside this page"), element("ul", *links))
+
+
+def _list(sentences: Iterable[str]) -> Element:
+    return element("ul", *(element("li", each) for each in sentences))
+
+
+def _cell(numbers: Mapping[str, float | None], name: str) -> str:
+    value = numbers.get(name)
+    return NOTHING if value is None else with_unit(name, value)
