@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     )
     from firmware_runtime.devs.trace import trace
     from firmware_runtime.devs.tree import tree
+    from firmware_runtime.ecdpp.atomic_class import AtomicClass
     from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, SettingError
     from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
     from firmware_runtime.executive.configuration import Configuration
@@ -97,6 +98,7 @@ if TYPE_CHECKING:
 _WHERE: Final = {
     # To write models
     "Atomic": "devs.atomic",
+    "AtomicClass": "ecdpp.atomic_class",
     "Component": "devs.component",
     "Coupled": "devs.coupled",
     "InPort": "devs.ports",
@@ -204,6 +206,7 @@ __all__ = [
     "ArbitrationLost",
     "Arrow",
     "Atomic",
+    "AtomicClass",
     "BoardDefinition",
     "BoardSettings",
     "BusAbsent",

@@ -19,6 +19,7 @@ from firmware_runtime.board.loads import bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.ecdpp.class_catalogue import known_classes
 from firmware_runtime.ecdpp.model_file import read_model
 from firmware_runtime.hal.budget import BusLoad
 
@@ -49,7 +50,7 @@ def event_model(settings: DetectiveSettings, model_file: Path | None) -> Coupled
     Raises ConfigError for a model file with faults.
     """
     if model_file is not None:
-        return read_model(model_file, ATOMIC_CLASSES)
+        return read_model(model_file, known_classes(ATOMIC_CLASSES))
     model = settings.model
     parameters = Parameters(seconds(model.hop_s), seconds(model.half_sweep_s), model.tolerance_deg)
     return Detective("top", parameters)

@@ -61,4 +61,5 @@ class Motor(StateDiagram):
         super().__init__(name)
         self.order = self.in_port("order", int)
         self.spin = self.out_port("spin", int)
+        self.hop = hop
         self.follow(MOTOR, hop=hop)

@@ -105,6 +105,7 @@ class MovementController(StateDiagram):
 
     def __init__(self, name: str, hop: int = HOP) -> None:
         super().__init__(name)
+        self.hop = hop
         self.move_in1 = self.in_port("move_in1", float)
         self.move_in2 = self.in_port("move_in2", Message)
         self.move_in3 = self.in_port("move_in3", Message)

@@ -66,6 +66,8 @@ class RadarController(StateDiagram):
 
     def __init__(self, name: str, hop: int = HOP, half_sweep: int = HALF_SWEEP) -> None:
         super().__init__(name)
+        self.hop = hop
+        self.half_sweep = half_sweep
         self.radar_in1 = self.in_port("radar_in1", int)
         self.radar_in2 = self.in_port("radar_in2", int)
         self.radar_in3 = self.in_port("radar_in3", Degree)

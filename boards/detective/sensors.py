@@ -50,6 +50,7 @@ class Sonar1(StateDiagram):
 
     def __init__(self, name: str, hop: int = HOP) -> None:
         super().__init__(name)
+        self.hop = hop
         self.echo = self.in_port("echo", float)
         self.object = self.out_port("object", int)
         self.follow(SONAR1, hop=hop)
@@ -60,6 +61,7 @@ class Compass1(StateDiagram):
 
     def __init__(self, name: str, hop: int = HOP) -> None:
         super().__init__(name)
+        self.hop = hop
         self.request = self.in_port("request", int)
         self.reading = self.in_port("reading", float)
         self.degree = self.out_port("degree", Degree)
@@ -71,6 +73,7 @@ class Sonar2(StateDiagram):
 
     def __init__(self, name: str, hop: int = HOP) -> None:
         super().__init__(name)
+        self.hop = hop
         self.request = self.in_port("request", int)
         self.echo = self.in_port("echo", float)
         self.target = self.out_port("target", int)
@@ -90,6 +93,7 @@ class Compass2(StateDiagram):
         self.request = self.in_port("request", Message)
         self.reading = self.in_port("reading", float)
         self.answer = self.out_port("answer", Message)
+        self.hop = hop
         self.tolerance_deg = tolerance_deg
         words: Words = {
             "angle": float,

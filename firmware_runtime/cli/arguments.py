@@ -23,14 +23,15 @@ def add_verb(
     return verb
 
 
-def add_board(verb: argparse.ArgumentParser, *, required: bool = True) -> None:
+def add_board(
+    verb: argparse.ArgumentParser,
+    *,
+    required: bool = True,
+    about: str = "a board's name, or the path of a board.toml or its folder",
+    metavar: str = "BOARD",
+) -> None:
     """Add BOARD and --set."""
-    verb.add_argument(
-        "board",
-        metavar="BOARD",
-        nargs=None if required else "?",
-        help="a board's name, or the path of a board.toml or its folder",
-    )
+    verb.add_argument("board", metavar=metavar, nargs=None if required else "?", help=about)
     verb.add_argument(
         "--set",
         action="append",

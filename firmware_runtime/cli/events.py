@@ -6,9 +6,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import instant
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_model import chosen_model, is_model
 from firmware_runtime.cli.clock import clock_of
+from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.event_file import Event, read_events
 from firmware_runtime.ecdpp.experiment import Experiment, end_of
@@ -48,23 +50,31 @@ def add_event_options(verb: argparse.ArgumentParser) -> None:
     )
 
 
-def run_event_file(arguments: argparse.Namespace, board: Board) -> Status:
+def run_event_file(arguments: argparse.Namespace) -> Status:
     """Run the file; outputs go to `--outputs`, else to the screen."""
-    if board.event_model is None:
-        raise ConfigError(board.name, ["--events: this board's model takes no event files"])
-    model = board.event_model(arguments.model)
+    name, model = _model(arguments)
     events = read_events(arguments.events, model)
     experiment = Experiment(model, events)
-    configuration = Configuration(
-        statistics_path=arguments.statistics, conditions={"board": board.name}
-    )
+    configuration = Configuration(statistics_path=arguments.statistics, conditions={"board": name})
     executive = Executive(experiment, clock_of(arguments), list, configuration)
     record = OutputRecord(executive.simulator)
     until = _end(arguments, events)
     with tracing(executive.simulator, arguments.trace), stop_on_signals(executive.request_stop):
         outcome = executive.run(until)
-    _report(arguments, board, executive, outcome, record.lines)
+    _report(arguments, name, executive, outcome, record.lines)
     return Status.OK if outcome.state is RunState.ENDED else Status.MODEL_ERROR
+
+
+def _model(arguments: argparse.Namespace) -> tuple[str, Component]:
+    """The model alone and what the run is called by. Raises ConfigError."""
+    if is_model(arguments.board):
+        if arguments.model is not None:
+            raise ConfigError(arguments.board, ["--model: expected a board before it"])
+        return arguments.board, chosen_model(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
+    if board.event_model is None:
+        raise ConfigError(board.name, ["--events: this board's model takes no event files"])
+    return board.name, board.event_model(arguments.model)
 
 
 def _end(arguments: argparse.Namespace, events: Sequence[Event]) -> int:
@@ -76,7 +86,7 @@ def _end(arguments: argparse.Namespace, events: Sequence[Event]) -> int:
 
 def _report(
     arguments: argparse.Namespace,
-    board: Board,
+    name: str,
     executive: Executive,
     outcome: Outcome,
     lines: list[OutputLine],
@@ -87,7 +97,7 @@ def _report(
         _write(arguments.outputs, lines)
     if arguments.json:
         document = {
-            "board": board.name,
+            "board": name,
             "clock": arguments.clock,
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
             "result": {"outputs": [str(line) for line in lines]},

@@ -37,6 +37,8 @@ VERBS = {
     "boards": "boards",
     "tree": "tree",
     "diagram": "diagram",
+    "import": "import_model",
+    "export": "export_model",
     "stats": "stats",
     "metrics": "metrics",
     "top": "top",

@@ -10,22 +10,39 @@ float if it is linked to nothing.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.ecdpp.atomic_class import AtomicClass
+from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
 from firmware_runtime.ecdpp.model_links import declare_ports, draw_links
 from firmware_runtime.ecdpp.model_syntax import Entry, Section, parse_sections
-from firmware_runtime.ecdpp.text import look_up, parse_number, parse_time, read_text
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.ecdpp.text import look_up, read_text
+from firmware_runtime.errors import ConfigError, text_of
 
 TOP = "top"
 """The section of the model that all others are part of."""
 DEEPEST = 64
 """Coupled models within each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """How an atomic model was made: of which class, with which arguments of the file."""
+
+    of: AtomicClass
+    arguments: Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class FileModel:
+    """The model of a file, and how each of its atomic models was made, by its path."""
+
+    model: Coupled
+    made: dict[str, Made] = field(default_factory=dict)
 
 
 def read_model(path: Path, classes: Mapping[str, AtomicClass]) -> Coupled:
@@ -35,6 +52,11 @@ def read_model(path: Path, classes: Mapping[str, AtomicClass]) -> Coupled:
 
 def parse_model(text: str, source: str, classes: Mapping[str, AtomicClass]) -> Coupled:
     """The text's top model; `source` names it in a ConfigError."""
+    return parse_file(text, source, classes).model
+
+
+def parse_file(text: str, source: str, classes: Mapping[str, AtomicClass]) -> FileModel:
+    """The text's top model and how it was made; `source` names it in a ConfigError."""
     faults: list[str] = []
     sections = parse_sections(text, faults)
     if TOP not in sections:
@@ -44,7 +66,7 @@ def parse_model(text: str, source: str, classes: Mapping[str, AtomicClass]) -> C
     builder.note_unused()
     if faults:
         raise ConfigError(source, faults)
-    return model
+    return FileModel(model, {atomic.path: made for atomic, made in builder.made})
 
 
 class _Builder:
@@ -59,6 +81,7 @@ class _Builder:
         self._sections = sections
         self._classes = classes
         self._faults = faults
+        self.made: list[tuple[Atomic, Made]] = []
         self._used: set[str] = set()
         self._depth = 0
 
@@ -111,26 +134,39 @@ class _Builder:
         if section and section.is_coupled:
             raise ValueError(f"section [{section.name}] describes a coupled model, not an atomic")
         arguments = self._arguments(section.parameters if section else (), atomic_class)
-        return atomic_class.build(entry.key, **arguments)
+        atomic = _constructed(atomic_class, entry.key, arguments)
+        self.made.append((atomic, Made(atomic_class, arguments)))
+        return atomic
 
-    def _arguments(self, entries: Sequence[Entry], atomic_class: AtomicClass) -> dict[str, float]:
-        arguments: dict[str, float] = {}
+    def _arguments(self, entries: Sequence[Entry], atomic_class: AtomicClass) -> dict[str, Value]:
+        arguments: dict[str, Value] = {}
+        parameters = atomic_class.parameters
         for entry in entries:
-            time_name = look_up(atomic_class.times, entry.key)
-            number_name = look_up(atomic_class.numbers, entry.key)
-            value = parse_time(entry.value) if time_name else parse_number(entry.value)
-            name = time_name or number_name
-            if name is None:
-                known = ", ".join((*atomic_class.times, *atomic_class.numbers)) or "none"
+            parameter = look_up(parameters, entry.key)
+            if parameter is None:
+                known = ", ".join(parameters) or "none"
                 self._fault(entry.line, f"unknown parameter {entry.key!r}; expected one of {known}")
-            elif value is None:
-                expected = "HH:MM:SS:ms" if time_name else "a number"
-                self._fault(entry.line, f"{entry.key} {entry.value!r}: expected {expected}")
-            elif name in arguments:
+            elif parameter.keyword in arguments:
                 self._fault(entry.line, f"{entry.key}: given twice")
             else:
-                arguments[name] = value
+                try:
+                    arguments[parameter.keyword] = parameter.value(entry.value)
+                except ValueError as error:
+                    self._fault(entry.line, str(error))
         return arguments
 
     def _fault(self, line: int, sentence: str) -> None:
         self._faults.append(f"line {line}: {sentence}")
+
+
+def _constructed(atomic_class: AtomicClass, name: str, arguments: Mapping[str, Value]) -> Atomic:
+    """The atomic model; whatever its constructor raises is a ValueError with a sentence."""
+    try:
+        atomic = atomic_class.build(name, **arguments)
+    except (ValueError, ModelError):
+        raise
+    except Exception as error:
+        raise ValueError(f"{type(error).__name__}: {text_of(error)}") from error
+    if not isinstance(atomic, Atomic):
+        raise ValueError(f"its class makes {type(atomic).__name__}; expected an atomic model")  # noqa: TRY004 -- a fault of the file's, as any other
+    return atomic

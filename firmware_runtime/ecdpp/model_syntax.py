@@ -17,8 +17,11 @@ from typing import NamedTuple
 
 from firmware_runtime.ecdpp.text import lines_of
 
-_SECTION = re.compile(r"\[\s*(\w+)\s*\]")
-_ENTRY = re.compile(r"(\w+)\s*:\s*(.*)")
+_SECTION = re.compile(r"\[\s*([\w-]+)\s*\]")
+_DIRECTIVE = re.compile(r"\s*#\s*(include|macro|beginmacro|endmacro)\b", re.IGNORECASE)
+_CELLS = {"cell", "flat"}
+"""Values of `type` that make a section a grid of cells."""
+_ENTRY = re.compile(r"([\w-]+)\s*:\s*(.*)")
 
 
 class Entry(NamedTuple):
@@ -78,6 +81,7 @@ def parse_sections(text: str, faults: list[str]) -> dict[str, Section]:
     """The file's sections by name in lower case; lines that fit nowhere become faults."""
     sections: dict[str, Section] = {}
     section: Section | None = None
+    _note_directives(text, faults)
     for number, line in lines_of(text):
         head, entry = _SECTION.fullmatch(line), _ENTRY.fullmatch(line)
         if head:
@@ -93,6 +97,14 @@ def parse_sections(text: str, faults: list[str]) -> dict[str, Section]:
     return sections
 
 
+def _note_directives(text: str, faults: list[str]) -> None:
+    """`#` begins a comment, but not where CD++ would put other lines in its place."""
+    for number, line in enumerate(text.split("\n"), start=1):
+        if found := _DIRECTIVE.match(line):
+            expected = "expected the lines themselves"
+            faults.append(f"line {number}: #{found[1]} is not supported; {expected}")
+
+
 def _sort(entry: Entry, section: Section, faults: list[str]) -> None:
     """Put a line where it belongs in its section."""
     words = entry.value.split()
@@ -104,6 +116,10 @@ def _sort(entry: Entry, section: Section, faults: list[str]) -> None:
     elif kind in {"in", "out"}:
         ports = section.inputs if kind == "in" else section.outputs
         ports.extend(Entry(entry.line, word, "") for word in words)
+    elif kind == "type" and entry.value.casefold() in _CELLS:
+        expected = "expected coupled and atomic models only"
+        fault = f"[{section.name}] is a grid of cells, which is not supported; {expected}"
+        faults.append(f"line {entry.line}: {fault}")
     elif kind != "link":
         section.parameters.append(entry)
     elif len(words) == 2:

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping
+from decimal import Decimal
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,7 +14,7 @@ from firmware_runtime.system.whole_file import read_file
 T = TypeVar("T")
 
 _COMMENT = re.compile(r"#|//|%")
-_TIME = re.compile(r"(\d{2,6}):([0-5]\d):([0-5]\d):(\d{1,3})", re.ASCII)
+_TIME = re.compile(r"(\d{1,6}):([0-5]?\d):([0-5]?\d):(\d{1,3})", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)", re.ASCII)
 
 
@@ -34,7 +35,10 @@ def lines_of(text: str) -> Iterator[tuple[int, str]]:
 
 
 def parse_time(text: str) -> int | None:
-    """`HH:MM:SS:ms` in ns, or None; the last field is a number of ms, so `:50` is 0.050 s."""
+    """`HH:MM:SS:ms` in ns, or None; the last field is a number of ms, so `:50` is 0.050 s.
+
+    Fields of one digit are taken, as in `0:0:10:0`, which many a file of CD++ has.
+    """
     match = _TIME.fullmatch(text)
     if match is None:
         return None
@@ -54,6 +58,13 @@ def parse_number(text: str) -> float | None:
     """A whole number or a decimal, or None."""
     number = float(text) if _NUMBER.fullmatch(text) else math.nan
     return number if math.isfinite(number) else None
+
+
+def format_number(value: float) -> str:
+    """A finite number without exponent, a whole one without decimals; raises ValueError."""
+    if not math.isfinite(value):
+        raise ValueError(f"{value}: expected a finite number")
+    return str(int(value)) if float(value).is_integer() else format(Decimal(repr(value)), "f")
 
 
 def look_up(names: Mapping[str, T], name: str) -> T | None:

@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.board import registry
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_model import ABOUT, chosen_model, is_model
 from firmware_runtime.devs.component import Component
 from firmware_runtime.diagram.draw import Form, diagram
 from firmware_runtime.errors import ConfigError
@@ -20,7 +20,7 @@ def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     summary = "Draw a board's couplings, or one model's states, as SVG or Mermaid."
     verb = add_verb(verbs, "diagram", summary, execute)
-    add_board(verb)
+    add_board(verb, about=f"any board; or {ABOUT}")
     verb.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.svg or FILE.mmd"
     )
@@ -37,8 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
     path: Path = arguments.output
     if path.suffix not in FORMS:
         raise ConfigError(str(path), [f"ends in {path.suffix!r}; expected .svg or .mmd"])
-    board = chosen_board(arguments.board, arguments.assignments)
-    model = _model(board, whole=arguments.whole)
+    model = _model(arguments)
     try:
         path.write_text(diagram(model, arguments.state, FORMS[path.suffix]), encoding="utf-8")
     except OSError as error:
@@ -47,9 +46,12 @@ def execute(arguments: argparse.Namespace) -> int:
     return Status.OK
 
 
-def _model(board: registry.Board, *, whole: bool) -> Component:
+def _model(arguments: argparse.Namespace) -> Component:
     """The model that event files run on, where there is one, else the robot."""
-    if board.event_model is not None and not whole:
+    if is_model(arguments.board):
+        return chosen_model(arguments.board, arguments.assignments)
+    board = chosen_board(arguments.board, arguments.assignments)
+    if board.event_model is not None and not arguments.whole:
         return board.event_model(None)
     buses = {name: AbsentBus(name) for name in board.settings.buses}
     return board.build(Lines(buses, {name: AbsentPort(name) for name in board.ports})).model

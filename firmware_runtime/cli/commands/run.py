@@ -61,13 +61,15 @@ def execute(arguments: argparse.Namespace) -> int:
     refuse_ros()
     choose_stage(arguments)
     choose_clock(arguments)
+    if arguments.events is not None and (
+        arguments.stage is None or not arguments.stage.has_two_ends
+    ):
+        return run_event_file(arguments)
     board = chosen_board(arguments.board, arguments.assignments)
     if arguments.stage is not None and arguments.stage.has_two_ends:
         both = import_module("firmware_runtime.cli.staged")  # not for a robot's own start
         status: int = both.run_both_ends(arguments, board)
         return status
-    if arguments.events is not None:
-        return run_event_file(arguments, board)
     messages = Messages()
     board = board if arguments.loop is None else loop_board(board, arguments.loop)
     end = _end_of(arguments, board)

@@ -1,0 +1,64 @@
+"""Python source made of a model file builds the same model."""
+
+from pathlib import Path
+
+import pytest
+
+from boards.detective.detective import MODEL_FILE, Detective
+from firmware_runtime.ecdpp.atomic_class import AtomicClass
+from firmware_runtime.ecdpp.event_file import parse_events
+from firmware_runtime.ecdpp.experiment import run_events
+from firmware_runtime.ecdpp.model_file import parse_file
+from firmware_runtime.ecdpp.python_names import camel_case, snake_case
+from firmware_runtime.ecdpp.python_source import imported_source, python_source
+from firmware_runtime.errors import ConfigError
+from tests.ecdpp.test_model_file import CLASSES, TWO_RELAYS, Relay
+from tests.support import figure_6
+from tests.support.ecdpp_round_trip import described, executed
+
+
+def test_the_detectives_file_becomes_source_of_the_same_model(tmp_path: Path) -> None:
+    model = executed(imported_source(MODEL_FILE), tmp_path / "mine.py", "Top")
+    assert described(model) == described(Detective())
+    events = parse_events(figure_6.EVENTS, "figure 6", model)
+    assert "".join(f"{line}\n" for line in run_events(model, events)) == figure_6.OUTPUTS
+
+
+def test_names_that_collide_or_mean_something_are_changed_in_python_only(tmp_path: Path) -> None:
+    text = (
+        "[top]\ncomponents : class self@Relay Relay\nin : in add\nout : components\n"
+        "link : in In@self\nlink : add In@self\nlink : Out@self components\n"
+        "[class]\ncomponents : print@Relay\nin : name\nlink : name In@print\n"
+        "[Relay]\ncomponents : import@Relay\nout : couple\nlink : Out@import couple"
+    )
+    read = parse_file(text, "names.ma", CLASSES)
+    model = executed(python_source(read, "names.ma"), tmp_path / "names.py", "Top")
+    assert described(model) == described(read.model)
+
+
+def test_arguments_are_those_of_the_file() -> None:
+    source = python_source(parse_file(TWO_RELAYS, "two.ma", CLASSES), "two.ma")
+    assert 'Relay("First", hold=20 * MILLISECOND, factor=2.5)' in source
+    assert 'Relay("last", hold=SECOND)' in source
+    assert source.startswith('"""The model of two.ma, as a class for')
+
+
+def test_a_class_that_cannot_be_imported_is_refused() -> None:
+    classes = {"Relay": AtomicClass(lambda name: Relay(f"{name}_of_no_name"))}
+    with pytest.raises(ConfigError, match=r"top\.a_of_no_name: .*<lambda> cannot be imported"):
+        python_source(parse_file("[top]\ncomponents : a@Relay", "x.ma", classes), "x.ma")
+
+
+@pytest.mark.parametrize(
+    ("name", "snake", "camel"),
+    [
+        ("radarController", "radar_controller", "RadarController"),
+        ("RS_In1", "rs_in1", "RsIn1"),
+        ("BUF-PROC", "buf_proc", "BufProc"),
+        ("in", "in_", "In"),
+        ("print", "print_", "Print"),
+        ("2nd", "_2nd", "Model2nd"),
+    ],
+)
+def test_names(name: str, snake: str, camel: str) -> None:
+    assert (snake_case(name), camel_case(name)) == (snake, camel)
