@@ -1,6 +1,7 @@
 """The Movement System: drives ahead, stops on command, turns to the target and drives to it.
 
-The table is Figure 5 of the paper: states, durations and arrows as drawn there.
+The table is the paper's Figure 5, as far as its text tells: docs/detective.md holds each state and
+arrow against it.
 """
 
 from typing import Final

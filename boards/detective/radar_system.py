@@ -1,6 +1,7 @@
 """The Radar System: turns the radar to and fro until its sonar detects, then sends the direction.
 
-The table is Figure 4 of the paper: states, durations and arrows as drawn there.
+The table is the paper's Figure 4, as far as its text tells: docs/detective.md holds each state and
+arrow against it.
 """
 
 from typing import Final
