@@ -16,6 +16,7 @@ from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.plant import SecondOrderPlant
 from firmware_runtime.models.smith_predictor import SmithPredictor
+from firmware_runtime.models.square_wave import SquareWave, Wave
 
 POSITION_PERIODS = 10
 """Control periods after which a position command that was not renewed counts as zero."""
@@ -24,8 +25,8 @@ POSITION_PERIODS = 10
 class Controller(Coupled):
     """sample -> attitude (-> smith) -> yaw (-> delay) -> allocation -> forces.
 
-    x and y join in mode `free`. `yaw_plant` is what the Smith predictor takes yaw to be, if there
-    is to be one.
+    A wave stands in for yaw where the settings have one; x and y join in mode `free`. `yaw_plant`
+    is what the Smith predictor takes yaw to be, if there is to be one.
     """
 
     def __init__(
@@ -54,7 +55,8 @@ class Controller(Coupled):
         self.couple(self.yaw_reference, yaw.reference_in)
         self.couple(self._predicted(settings, yaw_plant), yaw.measurement)
         self.couple(attitude.yaw, allocation.yaw)
-        self.couple(self._delayed(yaw.command, settings.yaw.delay_s), allocation.yaw_n)
+        command = self._commanded(yaw, settings)
+        self.couple(self._delayed(command, settings.yaw.delay_s), allocation.yaw_n)
         self.couple(allocation.forces_out, self.forces)
         if self._smith is not None:
             self.couple(yaw.command, self._smith.command)
@@ -77,6 +79,17 @@ class Controller(Coupled):
         self._smith = smith = self.add(SmithPredictor("yaw_smith", plant, delay))
         self.couple(self.attitude.yaw, smith.measurement)
         return smith.predicted
+
+    def _commanded(self, yaw: Pid, settings: ControllerSettings) -> OutPort[float]:
+        """The port at which the yaw command leaves: the PID's, or a wave's in open loop."""
+        stated = settings.yaw.wave
+        if stated is None:
+            return yaw.command
+        period, begin = seconds(stated.period_s), seconds(stated.begin_s)
+        wave = Wave(stated.amplitude_n, period, begin, stated.cycles)
+        source = self.add(SquareWave("yaw_wave", Motion, wave))
+        self.couple(self.attitude.yaw, source.tick)
+        return source.level_out
 
     def _delayed(self, command: OutPort[float], delay_s: float) -> OutPort[float]:
         """The port at which a command leaves after the delay; its own where there is none."""

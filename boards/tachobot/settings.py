@@ -102,6 +102,18 @@ class SmithSettings(Settings, frozen=True):
     lag_s: NotNegative | None = None
 
 
+class WaveSettings(Settings, frozen=True):
+    """A square wave to the propellers in place of the PID's command, to see what the robot does."""
+
+    amplitude_n: Positive
+    """Of the yaw command, both ways."""
+    period_s: Seconds
+    begin_s: SecondsOrNone
+    """From when the controller runs; sensors want to be calibrated by then."""
+    cycles: Annotated[int, Meta(ge=1)]
+    """How many periods; then the command is 0."""
+
+
 class YawSettings(PidSettings, frozen=True):
     """The PID of yaw."""
 
@@ -110,6 +122,8 @@ class YawSettings(PidSettings, frozen=True):
     """Pure delay between command and propellers, as a network in the loop would add."""
     smith: SmithSettings | None = None
     """Left out: the PID gets yaw as it is estimated."""
+    wave: WaveSettings | None = None
+    """Left out: the PID commands; otherwise the loop is open, and its command goes nowhere."""
 
 
 class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):

@@ -3,8 +3,8 @@
 Lengths are pixels, y grows downwards. Colours are those of the project's pages, for light and dark.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import ceil, floor, log10
 from typing import Final
 from xml.etree.ElementTree import Element, tostring
@@ -32,6 +32,18 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True)
+class Span:
+    """A stretch of time that is shaded, with a word or two at its top."""
+
+    from_s: float
+    until_s: float
+    name: str = ""
+
+
+Ends = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
 class LinePlot:
     """Curves on common axes, with a legend above."""
 
@@ -39,17 +51,29 @@ class LinePlot:
     across: str
     up: str
     curves: Sequence[Curve]
+    spans: Sequence[Span] = ()
+    across_ends: Ends | None = None
+    """The least and greatest that the axis shows; None: what the curves have."""
+    up_ends: Ends | None = None
+
+    @property
+    def reach(self) -> tuple[Ends, Ends]:
+        """What its axes show: across, and up."""
+        points = [point for curve in self.curves for point in curve.points] or [(0.0, 0.0)]
+        across = self.across_ends or _ends([at for at, _ in points])
+        return across, self.up_ends or _ends([value for _, value in points])
 
     def svg(self) -> Element:
         """The picture."""
-        points = [point for curve in self.curves for point in curve.points] or [(0.0, 0.0)]
-        x = _Axis(*_ends([at for at, _ in points]), _LEFT, WIDTH - _RIGHT)
-        y = _Axis(*_ends([value for _, value in points]), HEIGHT - _BOTTOM, _TOP)
+        across, up = self.reach
+        x = _Axis(*across, _LEFT, WIDTH - _RIGHT)
+        y = _Axis(*up, HEIGHT - _BOTTOM, _TOP)
         return element(
             "svg",
             element("title", self.title),
             element("style", _STYLE),
             element("rect", class_="lp-paper", width="100%", height="100%"),
+            *(each for span in self.spans for each in _span(span, x, y)),
             *_grid(x, y, self.across, self.up),
             *(each for n, curve in enumerate(self.curves) for each in _curve(n, curve, x, y)),
             *_legend(self.curves),
@@ -64,6 +88,22 @@ class LinePlot:
     def text(self) -> str:
         """The file."""
         return tostring(self.svg(), encoding="unicode") + "\n"
+
+
+def on_common_axes(plots: Mapping[str, LinePlot]) -> dict[str, LinePlot]:
+    """The plots with one axis for each quantity: equal labels, equal ends."""
+    across: dict[str, Ends] = {}
+    up: dict[str, Ends] = {}
+    for plot in plots.values():
+        for label, ends, found in zip(
+            (plot.across, plot.up), plot.reach, (across, up), strict=True
+        ):
+            low, high = found.get(label, ends)
+            found[label] = min(low, ends[0]), max(high, ends[1])
+    return {
+        name: replace(plot, across_ends=across[plot.across], up_ends=up[plot.up])
+        for name, plot in plots.items()
+    }
 
 
 class _Axis:
@@ -106,11 +146,38 @@ def _grid(x: _Axis, y: _Axis, across: str, up: str) -> list[Element]:
     return lines
 
 
+def _span(span: Span, x: _Axis, y: _Axis) -> list[Element]:
+    """A shaded stretch, cut off where the axis ends."""
+    begin, end = (max(x.low, min(x.high, at)) for at in (span.from_s, span.until_s))
+    left, right = x.pixel(begin), x.pixel(end)
+    shade = element(
+        "rect",
+        element("title", f"{span.name} {span.from_s:.2f} to {span.until_s:.2f}".strip()),
+        class_="lp-span",
+        x=left,
+        y=y.end,
+        width=right - left,
+        height=y.begin - y.end,
+    )
+    return [shade, _text((left + right) / 2, y.end + 14, span.name, "lp-mark", "middle")]
+
+
 def _curve(number: int, curve: Curve, x: _Axis, y: _Axis) -> list[Element]:
-    every = max(1, -(-len(curve.points) // _MOST_POINTS))
-    places = [f"{x.pixel(at):.1f},{y.pixel(value):.1f}" for at, value in curve.points[::every]]
+    places = [f"{x.pixel(at):.1f},{y.pixel(value):.1f}" for at, value in _thinned(curve.points)]
     css = "lp-dashed" if curve.is_dashed else f"lp-{COLOURS[number % len(COLOURS)]}"
     return [element("polyline", element("title", curve.name), class_=css, points=" ".join(places))]
+
+
+def _thinned(points: Points) -> Iterator[tuple[float, float]]:
+    """The least and the greatest of every so many points, so that no peak is lost."""
+    every = -(-2 * len(points) // _MOST_POINTS)
+    if every <= 2:
+        yield from points
+        return
+    for begin in range(0, len(points), every):
+        some = points[begin : begin + every]
+        ends = (choose(some, key=lambda point: point[1]) for choose in (min, max))
+        yield from sorted(dict.fromkeys(ends))
 
 
 def _legend(curves: Sequence[Curve]) -> list[Element]:
@@ -137,13 +204,14 @@ def _style() -> str:
         rules += [
             f".lp-paper {{ fill: {paint['paper']} }}",
             f".lp-grid {{ stroke: {paint['line']} }}",
+            f".lp-span {{ fill: {paint['late']} }}",
             f".lp-dashed {{ stroke: {paint['quiet']} }}",
             f".lp-mark {{ fill: {paint['quiet']} }} .lp-name {{ fill: {paint['ink']} }}",
         ]
         sides.append(" ".join(rules))
     shapes = (
         ".lp polyline, .lp line { fill: none; stroke-width: 1.6 } .lp .lp-grid { stroke-width: 1 } "
-        ".lp-dashed { stroke-dasharray: 5 4 } "
+        ".lp-dashed { stroke-dasharray: 5 4 } .lp-span { fill-opacity: .18 } "
         '.lp-mark, .lp-name { font: 12px "DejaVu Sans", Verdana, system-ui, sans-serif }'
     )
     return f"{shapes} {sides[0]} @media (prefers-color-scheme: dark) {{ {sides[1]} }}"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from firmware_runtime.board.experiments import Experiment, StepExperiment
+from firmware_runtime.board.experiments import Experiment, OwnExperiment, StepExperiment
 
 PAPER: Final = "Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018"
 
@@ -33,8 +33,75 @@ NETWORK_YAW_STEP: Final = replace(
     figure="Figure 11",
     stages=("network",),
 )
+_WAVE: Final = (
+    "The robot's actuators got a square wave; yaw and angular speed were measured (14). The "
+    "simulation model got the same wave, and its parameters, such as the mass, were adjusted until "
+    "its curves (15) looked quite similar."
+)
+SQUARE_WAVE: Final = OwnExperiment(
+    title="A square wave into the propellers, in open loop",
+    figure="Figures 14 and 15",
+    published=(
+        f"{PAPER}, Figures 14 and 15.",
+        _WAVE,
+        "The text gives neither the wave nor a number.",
+        "Here the robot is its doubles: motors that lag, a bearing with friction, a noisy gyro.",
+    ),
+    settings={
+        "controller.yaw.wave.amplitude_n": 0.2,
+        "controller.yaw.wave.period_s": 4.0,
+        "controller.yaw.wave.begin_s": 1.0,
+        "controller.yaw.wave.cycles": 4,
+        "world.yaw_damping_nms": 0.012,
+        "world.coulomb_friction_nm": 0.006,
+        "world.static_friction_nm": 0.009,
+    },
+    stages=("simulation", "embedded"),
+    run="boards.tachobot.experiments.square_wave:run",
+)
+
+_BEGINNING: Final = (
+    "A delay of about 2 s at the beginning, due to initialization; then the robot starts the wrong "
+    "way, likely because of a motor that was found to malfunction later; from around 4 s on it "
+    "behaves as expected."
+)
+_STUCK: Final = (
+    "Between 8.3 s and 10.4 s yaw is stuck with zero angular speed, by the static friction of the "
+    "rotating platform, while the control effort grows by the integral; then it is released."
+)
+_AGAIN: Final = (
+    "Around 20.5 s it is stuck again, close to the reference, with neither error nor control "
+    "action zero."
+)
+_OURS: Final = (
+    "The text gives neither gains nor friction: those here were chosen so that it is stuck at a "
+    "like time. The wrong way at the beginning is not modelled."
+)
+EMBEDDED_STEP_FRICTION: Final = OwnExperiment(
+    title="Embedded step with static friction: stuck, and released",
+    figure="Figures 16 and 17",
+    published=(f"{PAPER}, Figures 16 and 17.", _BEGINNING, _STUCK, _AGAIN, _OURS),
+    paper={
+        "initial_delay_s": 2.0,
+        "stuck_from_s": 8.3,
+        "stuck_until_s": 10.4,
+        "stuck_again_from_s": 20.5,
+    },
+    settings={
+        "controller.yaw.kp": 0.3,
+        "controller.yaw.ki": 0.2,
+        "controller.yaw.kd": 0.25,
+        "imu.calibration_s": 1.75,
+        "world.static_friction_nm": 0.035,
+        "world.coulomb_friction_nm": 0.0175,
+    },
+    stages=("simulation", "embedded"),
+    run="boards.tachobot.experiments.friction:run",
+)
 
 EXPERIMENTS: Final[Mapping[str, Experiment]] = {
     "yaw-step": YAW_STEP,
     "network-yaw-step": NETWORK_YAW_STEP,
+    "square-wave": SQUARE_WAVE,
+    "embedded-step-friction": EMBEDDED_STEP_FRICTION,
 }
