@@ -146,4 +146,7 @@ class Imu(HardwareModel):
 
     def _without_bias(self, sample: InertialSample) -> InertialSample:
         (x, y, z), (bias_x, bias_y, bias_z) = sample.rate, self.bias
-        return sample._replace(rate=(x - bias_x, y - bias_y, z - bias_z))
+        rate = (x - bias_x, y - bias_y, z - bias_z)
+        return InertialSample(
+            sample.acceleration, rate, sample.field, sample.temperature_c, sample.field_overflow
+        )

@@ -133,9 +133,13 @@ class ThrustPairs(Actuator):
 
     def _slewed(self, wanted: tuple[float, ...]) -> tuple[float, ...]:
         step = self.settings.slew_per_s * self._since_write / SECOND
+        if step >= 1.0:  # the whole range of a duty
+            return wanted
         return tuple(
-            max(now - step, min(now + step, want))
-            for now, want in zip(self.duties, wanted, strict=True)
+            [
+                max(now - step, min(now + step, want))
+                for now, want in zip(self.duties, wanted, strict=True)
+            ]
         )
 
 
@@ -146,6 +150,8 @@ def duties_of(forces: Forces, pair_thrust_n: float) -> tuple[float, ...]:
     """
     duties: list[float] = []
     for force in forces:
-        half = max(-0.5, min(0.5, 0.5 * force / pair_thrust_n))
+        half = 0.5 * force / pair_thrust_n
+        if not -0.5 <= half <= 0.5:
+            half = math.copysign(0.5, half)
         duties += (0.5 + half, 0.5 - half)
     return tuple(duties)

@@ -22,6 +22,21 @@ class Target(ABC):
     def read(self) -> int:
         """Put one byte on the bus; 0xFF leaves SDA released."""
 
+    def write_bytes(self, message: bytes) -> int | None:
+        """Take bytes up to one it refuses, whose index is returned; None if it took all.
+
+        For a target that is alone in being addressed. One that can take many bytes at once in less
+        time than one by one may, as long as nothing else differs.
+        """
+        for index, byte in enumerate(message):
+            if not self.write(byte):
+                return index
+        return None
+
+    def read_bytes(self, length: int) -> bytes:
+        """Put so many bytes on the bus, likewise."""
+        return bytes([self.read() for _ in range(length)])
+
     @abstractmethod
     def stop(self) -> None:
         """Take a STOP; it comes after every transaction, also one meant for another target."""

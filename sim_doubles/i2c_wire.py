@@ -148,8 +148,7 @@ class Wire:
 def _read_from(answering: list[Target], length: int) -> bytes:
     """Read bytes; those of several targets at once are the bitwise AND."""
     if len(answering) == 1:
-        read = answering[0].read
-        return bytes([read() for _ in range(length)])
+        return answering[0].read_bytes(length)
     colliding = ([target.read() for target in answering] for _ in range(length))
     return bytes([reduce(and_, driven) for driven in colliding])
 
@@ -157,11 +156,7 @@ def _read_from(answering: list[Target], length: int) -> bytes:
 def _first_refused(targets: list[Target], message: bytes) -> int | None:
     """Deliver bytes until one is not acknowledged; return its index, None if all went."""
     if len(targets) == 1:
-        write = targets[0].write
-        for index, byte in enumerate(message):
-            if not write(byte):
-                return index
-        return None
+        return targets[0].write_bytes(message)
     for index, byte in enumerate(message):
         targets = [target for target in targets if target.write(byte)]
         if not targets:

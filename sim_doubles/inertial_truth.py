@@ -1,14 +1,43 @@
 """What an inertial sensor's double measures: the world's side of an IMU."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeAlias
 
-__all__ = ["InertialTruth"]
+__all__ = ["BodyMotion", "Inertia", "InertialTruth", "Vector"]
+
+Vector: TypeAlias = tuple[float, float, float]
+
+
+class Inertia(Protocol):
+    """What accelerometer, gyroscope and thermometer measure: specific force in m/s2, rad/s, degC.
+
+    A world whose field costs something gives it to the magnetometer alone.
+    """
+
+    @property
+    def acceleration(self) -> Vector:
+        """Specific force in m/s2."""
+
+    @property
+    def rate(self) -> Vector:
+        """Rate of turn in rad/s."""
+
+    @property
+    def temperature_c(self) -> float:
+        """Of the die."""
+
+
+class BodyMotion(NamedTuple):
+    """Acceleration in m/s2 (specific force) and rate in rad/s; body axes, z up."""
+
+    acceleration: Vector
+    rate: Vector
+    temperature_c: float
 
 
 class InertialTruth(NamedTuple):
     """Acceleration in m/s2 (specific force), rate in rad/s and field in T; body axes, z up."""
 
-    acceleration: tuple[float, float, float]
-    rate: tuple[float, float, float]
-    field: tuple[float, float, float]
+    acceleration: Vector
+    rate: Vector
+    field: Vector
     temperature_c: float

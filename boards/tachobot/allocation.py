@@ -85,11 +85,10 @@ def allocate(x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float) -> Forc
     """Forces for body commands in N, none beyond `pair_thrust_n`; x and y give way to yaw."""
     largest_yaw = pair_thrust_n / _LARGEST_YAW
     yaw_n = max(-largest_yaw, min(largest_yaw, yaw_n))
-    turning = [row[2] * yaw_n for row in T_PSEUDO_INVERSE]
-    moving = [row[0] * x_n + row[1] * y_n for row in T_PSEUDO_INVERSE]
+    pairs = [(yaw * yaw_n, x * x_n + y * y_n) for x, y, yaw in T_PSEUDO_INVERSE]
     share = 1.0
-    for turn, move in zip(turning, moving, strict=True):
+    for turn, move in pairs:
         if abs(turn + move) > pair_thrust_n:
             room = pair_thrust_n - math.copysign(turn, turn * move)
             share = min(share, room / abs(move))
-    return Forces(*(turn + share * move for turn, move in zip(turning, moving, strict=True)))
+    return Forces(*[turn + share * move for turn, move in pairs])

@@ -30,13 +30,13 @@ class FilledBags(list[InPort[Any]]):
         """Note that `bag` is about to get its first value, the model's first or not."""
         if not self:
             self._reached.append(self._number)
-        super().append(bag)
+        list.append(self, bag)  # in less time than by `super`
 
     def clear(self) -> None:
         """Empty the bags."""
         for bag in self:
             bag.clear()
-        super().clear()
+        list.clear(self)
 
 
 class FanOut(StandIn[Any]):

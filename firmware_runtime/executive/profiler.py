@@ -56,9 +56,11 @@ class Profiler:
         The models join the header. Raises StatisticsFileError.
         """
         spans = None if path is None else Companion.SPANS.beside(path)
-        if self._recorded_spans > 0:
+        if spans is None:
+            self.step.record = None  # nothing could read what is recorded in memory
+        elif self._recorded_spans > 0:
             self.step.open_recorder(self._recorded_spans, spans)
-        elif spans is not None:
+        else:
             with suppress(OSError):  # of a run before this one; a missing folder is the next fault
                 spans.unlink()
         models = {account.path: _stated(account) for account in self._accounts}

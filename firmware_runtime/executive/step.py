@@ -48,8 +48,8 @@ class Step:
             column.append(0)
         return len(self.paths) - 1
 
-    def open_recorder(self, rows: int, path: Path | None) -> None:
-        """From now on, keep the last `rows` entries in the file at `path`, or in memory.
+    def open_recorder(self, rows: int, path: Path) -> None:
+        """From now on, keep the last `rows` entries in the file at `path`.
 
         Raises StatisticsFileError.
         """

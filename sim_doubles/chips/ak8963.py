@@ -146,6 +146,16 @@ class Ak8963Double(Target):
             return 0
         return self._registers[register]
 
+    def read_bytes(self, length: int) -> bytes:
+        """Give registers in a row; the last byte of a measurement, ST1 to ST2, unlocks it."""
+        if self._pointer != ST1 or length != ST2 - ST1 + 1:
+            return super().read_bytes(length)
+        values = bytes(self._registers[ST1 : ST2 + 1])
+        self._registers[ST1] = 0
+        self._locked = False
+        self._pointer = NEXT[ST2]
+        return values
+
     def stop(self) -> None:
         """End the transaction."""
         self._in_transaction = False
@@ -181,7 +191,8 @@ class Ak8963Double(Target):
         overrun = skipped or self._registers[ST1] & DRDY
         fine = self._registers[CNTL1] & BITM
         field = self._measured(at)
-        overflow = sum(abs(axis) for axis in field) >= OVERFLOW_T
+        x, y, z = field
+        overflow = abs(x) + abs(y) + abs(z) >= OVERFLOW_T
         self._registers[HXL:ST2] = DATA.pack(*self._counts(field, *(FINE if fine else COARSE)))
         self._registers[ST2] = fine | (HOFL if overflow else 0)
         self._registers[ST1] = DRDY | (DOR if overrun else 0)
@@ -195,10 +206,13 @@ class Ak8963Double(Target):
 
     def _counts(self, field: Vector, lsb: float, largest: int) -> list[int]:
         """Return what the converter gives, before the host adjusts it by ASA."""
-        uncalibrated = [
-            axis * 256 / (asa + 128) / lsb for axis, asa in zip(field, self._asa, strict=True)
+        counts = [
+            round(axis * 256 / (asa + 128) / lsb)
+            for axis, asa in zip(field, self._asa, strict=True)
         ]
-        return [max(-largest, min(largest, round(count))) for count in uncalibrated]
+        if max(counts) <= largest and min(counts) >= -largest:
+            return counts
+        return [max(-largest, min(largest, count)) for count in counts]
 
     # Registers
 

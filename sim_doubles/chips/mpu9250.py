@@ -55,7 +55,7 @@ from sim_doubles.chips.mpu9250_signal_path import SignalPath
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
-from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.inertial_truth import Inertia, InertialTruth
 
 __all__ = ["InertialTruth", "Mpu9250Double"]
 
@@ -80,7 +80,7 @@ class Mpu9250Double(Target):
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
         self,
         now: Now,
-        inertia: Callable[[int], InertialTruth],
+        inertia: Callable[[int], Inertia],
         address: int = 0x68,
         *,
         who_am_i: int = 0x71,
@@ -101,6 +101,8 @@ class Mpu9250Double(Target):
         self._master = AuxiliaryMaster(self._registers, magnetometer)
         self._fifo = Fifo()
         self._pointer = 0
+        self._is_sample_due = False
+        """The last sample is not in the data registers yet: it is put there when they are read."""
         self._in_transaction = self._expects_pointer = False
         self._at = self._answers_from = now()
         self._reset_ends_at = NEVER
@@ -125,7 +127,7 @@ class Mpu9250Double(Target):
         if now >= self._clock.next_at:
             for at in self._clock.take(now, self._edges):
                 self._sample(at)
-            self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
+            self._is_sample_due = True
         if self._magnetometer is not None:
             self._magnetometer.advance(now)
 
@@ -150,6 +152,8 @@ class Mpu9250Double(Target):
                 return False
             self._in_transaction = True
         self._expects_pointer = not read
+        if read and self._is_sample_due:
+            self._fill_data_registers()
         return True
 
     def write(self, byte: int) -> bool:
@@ -175,6 +179,21 @@ class Mpu9250Double(Target):
             self._registers[INT_STATUS] = 0
         self._step_pointer()
         return value
+
+    def read_bytes(self, length: int) -> bytes:
+        """Give registers in a row, all at once where reading changes no later one of them."""
+        first = self._pointer
+        end = first + length
+        if end > FIFO_COUNTH or (self._any_read_clears and first != INT_STATUS):
+            return super().read_bytes(length)
+        registers = self._registers
+        values = bytes(registers[first:end])
+        if first <= INT_STATUS < end:
+            registers[INT_STATUS] = 0
+        if first <= I2C_MST_STATUS < end:
+            registers[I2C_MST_STATUS] = 0
+        self._pointer = end
+        return values
 
     def stop(self) -> None:
         """End the transaction: the data registers may change again."""
@@ -202,6 +221,7 @@ class Mpu9250Double(Target):
     # Registers
 
     def _reset(self) -> None:
+        self._is_sample_due = False
         self._registers[:] = self._power_up
         self._fifo.clear()
         self._clock.stop()
@@ -215,7 +235,13 @@ class Mpu9250Double(Target):
         self._registers[PWR_MGMT_1] &= ~H_RESET
         self._configure()
 
+    def _fill_data_registers(self) -> None:
+        self._is_sample_due = False
+        self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
+
     def _write_register(self, register: int, byte: int) -> None:
+        if self._is_sample_due:  # by the settings it was taken with
+            self._fill_data_registers()
         if self._reset_ends_at != NEVER:
             self.warnings.note(f"register 0x{register:02x} written during H_RESET; it is lost")
         elif register in READ_ONLY:
@@ -289,7 +315,7 @@ class Mpu9250Double(Target):
                 self._fill_fifo()
 
     def _fill_fifo(self) -> None:
-        self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
+        self._fill_data_registers()
         self._push(enabled_blocks(self._registers) + self._master.fifo_bytes())
 
     def _push(self, packet: bytes) -> None:

@@ -150,7 +150,7 @@ class AuxiliaryMaster:
         answered = register is None or (
             target.write(register) and target.start_from_mpu(at, address, read=True)
         )
-        answer = bytes([target.read() for _ in range(length)]) if answered else None
+        answer = target.read_bytes(length) if answered else None
         target.stop()
         return answer
 

@@ -79,6 +79,9 @@ class SampleClock:
     def take(self, now: int, matter: Edges) -> Iterable[int]:
         """Return the ticks up to `now`, which is one at least, that matter: in order, each once."""
         period, first = self._period, self.next_at
+        if now < first + period and matter.last > 0:
+            self.next_at += period
+            return (first,)
         self.next_at += ((now - first) // period + 1) * period
         last_ones = max(first, self.next_at - matter.last * period)
         first_ones_end = min(first + matter.first * period, last_ones)

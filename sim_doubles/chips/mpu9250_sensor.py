@@ -23,7 +23,9 @@ class Sensor:
         self.memory = 0
         """How many samples back the filter remembers."""
         self._scale = self._bias = (0.0,) * axes
-        self._values: list[float] | None = None
+        self._values: tuple[float, ...] | None = None
+        self._counts: tuple[int, ...] | None = None
+        """Those of the values, once worked out."""
 
     @property
     def on(self) -> bool:
@@ -53,21 +55,34 @@ class Sensor:
         lag = -math.log1p(-self._gain) if self._gain < 1 else math.inf
         self.memory = math.ceil(FORGOTTEN / lag)
         self._scale, self._bias = scale, bias
+        self._counts = None
 
     def take(self, at: int, truth: tuple[float, ...]) -> None:
         """Let the lag follow the truth by one sample period."""
         if at < self.ready_at:
             return
-        if self._values is None:
-            self._values = list(truth)
-            return
-        gain, pairs = self._gain, zip(self._values, truth, strict=True)
-        self._values = [old + gain * (new - old) for old, new in pairs]
+        values = self._values
+        if values is None:
+            values = truth
+        elif values == truth:
+            return  # there is nothing to follow
+        else:
+            gain, pairs = self._gain, zip(values, truth, strict=True)
+            values = tuple([old + gain * (new - old) for old, new in pairs])
+        self._values, self._counts = values, None
 
-    def counts(self) -> list[int]:
+    def counts(self) -> tuple[int, ...]:
         """Return the output words; 0 before the first sample."""
         if self._values is None:
-            return [0] * len(self._scale)
-        axes = zip(self._values, self._scale, self._bias, strict=True)
-        exact = [value * scale + bias for value, scale, bias in axes]
-        return [max(-LARGEST - 1, min(LARGEST, round(count))) for count in exact]
+            return (0,) * len(self._scale)
+        if self._counts is None:
+            axes = zip(self._values, self._scale, self._bias, strict=True)
+            exact = [round(value * scale + bias) for value, scale, bias in axes]
+            self._counts = tuple(
+                [count if -LARGEST <= count <= LARGEST else _saturated(count) for count in exact]
+            )
+        return self._counts
+
+
+def _saturated(count: int) -> int:
+    return max(-LARGEST - 1, min(LARGEST, count))

@@ -28,7 +28,7 @@ from sim_doubles.chips.mpu9250_registers import (
     signed_word,
 )
 from sim_doubles.chips.mpu9250_sensor import Sensor
-from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.inertial_truth import Inertia
 
 ACCEL_START_UP = 20 * MILLISECOND
 GYRO_START_UP = 35 * MILLISECOND
@@ -76,7 +76,7 @@ class SignalPath:
             sensor.skip_start_up(at)
         self._find_ready()
 
-    def take(self, at: int, truth: InertialTruth) -> bool:
+    def take(self, at: int, truth: Inertia) -> bool:
         """Let every sensor take one sample; True when all that are switched on are ready."""
         self.accelerometer.take(at, truth.acceleration)
         self.thermometer.take(at, (truth.temperature_c,))

@@ -159,6 +159,28 @@ class Pca9685Double(Target):
             self._pointer = NEXT[register]
         return True
 
+    def write_bytes(self, message: bytes) -> int | None:
+        """Take a message; one of LED registers that count up has nothing to look at byte by byte.
+
+        That is so while they take effect on STOP: then they are masked and kept, all at once.
+        """
+        first = message[0] if message else LED15_OFF_H
+        last = first + len(message) - 2
+        if (
+            self._next_is != POINTER
+            or not LED0_ON_L <= first <= last <= LED15_OFF_H
+            or not self._registers[MODE1] & AI
+            or self._registers[MODE2] & OCH
+        ):
+            return super().write_bytes(message)
+        end = last + 1
+        content = int.from_bytes(message[1:]) & int.from_bytes(WRITABLE[first:end])
+        self._registers[first:end] = content.to_bytes(end - first)
+        self._led_written = True
+        self._pointer = NEXT[last]
+        self._next_is = CONTENT
+        return None
+
     def read(self) -> int:
         """Give the register at the pointer; ALL_LED and the test register read 0."""
         register = self._pointer

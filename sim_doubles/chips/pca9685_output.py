@@ -63,16 +63,21 @@ class OutputLatch:
         """
         if not mode2 & OUTDRV:
             return ALL_LOW
-        duties = tuple([pwm_duty(on, off) for on, off in self._counts])
+        duties = tuple(
+            [
+                pwm_duty(on, off) if (on | off) & FULL else (off - on) % STEPS / STEPS
+                for on, off in self._counts
+            ]
+        )
         return tuple([1.0 - duty for duty in duties]) if mode2 & INVRT else duties
 
     def _follow(self, counts: list[tuple[int, ...]]) -> None:
         if counts == self._counts:
             return
-        for channel, (new, old) in enumerate(zip(counts, self._counts, strict=True)):
-            if new != old and new[0] == new[1] < FULL:
+        for channel, (on, off) in enumerate(counts):
+            if on == off < FULL and self._counts[channel] != (on, off):
                 self._warnings.note(
-                    f"channel {channel} has ON == OFF == {new[0]}, which the data sheet forbids; "
+                    f"channel {channel} has ON == OFF == {on}, which the data sheet forbids; "
                     "silicon was seen to give 0 %"
                 )
         self._counts = counts

@@ -17,7 +17,7 @@ from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.i2c_target import Target
-from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.inertial_truth import BodyMotion, Vector
 from sim_doubles.rigs.buses import buses_of
 from sim_doubles.rigs.enable import enable_line
 from sim_doubles.worlds.mounting import ChipAxes
@@ -35,6 +35,8 @@ class TachobotRig:
         self._axes = ChipAxes(imu.mounting)
         wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
+        self._all_duties: tuple[float, ...] = ()
+        self._propellers: tuple[float, ...] = ()
         self.pwm_chips = {"thrust_pairs": self.thrust}
         wired[thrust.bus].append(self.thrust)
         if (esc := settings.esc_in_use) is not None:
@@ -43,8 +45,8 @@ class TachobotRig:
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
         self.thrust.before_change = self.catch_up
         self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
-        self.magnetometer = Ak8963Double(now, lambda at: self._truth(at).field)
-        self.imu = Mpu9250Double(now, self._truth, imu.address, magnetometer=self.magnetometer)
+        self.magnetometer = Ak8963Double(now, self._field)
+        self.imu = Mpu9250Double(now, self._motion, imu.address, magnetometer=self.magnetometer)
         self._probe = TachobotProbe(self.world, now, self.catch_up)
         wired[imu.bus] += self.imu.targets
         self.buses = buses_of(settings.buses, wired, clock)
@@ -98,16 +100,22 @@ class TachobotRig:
         return NEVER
 
     def _propeller_duties(self) -> tuple[float, ...]:
-        first = self._settings.thrust_pairs.first_channel
-        return self.thrust.duties[first : first + 8]
+        duties = self.thrust.duties
+        if duties is not self._all_duties:
+            first = self._settings.thrust_pairs.first_channel
+            self._all_duties, self._propellers = duties, duties[first : first + 8]
+        return self._propellers
 
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the plant go on, up to now."""
         self.imu.catch_up()
         self.world.advance(self._now())
 
-    def _truth(self, at: int) -> InertialTruth:
-        return self._axes.turn(self.world.inertial(at))
+    def _motion(self, at: int) -> BodyMotion:
+        return self._axes.turn_motion(self.world.motion(at))
+
+    def _field(self, at: int) -> Vector:
+        return self._axes.turn_vector(self.world.field(at))
 
 
 def _parameters(settings: TachobotSettings) -> TachobotParameters:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from sim_doubles.worlds.propellers import PairForces
+from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.swing import Swing
 from sim_doubles.worlds.tachobot_body import TachobotParameters, TachobotState
 from sim_doubles.worlds.transient import Transient
@@ -46,18 +46,23 @@ class Hovering:
         self._spin_up = math.sqrt(_PAIRS * parameters.pair_thrust_n * self._leverage)
         self.state = TachobotState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def acceleration(self, forces: Callable[[], PairForces]) -> tuple[float, float]:
+    @property
+    def turn(self) -> tuple[float, float]:
+        """Yaw and its rate."""
+        return self.state.yaw_rad, self.state.yaw_rate_rad_s
+
+    def acceleration(self, driven: Callable[[], PropellerPairs]) -> tuple[float, float]:
         """Forward and left, in m/s2, now."""
-        now = forces()
+        now = driven()
         return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
-    def advance(self, forces: PairForces, elapsed_s: float) -> None:
-        """Move for `elapsed_s` under these forces."""
+    def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
+        """Move for `elapsed_s` as these push, which stay as they are."""
         yaw, rate = self.state.yaw_rad, self.state.yaw_rate_rad_s
         path = _Path(
-            forces.forward() * (1.0 / self._mass),
-            forces.left() * (1.0 / self._mass),
-            Swing(yaw, rate, forces.turning() * self._leverage, 0.0),
+            propellers.forward() * (1.0 / self._mass),
+            propellers.left() * (1.0 / self._mass),
+            Swing(yaw, rate, propellers.turning(self._leverage), 0.0),
         )
         begin = 0.0
         while begin < elapsed_s:

@@ -1,8 +1,6 @@
 """Turns what a body feels into what a chip feels that is mounted askew in it."""
 
-from sim_doubles.inertial_truth import InertialTruth
-
-Vector = tuple[float, float, float]
+from sim_doubles.inertial_truth import BodyMotion, InertialTruth, Vector
 
 
 class ChipAxes:
@@ -20,11 +18,21 @@ class ChipAxes:
         if self._is_identity:
             return truth
         return truth._replace(
-            acceleration=self._turned(truth.acceleration),
-            rate=self._turned(truth.rate),
-            field=self._turned(truth.field),
+            acceleration=self.turn_vector(truth.acceleration),
+            rate=self.turn_vector(truth.rate),
+            field=self.turn_vector(truth.field),
         )
 
-    def _turned(self, vector: Vector) -> Vector:
+    def turn_motion(self, motion: BodyMotion) -> BodyMotion:
+        """The same motion in the chip's axes."""
+        if self._is_identity:
+            return motion
+        acceleration, rate, temperature_c = motion
+        return BodyMotion(self.turn_vector(acceleration), self.turn_vector(rate), temperature_c)
+
+    def turn_vector(self, vector: Vector) -> Vector:
+        """One vector in the chip's axes."""
+        if self._is_identity:
+            return vector
         x, y, z = (sign * vector[axis] for axis, sign in self._from_body)
         return (x, y, z)

@@ -11,6 +11,8 @@ from statistics import NormalDist
 
 __all__ = ["InstantNoise"]
 
+_CELL = 2.0**-52
+_hash = hashlib.blake2b
 _normal_quantile = NormalDist().inv_cdf
 _words = struct.Struct("<3Q").unpack
 
@@ -25,9 +27,11 @@ class InstantNoise:
     def at(self, instant: int) -> tuple[float, float, float]:
         """The noise at `instant`, in the unit of the standard deviation."""
         key = self._seed + b"%d" % instant
-        a, b, c = _words(hashlib.blake2b(key, digest_size=24).digest())
-        return (self._normal(a), self._normal(b), self._normal(c))
-
-    def _normal(self, word: int) -> float:
-        """The quantile of the word's upper 52 bits, taken mid-cell so that 0 and 1 never occur."""
-        return self._scale * _normal_quantile(((word >> 12) + 0.5) * 2.0**-52)
+        a, b, c = _words(_hash(key, digest_size=24).digest())
+        scale = self._scale
+        # quantiles of the upper 52 bits, taken mid-cell so that 0 and 1 never occur
+        return (
+            scale * _normal_quantile(((a >> 12) + 0.5) * _CELL),
+            scale * _normal_quantile(((b >> 12) + 0.5) * _CELL),
+            scale * _normal_quantile(((c >> 12) + 0.5) * _CELL),
+        )

@@ -7,11 +7,10 @@ a pair pushes with the difference of its two. So a differential pair about one h
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from sim_doubles.worlds.transient import Transient
 
-__all__ = ["MOTORS", "PairForces", "PropellerPairs"]
+__all__ = ["MOTORS", "PropellerPairs"]
 
 MOTORS = 8
 
@@ -19,37 +18,12 @@ _ANY_DECAY = 1.0
 """Motors without lag have no transient, so how fast it would die out is immaterial."""
 
 
-class PairForces(NamedTuple):
-    """The forces of the four pairs in N, and what they sum to in body axes."""
-
-    f1: Transient
-    f2: Transient
-    f3: Transient
-    f4: Transient
-
-    def forward(self) -> Transient:
-        """The force along x."""
-        return self.f1 - self.f3
-
-    def left(self) -> Transient:
-        """The force along y."""
-        return self.f4 - self.f2
-
-    def turning(self) -> Transient:
-        """The force that turns the body from x to y when it acts on the lever arm."""
-        f1, f2, f3, f4 = self
-        return Transient(
-            f1.settled - f2.settled + f3.settled - f4.settled,
-            f1.single - f2.single + f3.single - f4.single,
-            f1.double - f2.double + f3.double - f4.double,
-            f1.decay,
-        )
-
-
 class PropellerPairs:
     """Four pairs; pair i has the motors 2i, which pushes, and 2i + 1, which pushes back.
 
-    All stand still at first. `lag_s` = 0 means that a motor follows its duty at once.
+    All stand still at first. `lag_s` = 0 means that a motor follows its duty at once. Forces are in
+    N and body axes, from now on for as long as the duties hold: each motor's thrust is
+    k*(duty + gap*p)^2 with the gap between its speed and its duty, here multiplied out.
     """
 
     def __init__(self, pair_thrust_n: float, lag_s: float) -> None:
@@ -57,29 +31,80 @@ class PropellerPairs:
         self._lags = lag_s > 0.0
         self._decay = 1.0 / lag_s if self._lags else _ANY_DECAY
         self._speeds: Sequence[float] = (0.0,) * MOTORS
+        self._duties: Sequence[float] = ()
+        self._settled: Sequence[float] = ()
+        self.hold((0.0,) * MOTORS)
 
-    def forces(self, duties: Sequence[float]) -> PairForces:
-        """The forces from now on, as long as the duties hold."""
-        speeds, pair = self._speeds if self._lags else duties, self._pair
-        return PairForces(
-            pair(duties[0], speeds[0], duties[1], speeds[1]),
-            pair(duties[2], speeds[2], duties[3], speeds[3]),
-            pair(duties[4], speeds[4], duties[5], speeds[5]),
-            pair(duties[6], speeds[6], duties[7], speeds[7]),
+    def hold(self, duties: Sequence[float]) -> None:
+        """Drive the motors with these duties from now on."""
+        if duties != self._duties:
+            self._duties = tuple(duties)
+            motors, thrust_n = iter(duties), self._thrust_n
+            self._settled = [
+                thrust_n * (duty * duty - back_duty * back_duty)
+                for duty, back_duty in zip(motors, motors, strict=True)
+            ]
+
+    def forward(self) -> Transient:
+        """The force along x."""
+        return self._pair(0) - self._pair(2)
+
+    def left(self) -> Transient:
+        """The force along y."""
+        return self._pair(3) - self._pair(1)
+
+    def turning(self, leverage: float) -> Transient:
+        """The force that turns the body from x to y when it acts on the lever arm, times a factor.
+
+        Written out, as this is what a plant works out most often.
+        """
+        d1, b1, d2, b2, d3, b3, d4, b4 = self._duties
+        s1, r1, s2, r2, s3, r3, s4, r4 = self._speeds if self._lags else self._duties
+        s1, r1, s2, r2 = s1 - d1, r1 - b1, s2 - d2, r2 - b2
+        s3, r3, s4, r4 = s3 - d3, r3 - b3, s4 - d4, r4 - b4
+        f1, f2, f3, f4 = self._settled
+        k = self._thrust_n
+        twice = 2.0 * k
+        single = (
+            twice * (d1 * s1 - b1 * r1)
+            - twice * (d2 * s2 - b2 * r2)
+            + twice * (d3 * s3 - b3 * r3)
+            - twice * (d4 * s4 - b4 * r4)
+        )
+        double = (
+            k * (s1 * s1 - r1 * r1)
+            - k * (s2 * s2 - r2 * r2)
+            + k * (s3 * s3 - r3 * r3)
+            - k * (s4 * s4 - r4 * r4)
+        )
+        return Transient(
+            (f1 - f2 + f3 - f4) * leverage, single * leverage, double * leverage, self._decay
         )
 
-    def advance(self, duties: Sequence[float], elapsed_s: float) -> None:
-        """Let `elapsed_s` pass with these duties."""
+    def advance(self, elapsed_s: float) -> None:
+        """Let `elapsed_s` pass with the duties held."""
         p = math.exp(-self._decay * elapsed_s)
-        self._speeds = [
-            duty + (speed - duty) * p for duty, speed in zip(duties, self._speeds, strict=True)
-        ]
+        d1, b1, d2, b2, d3, b3, d4, b4 = self._duties
+        s1, r1, s2, r2, s3, r3, s4, r4 = self._speeds
+        self._speeds = (
+            d1 + (s1 - d1) * p,
+            b1 + (r1 - b1) * p,
+            d2 + (s2 - d2) * p,
+            b2 + (r2 - b2) * p,
+            d3 + (s3 - d3) * p,
+            b3 + (r3 - b3) * p,
+            d4 + (s4 - d4) * p,
+            b4 + (r4 - b4) * p,
+        )
 
-    def _pair(self, duty: float, speed: float, back_duty: float, back_speed: float) -> Transient:
-        """Each motor's thrust is k*(duty + gap*p)^2, here multiplied out."""
-        thrust_n, gap, back_gap = self._thrust_n, speed - duty, back_speed - back_duty
+    def _pair(self, index: int) -> Transient:
+        """The force of one pair."""
+        thrust_n, forth = self._thrust_n, 2 * index
+        speeds = self._speeds if self._lags else self._duties
+        duty, back_duty = self._duties[forth : forth + 2]
+        gap, back_gap = speeds[forth] - duty, speeds[forth + 1] - back_duty
         return Transient(
-            thrust_n * (duty * duty - back_duty * back_duty),
+            self._settled[index],
             2.0 * thrust_n * (duty * gap - back_duty * back_gap),
             thrust_n * (gap * gap - back_gap * back_gap),
             self._decay,

@@ -8,6 +8,8 @@ where two exponents meet, undamped bodies included.
 """
 
 import math
+from functools import lru_cache
+from typing import NamedTuple
 
 from sim_doubles.worlds.transient import Transient
 
@@ -34,44 +36,37 @@ class Swing:
 
     def rate(self, t: float) -> float:
         """The yaw rate at `t`."""
-        return self._rate_of(t, *self._convolutions(t))
+        drive = self._drive
+        course = _course(self._damping, drive.decay, t)
+        return (
+            self._rate * course.decayed
+            + drive.settled * course.coast
+            + drive.single * course.single
+            + drive.double * course.double
+        )
 
     def yaw(self, t: float) -> float:
         """The yaw at `t`."""
-        return self._yaw_of(t, *self._convolutions(t))
-
-    def state(self, t: float) -> tuple[float, float]:
-        """Yaw and rate at `t`, for less than both alone."""
-        convolutions = self._convolutions(t)
-        return self._yaw_of(t, *convolutions), self._rate_of(t, *convolutions)
-
-    def _convolutions(self, t: float) -> tuple[float, float, float]:
-        """Of the damping with nothing, and with the drive's two exponentials."""
-        damping, decay = self._damping, self._drive.decay
-        return (
-            _convolution(damping, 0.0, t),
-            _convolution(damping, decay, t),
-            _convolution(damping, 2.0 * decay, t),
-        )
-
-    def _rate_of(self, t: float, coast: float, single: float, double: float) -> float:
         drive = self._drive
-        return (
-            self._rate * math.exp(-self._damping * t)
-            + drive.settled * coast
-            + drive.single * single
-            + drive.double * double
-        )
-
-    def _yaw_of(self, t: float, coast: float, single: float, double: float) -> float:
-        """The rate, integrated term by term."""
-        drive = self._drive
+        course = _course(self._damping, drive.decay, t)
         return (
             self._yaw
-            + self._rate * coast
-            + drive.settled * _ramp(self._damping, t)
-            + drive.single * ((coast - single) / drive.decay)
-            + drive.double * ((coast - double) / (2.0 * drive.decay))
+            + self._rate * course.coast
+            + drive.settled * course.ramp
+            + drive.single * course.single_yaw
+            + drive.double * course.double_yaw
+        )
+
+    def state(self, t: float) -> tuple[float, float]:
+        """Yaw and rate at `t`, for less than both alone, and least for a `t` that recurs."""
+        drive = self._drive
+        decayed, coast, single, double, ramp, single_yaw, double_yaw = _recurring_course(
+            self._damping, drive.decay, t
+        )
+        rate, settled, once, twice = self._rate, drive.settled, drive.single, drive.double
+        return (
+            self._yaw + rate * coast + settled * ramp + once * single_yaw + twice * double_yaw,
+            rate * decayed + settled * coast + once * single + twice * double,
         )
 
     def first_stop(self, direction: int, until: float) -> float | None:
@@ -97,6 +92,41 @@ class Swing:
             else:
                 before = middle
         return after
+
+
+class _Course(NamedTuple):
+    """What a turn takes from its time alone: the factors of its rate, then those of its yaw."""
+
+    decayed: float
+    coast: float
+    single: float
+    double: float
+    ramp: float
+    single_yaw: float
+    double_yaw: float
+
+
+def _course(damping: float, decay: float, t: float) -> _Course:
+    """Convolutions of the damping with nothing and the drive's exponentials, and their integrals.
+
+    `coast` is in both: the rate follows it by the settled drive, yaw by the rate at the start.
+    """
+    coast = _convolution(damping, 0.0, t)
+    single = _convolution(damping, decay, t)
+    double = _convolution(damping, 2.0 * decay, t)
+    return _Course(
+        math.exp(-damping * t),
+        coast,
+        single,
+        double,
+        _ramp(damping, t),
+        (coast - single) / decay,
+        (coast - double) / (2.0 * decay),
+    )
+
+
+_recurring_course = lru_cache(maxsize=256)(_course)
+"""A plant that is read on a schedule moves by the same few spans of time again and again."""
 
 
 def _convolution(a: float, b: float, t: float) -> float:

@@ -18,10 +18,10 @@ import math
 from collections.abc import Callable, Sequence
 
 from firmware_runtime.devs.time import SECOND, format_time
-from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.inertial_truth import BodyMotion, InertialTruth, Vector
 from sim_doubles.worlds.hovering import Hovering
 from sim_doubles.worlds.noise import InstantNoise
-from sim_doubles.worlds.propellers import MOTORS, PairForces, PropellerPairs
+from sim_doubles.worlds.propellers import MOTORS, PropellerPairs
 from sim_doubles.worlds.tachobot_body import Mounting, TachobotParameters, TachobotState
 from sim_doubles.worlds.turntable import Turntable
 
@@ -65,9 +65,9 @@ class TachobotWorld:
                 f"TachoBot world: advance to {format_time(at)} when it is "
                 f"{format_time(self._at)} there; expected an instant not in the past"
             )
-        duties, elapsed_s = self._checked_duties(), (at - self._at) / SECOND
-        self._body.advance(self._propellers.forces(duties), elapsed_s)
-        self._propellers.advance(duties, elapsed_s)
+        elapsed_s, propellers = (at - self._at) / SECOND, self._driven()
+        self._body.advance(propellers, elapsed_s)
+        propellers.advance(elapsed_s)
         self._at = at
 
     def state(self, at: int) -> TachobotState:
@@ -76,36 +76,46 @@ class TachobotWorld:
         return self._body.state
 
     def inertial(self, at: int) -> InertialTruth:
-        """What an IMU in the centre feels at `at`, which is advanced to.
+        """What an IMU with a magnetometer in the centre feels at `at`: `motion` and `field`."""
+        acceleration, rate, temperature_c = self.motion(at)
+        return InertialTruth(acceleration, rate, self.field(at), temperature_c)
+
+    def motion(self, at: int) -> BodyMotion:
+        """What accelerometer and gyroscope in the centre feel at `at`, which is advanced to.
 
         Body axes: x forward, y left, z up. Acceleration in m/s2 is the specific force, +9.80665 up
-        at rest; rate in rad/s has the gyro's bias and noise on it; field in T is 20 uT north and
-        40 uT down with noise, north being forward at yaw 0; 25 degC. Noise depends on seed and
-        instant only.
+        at rest; rate in rad/s has the gyro's bias and noise on it; 25 degC. Noise depends on seed
+        and instant only.
         """
-        yaw, rate = self.state(at)[4:]
-        forward, left = self._body.acceleration(self._forces)
+        self.advance(at)
+        forward, left = self._body.acceleration(self._driven)
         noise_x, noise_y, noise_z = self._gyro_noise.at(at)
-        field_x, field_y, field_z = self._field_noise.at(at)
-        return InertialTruth(
-            acceleration=(forward, left, _GRAVITY_M_S2),
-            rate=(noise_x, noise_y, rate + self._gyro_bias + noise_z),
-            field=(
-                _FIELD_NORTH_T * math.cos(yaw) + field_x,
-                -_FIELD_NORTH_T * math.sin(yaw) + field_y,
-                _FIELD_UP_T + field_z,
-            ),
-            temperature_c=_TEMPERATURE_C,
+        return BodyMotion(
+            (forward, left, _GRAVITY_M_S2),
+            (noise_x, noise_y, self._body.turn[1] + self._gyro_bias + noise_z),
+            _TEMPERATURE_C,
         )
 
-    def _forces(self) -> PairForces:
-        return self._propellers.forces(self._checked_duties())
+    def field(self, at: int) -> Vector:
+        """The magnetic field at `at`, which is advanced to, in T and body axes.
 
-    def _checked_duties(self) -> Sequence[float]:
+        20 uT north and 40 uT down with noise, north being forward at yaw 0.
+        """
+        self.advance(at)
+        yaw = self._body.turn[0]
+        field_x, field_y, field_z = self._field_noise.at(at)
+        return (
+            _FIELD_NORTH_T * math.cos(yaw) + field_x,
+            -_FIELD_NORTH_T * math.sin(yaw) + field_y,
+            _FIELD_UP_T + field_z,
+        )
+
+    def _driven(self) -> PropellerPairs:
+        """The propellers with the duties that they get now."""
         duties = self._duties()
-        if duties == self._sound_duties:
-            return duties
-        if len(duties) != MOTORS or not all(0.0 <= duty <= 1.0 for duty in duties):
-            raise ValueError(f"TachoBot world: duties are {duties}, expected eight from 0 to 1")
-        self._sound_duties = duties
-        return duties
+        if duties is not self._sound_duties and duties != self._sound_duties:
+            if len(duties) != MOTORS or not all(0.0 <= duty <= 1.0 for duty in duties):
+                raise ValueError(f"TachoBot world: duties are {duties}, expected eight from 0 to 1")
+            self._sound_duties = tuple(duties)
+            self._propellers.hold(duties)
+        return self._propellers

@@ -8,7 +8,7 @@ so the motion does not depend on the steps.
 
 from collections.abc import Callable
 
-from sim_doubles.worlds.propellers import PairForces
+from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.swing import Swing
 from sim_doubles.worlds.tachobot_body import TachobotParameters, TachobotState
 from sim_doubles.worlds.transient import Transient
@@ -24,24 +24,24 @@ class Turntable:
         self._damping = parameters.yaw_damping_nms / parameters.yaw_inertia_kg_m2
         self._static = parameters.static_friction_nm / parameters.yaw_inertia_kg_m2
         self._coulomb = parameters.coulomb_friction_nm / parameters.yaw_inertia_kg_m2
-        self._yaw = 0.0
-        self._rate = 0.0
+        self.turn = (0.0, 0.0)
+        """Yaw and its rate."""
         self._direction = 0  # the sense of rotation; 0 while the bearing sticks
 
     @property
     def state(self) -> TachobotState:
         """Where it is now."""
-        return TachobotState(0.0, 0.0, 0.0, 0.0, self._yaw, self._rate)
+        return TachobotState(0.0, 0.0, 0.0, 0.0, *self.turn)
 
-    def acceleration(self, _forces: Callable[[], PairForces]) -> tuple[float, float]:
+    def acceleration(self, _driven: Callable[[], PropellerPairs]) -> tuple[float, float]:
         """Forward and left, in m/s2: the centre is pinned."""
         return (0.0, 0.0)
 
-    def advance(self, forces: PairForces, elapsed_s: float) -> None:
-        """Turn for `elapsed_s` under these forces."""
-        drive = forces.turning() * self._leverage
+    def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
+        """Turn for `elapsed_s` as these push, which stay as they are."""
+        drive = propellers.turning(self._leverage)
         if self._static == 0.0:
-            self._move(Swing(self._yaw, self._rate, drive, self._damping), elapsed_s)
+            self.turn = Swing(*self.turn, drive, self._damping).state(elapsed_s)
             return
         while elapsed_s > 0.0:
             if self._direction == 0:
@@ -62,13 +62,10 @@ class Turntable:
     def _slide(self, drive: Transient, until: float) -> float:
         """Turn until the bearing stops; return the time that took."""
         net = drive.less(self._direction * self._coulomb)
-        swing = Swing(self._yaw, self._rate, net, self._damping)
+        swing = Swing(*self.turn, net, self._damping)
         stop = swing.first_stop(self._direction, until)
         if stop is None:
-            self._move(swing, until)
+            self.turn = swing.state(until)
             return until
-        self._yaw, self._rate, self._direction = swing.yaw(stop), 0.0, 0
+        self.turn, self._direction = (swing.yaw(stop), 0.0), 0
         return stop
-
-    def _move(self, swing: Swing, elapsed_s: float) -> None:
-        self._yaw, self._rate = swing.state(elapsed_s)
