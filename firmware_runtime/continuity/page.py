@@ -1,21 +1,22 @@
 """The certificate as a self-contained page: what differs first, then the stages side by side."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.continuity.certificate import NOTHING, Certificate
 from firmware_runtime.continuity.signals import Points, ages, commands, shown
 from firmware_runtime.continuity.stage_run import StageRun
 from firmware_runtime.devs.time import format_time
-from firmware_runtime.experiments.line_plot import Curve, LinePlot
+from firmware_runtime.experiments.line_plot import Curve, LinePlot, on_common_axes
 from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.statistics.page.markup import chart, element, table
+from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
 
-_Curves: TypeAlias = Callable[[StageRun], Mapping[str, Points]]
-_SIDE_BY_SIDE = "display:grid;gap:1rem;grid-template-columns:repeat(auto-fit,minmax(20rem,1fr))"
+_SIDE_BY_SIDE = "display:grid;gap:1rem;grid-template-columns:repeat(auto-fit,minmax(24rem,1fr))"
+_WIDTH, _HEIGHT = 460.0, 250.0
 
 
 def certificate_page(certificate: Certificate) -> str:
@@ -31,11 +32,7 @@ def _sections(certificate: Certificate) -> Iterator[Element]:
     differing = [each for each in runs if each.comparison is not None and each.comparison.first]
     if differing:
         yield section("First differences", *(_difference(each) for each in differing))
-    name = _shown_name(runs)
-    yield section(name or "Shown value", *_row(runs, "", _shown, "not recorded here"))
-    yield section("Commands", *_row(runs, "", _commands, "none left"))
-    crosses = "no link: a sample enters in the instant in which it was taken"
-    yield section("Age of samples", *_row(runs, "ms", _ages, crosses))
+    yield from _side_by_side(runs, certificate.plan.for_s)
     yield section("What was compared", *_conditions(certificate))
 
 
@@ -92,27 +89,42 @@ def _difference(run: StageRun) -> Element:
     return table(caption, ("what", "value"), rows, "words")
 
 
-def _row(
-    runs: list[StageRun],
-    up: str,
-    curves: _Curves,
-    without: str,
-) -> Iterator[Element]:
-    """One plot a stage, side by side."""
-    yield element("div", *(_plot(each, up, curves, without) for each in runs), style=_SIDE_BY_SIDE)
+# The stages side by side ------------------------------------------------------------------------
 
 
-def _plot(
-    run: StageRun,
-    up: str,
-    curves: _Curves,
-    without: str,
-) -> Element:
-    found = curves(run)
-    if not found:
-        return element("figure", element("figcaption", run.stage), element("p", without))
-    drawn = [Curve(name, points) for name, points in found.items()]
-    return chart(LinePlot(run.stage, "s", up, drawn).svg(), run.stage, None)
+def _side_by_side(runs: Sequence[StageRun], for_s: float) -> Iterator[Element]:
+    """A section for each quantity, a plot a stage in it: one axis of time, one of the quantity."""
+    rows = {
+        _shown_name(runs) or "Shown value": (_shown, "not recorded here"),
+        "Commands": (_commands, "none left"),
+        "Age of samples, ms": (_ages, "no link: a sample enters at the instant it was taken"),
+    }
+    drawn = on_common_axes(
+        {
+            f"{title} {run.stage}": plot
+            for title, (curves, _) in rows.items()
+            for run in runs
+            if (plot := _plot(run, title, curves(run), for_s)) is not None
+        }
+    )
+    for title, (_, without) in rows.items():
+        figures = (_figure(run, drawn.get(f"{title} {run.stage}"), without) for run in runs)
+        yield section(title, element("div", *figures, style=_SIDE_BY_SIDE))
+
+
+def _plot(run: StageRun, title: str, curves: Mapping[str, Points], for_s: float) -> LinePlot | None:
+    """What is drawn of a quantity in a stage, while its controller ran; None for nothing."""
+    drawn = [
+        Curve(name, seen)
+        for name, points in curves.items()
+        if (seen := [point for point in points if point[0] <= for_s])
+    ]
+    return LinePlot(run.stage, "s", title, drawn, width=_WIDTH, height=_HEIGHT) if drawn else None
+
+
+def _figure(run: StageRun, plot: LinePlot | None, without: str) -> Element:
+    shown = element("p", without, class_="quiet") if plot is None else replace(plot, up="").svg()
+    return element("figure", element("figcaption", run.stage), shown)
 
 
 def _shown(run: StageRun) -> dict[str, Points]:
@@ -132,7 +144,7 @@ def _ages(run: StageRun) -> dict[str, Points]:
     return {} if run.recording is None else ages(run.recording)
 
 
-def _shown_name(runs: list[StageRun]) -> str | None:
+def _shown_name(runs: Sequence[StageRun]) -> str | None:
     return next((name for each in runs for name in _shown(each)), None)
 
 

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
@@ -22,6 +21,7 @@ from firmware_runtime.recording.recording import Recording, read_recording
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.staged_run import beside
 from firmware_runtime.status import Status
+from firmware_runtime.system.own_folder import own_folder
 
 _CANNOT: Final = (Status.BAD_INPUT, Status.NO_DEVICE, Status.REFUSED)
 """Exit statuses of a run that this machine or this board does not allow."""
@@ -126,27 +126,31 @@ def _process(words: Sequence[str]) -> Iterator["subprocess.Popen[str]"]:
 
     Its statistics and sockets have a place of their own: a robot of this name may be running here.
     """
-    state = TemporaryDirectory(prefix="firmware-runtime-")
-    process = subprocess.Popen(  # noqa: S603 -- this project's own command
-        [sys.executable, "-m", "firmware_runtime.cli", *words],
-        env=os.environ | {"FIRMWARE_RUNTIME_STATE_DIRECTORY": state.name},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        process_group=0,  # Ctrl-C is for the command; it ends this one
-    )
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
-            process.terminate()  # outputs go off; what is held up by that is killed
-            try:
-                process.communicate(timeout=_END_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.communicate()
-        state.cleanup()
+    with own_folder() as state:
+        process = subprocess.Popen(  # noqa: S603 -- this project's own command
+            [sys.executable, "-m", "firmware_runtime.cli", *words],
+            env=os.environ | {"FIRMWARE_RUNTIME_STATE_DIRECTORY": str(state)},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            process_group=0,  # Ctrl-C is for the command; it ends this one
+        )
+        try:
+            yield process
+        finally:
+            _end(process)
+
+
+def _end(process: "subprocess.Popen[str]") -> None:
+    """Let it switch its outputs off and end; what is held up by that is killed."""
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.communicate(timeout=_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
 
 
 def _robot_end(folder: Path, stage: Stage) -> Recording | None:

@@ -17,6 +17,8 @@ Points = Sequence[tuple[float, float]]
 WIDTH, HEIGHT = 720.0, 320.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64.0, 16.0, 34.0, 44.0
 _MARKS = 6
+_APART = 40.0
+"""Pixels from one mark to the next, at least."""
 _MOST_POINTS = 2000
 COLOURS: Final = ("blue", "late", "colour1", "colour4", "colour2")
 _GREY: Final = ("line", "ink", "quiet")
@@ -55,6 +57,8 @@ class LinePlot:
     across_ends: Ends | None = None
     """The least and greatest that the axis shows; None: what the curves have."""
     up_ends: Ends | None = None
+    width: float = WIDTH
+    height: float = HEIGHT
 
     @property
     def reach(self) -> tuple[Ends, Ends]:
@@ -66,8 +70,8 @@ class LinePlot:
     def svg(self) -> Element:
         """The picture."""
         across, up = self.reach
-        x = _Axis(*across, _LEFT, WIDTH - _RIGHT)
-        y = _Axis(*up, HEIGHT - _BOTTOM, _TOP)
+        x = _Axis(*across, _LEFT, self.width - _RIGHT)
+        y = _Axis(*up, self.height - _BOTTOM, _TOP)
         return element(
             "svg",
             element("title", self.title),
@@ -76,10 +80,10 @@ class LinePlot:
             *(each for span in self.spans for each in _span(span, x, y)),
             *_grid(x, y, self.across, self.up),
             *(each for n, curve in enumerate(self.curves) for each in _curve(n, curve, x, y)),
-            *_legend(self.curves),
+            *_legend(self.curves, self.width),
             class_="lp",
             xmlns="http://www.w3.org/2000/svg",
-            viewBox=f"0 0 {WIDTH:g} {HEIGHT:g}",
+            viewBox=f"0 0 {self.width:g} {self.height:g}",
             width="100%",
             role="img",
             aria_label=self.title,
@@ -111,7 +115,7 @@ class _Axis:
 
     def __init__(self, low: float, high: float, begin: float, end: float) -> None:
         self.low, self.high, self.begin, self.end = low, high, begin, end
-        rough = (high - low) / _MARKS
+        rough = (high - low) / max(2.0, min(_MARKS, abs(end - begin) / _APART))
         power = 10.0 ** floor(log10(rough))
         self._step = next(power * each for each in (1, 2, 5, 10) if power * each >= rough * 0.999)
 
@@ -141,7 +145,7 @@ def _grid(x: _Axis, y: _Axis, across: str, up: str) -> list[Element]:
         at = y.pixel(mark)
         lines.append(element("line", class_="lp-grid", x1=x.begin, x2=x.end, y1=at, y2=at))
         lines.append(_text(x.begin - 7, at + 4, f"{mark:.6g}", "lp-mark", "end"))
-    lines.append(_text((x.begin + x.end) / 2, HEIGHT - 8, across, "lp-mark", "middle"))
+    lines.append(_text((x.begin + x.end) / 2, y.begin + 36, across, "lp-mark", "middle"))
     lines.append(_text(4, _TOP - 20, up, "lp-mark", "start"))
     return lines
 
@@ -180,8 +184,8 @@ def _thinned(points: Points) -> Iterator[tuple[float, float]]:
         yield from sorted(dict.fromkeys(ends))
 
 
-def _legend(curves: Sequence[Curve]) -> list[Element]:
-    found, at = [], WIDTH - _RIGHT
+def _legend(curves: Sequence[Curve], width: float) -> list[Element]:
+    found, at = [], width - _RIGHT
     for number, curve in reversed(list(enumerate(curves))):
         at -= 7.0 * len(curve.name) + 12
         css = "lp-dashed" if curve.is_dashed else f"lp-{COLOURS[number % len(COLOURS)]}"

@@ -6,6 +6,7 @@ guard and sockets. What differs is that it can be run in stretches and looked at
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -50,10 +51,17 @@ class OpenBoard(OpenRun):
     Outputs of a real robot, and of doubles in another process, are off between two calls of `run`.
     """
 
-    def __init__(self, session: Session, default_for_s: float | None) -> None:
+    def __init__(
+        self,
+        session: Session,
+        default_for_s: float | None,
+        keep: Callable[[Outcome | None], None] = lambda _: None,
+    ) -> None:
         super().__init__(session.executive)
         self._session = session
         self._default_for_s = default_for_s
+        self._keep = keep
+        self._outcome: Outcome | None = None
 
     @property
     def board(self) -> Board:
@@ -132,6 +140,7 @@ class OpenBoard(OpenRun):
                 self._switch_off()
             return super().close()
         finally:
+            self._keep(self._outcome)
             self._session.close()
 
     # ---------------------------------------------------------------------------------------------
@@ -143,10 +152,13 @@ class OpenBoard(OpenRun):
             raise self._failure("; ".join(failed))
 
     def _run_to(self, until: int) -> Outcome:
-        return self._session.run_on(until)
+        self._outcome = self._session.run_on(until)
+        return self._outcome
 
     def _end(self) -> Outcome | None:
-        return self._session.end()
+        outcome = self._session.end()
+        self._outcome = outcome or self._outcome
+        return outcome
 
     def _result(self, outcome: Outcome) -> RunResult:
         result = super()._result(outcome)
@@ -168,6 +180,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     role: str | None = None,
     link: str | None = None,
     statistics: str | PathLike[str] | None = None,
+    record: str | PathLike[str] | None = None,
     log: Callable[[str], None] = lambda _: None,
 ) -> OpenBoard:
     """A robot ready to run, by the choices of the command `run`; close it, or use it in a `with`.
@@ -180,15 +193,17 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     against it. With a `role` only that part of the model runs, and `link` says over what it speaks
     with the rest, in another process, see docs/two-machines.md; a role without hardware has no
     doubles. `statistics` are kept in a file where it is given, and where outputs are outside this
-    process: the guard looks there. `log` gets what the command would print on the way. Raises
-    ConfigError, and HalError when a bus or chip is missing.
+    process: the guard looks there. `record` is a file that gets what enters and leaves the
+    controller, or the role's part, for `firmware-runtime replay`; it is whole once the robot is
+    closed. `log` gets what the command would print on the way. Raises ConfigError, and HalError
+    when a bus or chip is missing.
     """
     name = clock_name(clock, speed)
     where = _doubles(doubles)
     for what, stated in (("arm", arm), ("supervised", supervised)):
         demand(what, stated, "True or False", is_sound=isinstance(stated, bool))  # "no" is true
     demand("log", log, "a function", is_sound=callable(log))
-    kept_at = path_of("statistics", statistics)
+    kept_at, recording = path_of("statistics", statistics), path_of("record", record)
     found = _board(str(board), set, log)
     end = None if role is None else end_of(found, role)
     has_hardware = end is None or end.has_hardware
@@ -210,7 +225,31 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         link=way_of(link),
         log=log,
     )
-    return OpenBoard(session, found.doubles_run_s if where else None)
+    keep = _recording(session, recording, log)
+    return OpenBoard(session, found.doubles_run_s if where else None, keep)
+
+
+def _recording(
+    session: Session, path: Path | None, log: Callable[[str], None]
+) -> Callable[[Outcome | None], None]:
+    """What closes the recording with how the run ended. Raises ConfigError, with nothing held.
+
+    What records is imported only if there is something to record.
+    """
+    if path is None:
+        return lambda _outcome: None
+    module = import_module("firmware_runtime.runs.recorded_run")
+    try:
+        run = module.RecordedRun(session, path)
+    except BaseException:
+        session.close()
+        raise
+
+    def keep(outcome: Outcome | None) -> None:
+        if (fault := run.close(outcome)) is not None:
+            log(f"warning: {fault}")
+
+    return keep
 
 
 def _board(board: str, settings: Settings, log: Callable[[str], None]) -> Board:

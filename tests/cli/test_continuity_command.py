@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -143,6 +144,35 @@ def test_a_signal_ends_the_stage_under_way_too(tmp_path: Path) -> None:
             process.kill()
     wait_until(lambda: processes_with(str(kept)) == [], "no process of the stage is left")
     assert not (tmp_path / "x.json").exists()
+
+
+@pytest.mark.slow
+def test_folders_of_one_that_was_killed_go_at_the_next_start(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = tmp_path / "temporary"
+    place.mkdir()
+    monkeypatch.setenv("TMPDIR", str(place))
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    words = ["continuity", "tachobot", "--for", "2", "--stages", "simulation"]
+    command_ = [
+        sys.executable,
+        "-m",
+        "firmware_runtime.cli",
+        *words,
+        "-o",
+        str(tmp_path / "x.json"),
+    ]
+    with subprocess.Popen(
+        command_, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
+        wait_until(lambda: len(list(place.iterdir())) == 2, "recordings and state have a place")
+        process.kill()
+    left = set(place.iterdir())
+    assert left
+    ended = command(*words, "-o", tmp_path / "y.json")
+    assert ended.status == Status.OK, ended
+    assert left.isdisjoint(place.iterdir())
 
 
 def processes_with(word: str) -> list[str]:

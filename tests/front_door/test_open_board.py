@@ -20,6 +20,8 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.in_force import PLACE
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.recording.of_board import board_of, replay_of
+from firmware_runtime.recording.recording import read_recording
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines
@@ -299,3 +301,30 @@ def test_a_name_means_the_settings_in_force_on_this_machine(
     with virtual(log=reported.append) as robot:
         assert robot.board.settings.world.mass_kg == 2.75
     assert reported == [f"tachobot has its settings from {tmp_path / 'tachobot.toml'}"]
+
+
+@pytest.mark.slow
+def test_a_run_in_stretches_leaves_one_recording_that_replays(tmp_path: Path) -> None:
+    path = tmp_path / "run.recording"
+    with virtual(record=path) as robot:
+        robot.run(1.0)
+        robot.run(0.5)
+    recording = read_recording(path)
+    compared = replay_of(recording, board_of(recording.header))
+    assert compared.is_equal
+    assert compared.events > 70  # a tick every 10 ms once the gyro is calibrated, 0.77 s on
+
+
+def test_what_cannot_be_recorded_is_refused_with_nothing_held(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError):
+        virtual(record=tmp_path / "absent" / "run.recording")
+    with pytest.raises(ConfigError):
+        virtual(record=3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_of_a_robot_that_never_ran_says_so(tmp_path: Path) -> None:
+    virtual(record=tmp_path / "run.recording").close()
+    ended = read_recording(tmp_path / "run.recording").ended
+    assert ended is not None
+    assert ended.reason == "the run did not begin"

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from firmware_runtime.board.roles import CONTROLLER
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
@@ -22,7 +21,8 @@ from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.recording.of_board import components
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.status import Status
-from firmware_runtime.system.signals import stop_on_signals
+from firmware_runtime.system.exit_on_signals import exit_on_signals
+from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.whole_file import keep_file
 
 _ABOUT = """
@@ -39,6 +39,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "continuity", summary, execute)
     verb.epilog = _ABOUT
     add_board(verb)
+    _add_stages(verb)
     verb.add_argument(
         "-o",
         "--output",
@@ -47,6 +48,16 @@ def add_to(verbs: SubParsers) -> None:
         metavar="FILE",
         help="the certificate: FILE.json for programs, FILE.html for people",
     )
+    verb.add_argument(
+        "--keep",
+        type=Path,
+        metavar="FOLDER",
+        help="keep each stage's recording here, as STAGE.recording, for `replay`",
+    )
+
+
+def _add_stages(verb: argparse.ArgumentParser) -> None:
+    """What is run, and for how long."""
     verb.add_argument(
         "--for",
         type=positive,
@@ -62,18 +73,11 @@ def add_to(verbs: SubParsers) -> None:
         metavar="STAGE",
         help=f"which stages to run: {', '.join(Stage)}; default all",
     )
-
     verb.add_argument(
         "--impair",
         metavar="HOW",
         help="the network of stage remote, as `run --impair` has it; default 40 ms each way, "
         "10 ms of jitter, 2%% lost",
-    )
-    verb.add_argument(
-        "--keep",
-        type=Path,
-        metavar="FOLDER",
-        help="keep each stage's recording here, as STAGE.recording, for `replay`",
     )
 
 
@@ -87,7 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
     components(board, CONTROLLER)  # one without roles is refused before anything runs
     duration_s = arguments.duration_s or board.doubles_run_s
     plan = Plan(board, arguments.board, duration_s, arguments.impair)
-    with stop_on_signals(_Signalled()), _folder(arguments.keep) as folder:
+    with exit_on_signals(), _folder(arguments.keep) as folder:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
         _write(certificate, output)
@@ -99,8 +103,8 @@ def execute(arguments: argparse.Namespace) -> int:
 def _folder(stated: Path | None) -> Iterator[Path]:
     """Where recordings are kept: a folder that stays, or one that goes. Raises ConfigError."""
     if stated is None:
-        with TemporaryDirectory(prefix="firmware-runtime-") as folder:
-            yield Path(folder)
+        with own_folder() as folder:
+            yield folder
         return
     try:
         stated.mkdir(parents=True, exist_ok=True)
@@ -118,19 +122,6 @@ def _check_output(output: Path) -> None:
     if not os.access(output.parent, os.W_OK):
         fault = f"{output}: no folder that can be written; expected one"
         raise ConfigError("-o", [fault])
-
-
-class _Signalled:
-    """Ends the command by the first signal; the stage under way is ended on the way out."""
-
-    def __init__(self) -> None:
-        self._has_come = False
-
-    def __call__(self, name: str) -> None:
-        """Raise SystemExit, once."""
-        if not self._has_come:
-            self._has_come = True
-            raise SystemExit(Status.INTERRUPTED if name == "SIGINT" else Status.TERMINATED)
 
 
 def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:

@@ -70,37 +70,47 @@ def execute(arguments: argparse.Namespace) -> int:
         both = import_module("firmware_runtime.cli.staged")  # not for a robot's own start
         status: int = both.run_both_ends(arguments, board)
         return status
+    return _run_one_process(arguments, board)
+
+
+def _run_one_process(arguments: argparse.Namespace, board: registry.Board) -> int:
+    """Run a robot, or one end of it, in this process, however often a manager starts it again."""
     messages = Messages()
     board = board if arguments.loop is None else loop_board(board, arguments.loop)
     end = _end_of(arguments, board)
-    link = way_of(arguments.link)
     path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
 
     def run(restarts: Restarts | None) -> int:
         notices.progress("starts: finds its chips", within)
-        session = Session(
-            board,
-            clock_of(arguments),
-            doubles=arguments.doubles,
-            statistics_path=path,
-            permission=permission_for(
-                board,
-                doubles=arguments.doubles,
-                arm=arguments.arm,
-                supervised=arguments.supervised,
-                end=end,
-            ),
-            end=end,
-            link=link,
-            log=messages,
-        )
+        session = _session(arguments, board, end, path, messages)
         notices.progress("starts: takes its first step", within)
         if restarts is not None:
             session.executive.hooks.append(restarts)
         return _run(arguments, session, notices, messages)
 
     return counted(run, path, notices, within)
+
+
+def _session(
+    arguments: argparse.Namespace,
+    board: registry.Board,
+    end: BoardEnd | None,
+    path: Path | None,
+    messages: Messages,
+) -> Session:
+    """The robot with its chips found, as the command line has it."""
+    supervised = {"arm": arguments.arm, "supervised": arguments.supervised}
+    return Session(
+        board,
+        clock_of(arguments),
+        doubles=arguments.doubles,
+        statistics_path=path,
+        permission=permission_for(board, doubles=arguments.doubles, end=end, **supervised),
+        end=end,
+        link=way_of(arguments.link),
+        log=messages,
+    )
 
 
 def _run(
