@@ -58,10 +58,12 @@ class SonarSettings:
 
     For a sonar that sweeps: what stands in its beam when it begins is already half past.
     """
+    near_m: float = 0.0
+    """A detection at this distance or nearer is sent as 2, any other as 1."""
 
 
 class Sonar(HardwareModel):
-    """Ranges every period while started; sends `distance` in m (+inf: no echo), `detected` 1.
+    """Ranges every period while started; sends `distance` in m (+inf: no echo), `detected` 1, or 2.
 
     bring_up (the steps' waits) --> idle;  a step failed --fault!--> bring_up (RETRY_AFTER)
     idle --start? 1--> resting (0) --ping--> ranging (chip.ranging_ns from the ping's end)
@@ -107,7 +109,7 @@ class Sonar(HardwareModel):
         if self.distance is not None:
             self.distance_out.send(self.distance)
             if self.is_detection:
-                self.detected_out.send(1)
+                self.detected_out.send(2 if self.distance <= self.settings.near_m else 1)
 
     def proceed(self) -> None:
         """Ping, read, or rest for what is left of the period."""

@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from boards.detective.detective import ATOMIC_CLASSES, Detective
-from boards.detective.parameters import Parameters
-from boards.detective.settings import DetectiveSettings
+from boards.detective.settings import DetectiveSettings, event_parameters
 from boards.detective.wiring import DetectiveRobot
 from drivers.abilities import Identifiable, ReadBack
 from drivers.chips.pca9685_rate import prescale_for
@@ -18,7 +17,6 @@ from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.loads import bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.class_catalogue import known_classes
 from firmware_runtime.ecdpp.model_file import read_model
 from firmware_runtime.hal.budget import BusLoad
@@ -51,9 +49,7 @@ def event_model(settings: DetectiveSettings, model_file: Path | None) -> Coupled
     """
     if model_file is not None:
         return read_model(model_file, known_classes(ATOMIC_CLASSES))
-    model = settings.model
-    parameters = Parameters(seconds(model.hop_s), seconds(model.half_sweep_s), model.tolerance_deg)
-    return Detective("top", parameters)
+    return Detective("top", event_parameters(settings))
 
 
 def build(settings: DetectiveSettings, lines: Lines) -> Robot:

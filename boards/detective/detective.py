@@ -3,11 +3,19 @@
 In1 starts; In2 and In3 are Sonar1's and Compass1's readings, In4 and In5 Compass2's and Sonar2's.
 Out1 orders the radar's motor, Out2 the right tread, Out3 the left (0 stop, 1 clockwise, 2
 counterclockwise). Inputs are float, whatever feeds them: an event file or the chips' drivers.
+With `avoid_obstacles` In2 is 2 for an object within reach, and Out4 is 1 at the target.
 """
 
 from pathlib import Path
 from typing import Final
 
+from boards.detective.avoiding import (
+    AvoidingMovementController,
+    AvoidingMovementSystem,
+    AvoidingRadarController,
+    AvoidingRadarSystem,
+    AvoidingSonar1,
+)
 from boards.detective.motor import Motor
 from boards.detective.movement_system import MovementController, MovementSystem
 from boards.detective.parameters import Parameters
@@ -31,6 +39,13 @@ ATOMIC_CLASSES: Final = {
     ),
     "Sonar2": AtomicClass(Sonar2, times={"sonarTime": "hop"}),
     "MovementController": AtomicClass(MovementController, times={"movementTime": "hop"}),
+    "AvoidingSonar1": AtomicClass(AvoidingSonar1, times={"sonarTime": "hop"}),
+    "AvoidingRadarController": AtomicClass(
+        AvoidingRadarController, times={"radarTime": "hop", "turnTime": "half_sweep"}
+    ),
+    "AvoidingMovementController": AtomicClass(
+        AvoidingMovementController, times={"movementTime": "hop", "asideTime": "aside"}
+    ),
 }
 """What a model file may build the robot from."""
 
@@ -49,8 +64,11 @@ class Detective(Coupled):
         self.out1 = self.out_port("Out1", int)
         self.out2 = self.out_port("Out2", int)
         self.out3 = self.out_port("Out3", int)
-        radar = self.add(RadarSystem("RadarSystem", parameters))
-        movement = self.add(MovementSystem("MovingSystem", parameters))
+        avoids = parameters.avoid_obstacles
+        radar_system = AvoidingRadarSystem if avoids else RadarSystem
+        movement_system = AvoidingMovementSystem if avoids else MovementSystem
+        radar = self.add(radar_system("RadarSystem", parameters))
+        movement = self.add(movement_system("MovingSystem", parameters))
 
         self.couple(self.in1, movement.ms_in1)
         self.couple(self.in2, radar.rs_in2)
@@ -62,3 +80,5 @@ class Detective(Coupled):
         self.couple(radar.rs_out1, self.out1)
         self.couple(movement.ms_out2, self.out2)
         self.couple(movement.ms_out3, self.out3)
+        if isinstance(movement, AvoidingMovementSystem):
+            self.couple(movement.ms_out4, self.out_port("Out4", int))

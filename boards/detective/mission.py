@@ -24,9 +24,12 @@ class Mission(Atomic):
     waiting, outputs enabled --> starting (0) --in1! 1--> watching
     waiting, outputs disabled --> waiting (a tenth of a second)
     watching (a second, again and again) --> watching
-    watching, both treads stopped, turned and stopped --> ending (0) --ended!--> ended
+    watching, both treads stopped, turned and stopped, or --reached?--> ending (0) --ended!--> ended
     watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
     watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
+
+    Where obstacles are avoided the treads stop more often: then `reached` ends the mission, and
+    stops are not counted.
 
     `failed` shuts the gate of every motor: see `Gate`. Time with outputs disabled does not
     count: a robot that is not armed yet gets nowhere.
@@ -44,6 +47,7 @@ class Mission(Atomic):
         self.fault = self.in_port("fault", Fault)
         self.right = self.in_port("right", int)
         self.left = self.in_port("left", int)
+        self.reached = self.in_port("reached", int)
         self.sonars = self.out_port("sonars", int)
         self.compasses = self.out_port("compasses", int)
         self.in1 = self.out_port("in1", float)
@@ -53,6 +57,8 @@ class Mission(Atomic):
         self.faults = faults
         self.longest = longest
         self.interlock = interlock
+        self.counts_stops = True
+        """Whether the treads' second stop ends the mission; `reached` always does."""
         self.ending: Ending | None = None
         self._commands = [STILL, STILL]
         self._stops = 0
@@ -131,7 +137,7 @@ class Mission(Atomic):
         for fault in self.fault:
             if fault.consecutive >= self.faults:
                 return Ending(fault.reason, failed=True)
-        if self._stops == STOPS:
+        if self.reached or (self.counts_stops and self._stops == STOPS):
             return Ending("the target was reached", failed=False)
         return None
 

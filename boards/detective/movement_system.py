@@ -138,7 +138,7 @@ class MovementSystem(Coupled):
         self.ms_out3 = self.out_port("MS_Out3", int)
         compass2 = self.add(Compass2("compass2", hop, parameters.tolerance_deg))
         sonar2 = self.add(Sonar2("sonar2", hop))
-        controller = self.add(MovementController("movementController", hop))
+        controller = self.add(self.controller(parameters))
         motor2 = self.add(Motor("motor2", hop))
         motor3 = self.add(Motor("motor3", hop))
 
@@ -155,3 +155,7 @@ class MovementSystem(Coupled):
         self.couple(controller.move_out5, sonar2.request)
         self.couple(motor2.spin, self.ms_out2)
         self.couple(motor3.spin, self.ms_out3)
+
+    def controller(self, parameters: Parameters) -> MovementController:
+        """The Movement controller."""
+        return MovementController("movementController", parameters.hop)

@@ -8,6 +8,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 HOP: Final = 10 * MILLISECOND
 HALF_SWEEP: Final = 3 * SECOND
 TOLERANCE_DEG: Final = 0.0
+ASIDE: Final = 8 * SECOND
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,3 +21,7 @@ class Parameters:
     """Ns from one turn order of the radar to the opposite one."""
     tolerance_deg: float = TOLERANCE_DEG
     """The heading matches the target when it is no further away than this."""
+    avoid_obstacles: bool = False
+    """Whether Sonar2 looks ahead on every drive: see avoidance.py. Not in the paper's tables."""
+    aside: int = ASIDE
+    """Ns that the vehicle drives past an obstacle before the radar looks for the target again."""

@@ -4,7 +4,7 @@ The table is the paper's Figure 4, as far as its text tells: docs/detective.md h
 arrow against it.
 """
 
-from typing import Final
+from typing import ClassVar, Final
 
 from boards.detective.messages import Degree, Message
 from boards.detective.motor import Motor
@@ -85,6 +85,9 @@ class RadarSystem(Coupled):
     to the Movement System.
     """
 
+    sonar1: ClassVar[type[Sonar1]] = Sonar1
+    controller: ClassVar[type[RadarController]] = RadarController
+
     def __init__(self, name: str, parameters: Parameters) -> None:
         super().__init__(name)
         hop = parameters.hop
@@ -93,9 +96,9 @@ class RadarSystem(Coupled):
         self.rs_in3 = self.in_port("RS_In3", float)
         self.rs_out1 = self.out_port("RS_Out1", int)
         self.rs_out2 = self.out_port("RS_Out2", Message)
-        sonar1 = self.add(Sonar1("sonar1", hop))
+        sonar1 = self.add(self.sonar1("sonar1", hop))
         compass1 = self.add(Compass1("compass1", hop))
-        controller = self.add(RadarController("radarController", hop, parameters.half_sweep))
+        controller = self.add(self.controller("radarController", hop, parameters.half_sweep))
         motor1 = self.add(Motor("motor1", hop))
 
         self.couple(self.rs_in1, controller.radar_in1)

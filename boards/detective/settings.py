@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
+from boards.detective.parameters import Parameters
 from drivers.tables.compass import CompassTable
 from drivers.tables.sonar import SonarTable
 from drivers.tables.treads import Share, TreadTable
@@ -17,6 +18,7 @@ from firmware_runtime.board.settings import (
     SecondsOrNone,
     Settings,
 )
+from firmware_runtime.devs.time import seconds
 
 
 class RadarMotorTable(Settings, frozen=True):
@@ -54,6 +56,12 @@ class MissionTable(Settings, frozen=True):
     """`end`: treads and radar stop and the run ends. `wait`: they stop and stay stopped."""
     longest_s: Seconds = 220.0
     """A mission that has not reached its target after so long has failed."""
+    avoid_obstacles: bool = False
+    """Whether the body's sonar looks ahead on every drive; the vehicle drives past what is low."""
+    near_m: Positive = 0.75
+    """With `avoid_obstacles`: what the radar's sonar finds from here or nearer is within reach."""
+    aside_s: Seconds = 8.0
+    """With `avoid_obstacles`: how long it drives past an obstacle before it looks again."""
 
 
 class ArenaTable(Settings, frozen=True):
@@ -85,6 +93,8 @@ class ArenaTable(Settings, frozen=True):
     seed: Annotated[int, Meta(ge=0)]
     radar_compass_stuck_s: SecondsOrNone | None = None
     body_compass_stuck_s: SecondsOrNone | None = None
+    low_obstacles: tuple[tuple[float, float, float], ...] = ()
+    low_walls: tuple[tuple[float, float, float, float], ...] = ()
 
 
 class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
@@ -100,3 +110,15 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     radar_motor: RadarMotorTable
     treads: TreadTable
     world: ArenaTable
+
+
+def event_parameters(settings: DetectiveSettings) -> Parameters:
+    """The model's parameters as event files run it."""
+    model, mission = settings.model, settings.mission
+    return Parameters(
+        seconds(model.hop_s),
+        seconds(model.half_sweep_s),
+        model.tolerance_deg,
+        mission.avoid_obstacles,
+        seconds(mission.aside_s),
+    )

@@ -1,9 +1,11 @@
 """The detective robot's schematic: the paper's model, and the hardware at its eight ports."""
 
+from dataclasses import replace
+
 from boards.detective.detective import Detective
 from boards.detective.mission import Gate, Mission
 from boards.detective.parameters import Parameters
-from boards.detective.settings import DetectiveSettings, RadarMotorTable
+from boards.detective.settings import DetectiveSettings, RadarMotorTable, event_parameters
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.pca9685 import Pca9685
 from drivers.compass import Compass
@@ -30,7 +32,7 @@ class DetectiveRobot(Coupled):
         self._add_sensors(settings, lines)
         self.model = self.add(Detective("model", _parameters(settings)))
         self.mission = self.add(_mission(settings, lines))
-        self._wire()
+        self._wire(settings)
 
     @property
     def has_found(self) -> bool:
@@ -53,12 +55,14 @@ class DetectiveRobot(Coupled):
         self.treads = self.add(Treads("treads", treads.chip(lines), treads.model, lines.interlock))
 
     def _add_sensors(self, settings: DetectiveSettings, lines: Lines) -> None:
-        self.radar_sonar = self.add(_sonar("radar_sonar", settings.radar_sonar, lines))
+        mission = settings.mission
+        near_m = mission.near_m if mission.avoid_obstacles else 0.0
+        self.radar_sonar = self.add(_sonar("radar_sonar", settings.radar_sonar, lines, near_m))
         self.body_sonar = self.add(_sonar("body_sonar", settings.body_sonar, lines))
         self.radar_compass = self.add(_compass("radar_compass", settings.radar_compass, lines))
         self.body_compass = self.add(_compass("body_compass", settings.body_compass, lines))
 
-    def _wire(self) -> None:
+    def _wire(self, settings: DetectiveSettings) -> None:
         model, mission = self.model, self.mission
         self.couple(mission.in1, model.in1)
         self.couple(self.radar_sonar.detected_out, model.in2)
@@ -70,6 +74,8 @@ class DetectiveRobot(Coupled):
         self._add_gate("left_gate", model.out3, self.treads.left)
         self.couple(model.out2, mission.right)
         self.couple(model.out3, mission.left)
+        if settings.mission.avoid_obstacles:
+            self.couple(model.out_ports["Out4"], mission.reached)
         sonars = (self.radar_sonar, self.body_sonar)
         compasses = (self.radar_compass, self.body_compass)
         for sonar in sonars:
@@ -102,8 +108,8 @@ def _radar_motor_settings(table: RadarMotorTable) -> RadarMotorSettings:
     return RadarMotorSettings(table.duty, table.frequency_hz, seconds(table.longest_turn_s))
 
 
-def _sonar(name: str, table: SonarTable, lines: Lines) -> Sonar:
-    return Sonar(name, table.chip(lines), table.model)
+def _sonar(name: str, table: SonarTable, lines: Lines, near_m: float = 0.0) -> Sonar:
+    return Sonar(name, table.chip(lines), replace(table.model, near_m=near_m))
 
 
 def _compass(name: str, table: CompassTable, lines: Lines) -> Compass:
@@ -113,18 +119,22 @@ def _compass(name: str, table: CompassTable, lines: Lines) -> Compass:
 
 def _mission(settings: DetectiveSettings, lines: Lines) -> Mission:
     stated = settings.mission
-    return Mission(
+    mission = Mission(
         "mission",
         seconds(stated.start_s),
         stated.faults,
         seconds(stated.longest_s),
         lines.interlock,
     )
+    mission.counts_stops = not stated.avoid_obstacles
+    return mission
 
 
 def _parameters(settings: DetectiveSettings) -> Parameters:
     """The model's parameters on a robot: its head and its compasses are not the paper's."""
     mission = settings.mission
-    return Parameters(
-        seconds(settings.model.hop_s), seconds(mission.half_sweep_s), mission.tolerance_deg
+    return replace(
+        event_parameters(settings),
+        half_sweep=seconds(mission.half_sweep_s),
+        tolerance_deg=mission.tolerance_deg,
     )

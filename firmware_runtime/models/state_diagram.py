@@ -61,7 +61,7 @@ class StateDiagram(Atomic):
         self._rows: dict[str, _Row] = {}
 
     def follow(self, states: Sequence[State], words: Words = _NO_WORDS, **durations: int) -> None:
-        """Take the table to follow; called once, after the ports were declared.
+        """Take the table to follow, in place of any before; called after the ports were declared.
 
         Raises StateTableError if the table does not hold together or does not fit the model.
         """

@@ -4,7 +4,8 @@ The world is a plane, x east and y north, in m. Inside, angles are in rad and an
 east; outside, bearings are in degrees from north. The vehicle turns about the middle between its
 treads (`arena_vehicle`); there stands the axis of the radar's head (`arena_head`) with one sonar
 and one compass, the other two are on the body, its sonar at the very front. The target is a circle,
-more circles and walls may stand about; all of them echo and all of them stop the vehicle.
+more circles and walls may stand about; all of them echo and all of them stop the vehicle. The radar
+sits high: what is low it looks over, and only the body's sonar finds it.
 
 **Which way angles grow.** In Figure 6 of the paper the right tread on 1 (clockwise) and the left on
 2 make the compass angle grow. Signal 1 drives a tread forward, so that turns the vehicle
@@ -28,7 +29,7 @@ that is weakened, takes time, glances off, is shadowed or received by the other 
 import math
 
 from sim_doubles.worlds.arena_compass import Compass, Direction
-from sim_doubles.worlds.arena_geometry import Beam
+from sim_doubles.worlds.arena_geometry import Beam, Shape
 from sim_doubles.worlds.arena_head import HeadDrive, RadarHead, bridge_drive
 from sim_doubles.worlds.arena_parameters import ArenaParameters, CompassMounting
 from sim_doubles.worlds.arena_vehicle import Pose, Vehicle, WheelAngles, WheelsChangeAt
@@ -98,12 +99,12 @@ class Arena:
         return Beam(*pose.ahead(self.parameters.body_radius_m), pose.heading_rad, half_angle)
 
     def radar_echoes(self, at: int) -> list[float]:
-        """How far everything is that echoes to the radar's sonar, in m, nearest first."""
-        return self._echoes(self.radar_beam(at))
+        """How far everything tall is that echoes to the radar's sonar, in m, nearest first."""
+        return self._echoes(self.radar_beam(at), self.parameters.tall)
 
     def body_echoes(self, at: int) -> list[float]:
         """How far everything is that echoes to the body's sonar, in m, nearest first."""
-        return self._echoes(self.body_beam(at))
+        return self._echoes(self.body_beam(at), self.parameters.shapes)
 
     def radar_bearing_deg(self, at: int) -> float:
         """What the compass on the radar's head shows."""
@@ -121,9 +122,9 @@ class Arena:
     def _radar_direction_rad(self, at: int) -> float:
         return self._vehicle.pose(at).heading_rad + self._head.angle_rad(at)
 
-    def _echoes(self, beam: Beam) -> list[float]:
+    def _echoes(self, beam: Beam, shapes: tuple[Shape, ...]) -> list[float]:
         nearest, farthest = self.parameters.sonar_nearest_m, self.parameters.sonar_farthest_m
-        echoes = (shape.echo(beam) for shape in self.parameters.shapes)
+        echoes = (shape.echo(beam) for shape in shapes)
         return sorted(echo for echo in echoes if nearest <= echo <= farthest)
 
     def _compass(self, name: str, direction: Direction) -> Compass:

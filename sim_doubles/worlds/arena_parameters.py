@@ -52,6 +52,10 @@ class ArenaParameters:
     """Further circles: x, y, radius."""
     walls: tuple[tuple[float, float, float, float], ...] = ()
     """Straight walls: x and y of one end, x and y of the other."""
+    low_obstacles: tuple[tuple[float, float, float], ...] = ()
+    """Circles that stop the vehicle and echo to its body's sonar; the radar looks over them."""
+    low_walls: tuple[tuple[float, float, float, float], ...] = ()
+    """Walls of that kind."""
     start: tuple[float, float] = (0.0, 0.0)
     """Where the vehicle's centre stands at first."""
     start_bearing_deg: float = 0.0
@@ -109,9 +113,20 @@ class ArenaParameters:
         return (Circle(*self.target, self.target_radius_m), *obstacles)
 
     @cached_property
-    def shapes(self) -> tuple[Shape, ...]:
-        """Everything that stands about: circles, then walls."""
+    def tall(self) -> tuple[Shape, ...]:
+        """What the radar sees: circles, then walls."""
         return (*self.circles, *(Wall(*wall) for wall in self.walls))
+
+    @cached_property
+    def low(self) -> tuple[Shape, ...]:
+        """What it looks over: circles, then walls."""
+        circles = (Circle(*each) for each in self.low_obstacles)
+        return (*circles, *(Wall(*wall) for wall in self.low_walls))
+
+    @cached_property
+    def shapes(self) -> tuple[Shape, ...]:
+        """Everything that stands about, what is low last."""
+        return (*self.tall, *self.low)
 
     def clearance_m(self, centre: Point) -> float:
         """How far the vehicle could move from there in any direction without touching anything."""
@@ -153,10 +168,10 @@ class ArenaParameters:
         for name in ("target", "start"):
             if not _are_finite(getattr(self, name), 2):
                 yield f"{name} is {getattr(self, name)}, expected finite x and y"
-        for each in self.obstacles:
+        for each in (*self.obstacles, *self.low_obstacles):
             if not _are_finite(each, 3) or each[2] <= 0.0:
                 yield f"obstacle {each}: expected finite x and y, and a radius above 0"
-        for wall in self.walls:
+        for wall in (*self.walls, *self.low_walls):
             if not _are_finite(wall, 4) or tuple(wall[:2]) == tuple(wall[2:]):
                 yield f"wall {wall}: expected finite x and y of two different ends"
 

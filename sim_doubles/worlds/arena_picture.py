@@ -31,7 +31,7 @@ _KEY_LINES: Final = (
     ("sweep", "radar, no echo"),
     ("radar", "radar, echo"),
     ("body", "body sonar, last echo"),
-    ("obstacle", "an obstacle, a wall"),
+    ("obstacle", "an obstacle, a wall; paler: low"),
     ("line", "distance to the target"),
 )
 

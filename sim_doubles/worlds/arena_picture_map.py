@@ -81,7 +81,8 @@ class ArenaMap:
             (circle.x_m, circle.y_m, circle.radius_m + GOAL_M[1] + 0.1)
             for circle in self._parameters.circles
         ]
-        for x1, y1, x2, y2 in self._parameters.walls:
+        circles += [(x, y, radius + 0.1) for x, y, radius in self._parameters.low_obstacles]
+        for x1, y1, x2, y2 in (*self._parameters.walls, *self._parameters.low_walls):
             circles += [(x1, y1, 0.1), (x2, y2, 0.1)]
         lower = [(x - radius, y - radius) for x, y, radius in circles]
         return lower + [(x + radius, y + radius) for x, y, radius in circles]
@@ -106,6 +107,10 @@ class ArenaMap:
     def _draw_things(self) -> None:
         for x1, y1, x2, y2 in self._parameters.walls:
             self._page.line(self._at(x1, y1), self._at(x2, y2), "wall")
+        for x1, y1, x2, y2 in self._parameters.low_walls:
+            self._page.line(self._at(x1, y1), self._at(x2, y2), "wall low")
+        for low in self._parameters.low_obstacles:
+            self._draw_disc(Circle(*low), 0.0, "obstacle low")
         target, *obstacles = self._parameters.circles
         self._draw_disc(target, GOAL_M[1], "goal")
         self._draw_disc(target, 0.0, "target")

@@ -55,6 +55,7 @@ _SHAPES: Final = """
   .grid, .frame, .wall, .goal, .vehicle, .line, .path, .edge { fill: none }
   .frame { stroke-width: 1 }
   .wall { stroke-width: 4; stroke-linecap: round }
+  .low { opacity: 0.55 }
   .goal { stroke-width: 1.2; stroke-dasharray: 5 4 }
   .goal-zone { opacity: 0.08 }
   .sweep { opacity: 0.13 }

@@ -177,3 +177,10 @@ def test_echoes_from_too_near_or_too_far_are_not_received() -> None:
 def test_the_distance_to_the_target_is_from_the_front_wherever_that_points() -> None:
     rig = ArenaRig(replace(QUIET, target=(1.0, 0.0)))
     assert rig.arena.distance_to_target(0) == pytest.approx(math.hypot(1.0, 0.15) - 0.10)
+
+
+def test_the_radar_looks_over_what_is_low_and_the_body_does_not() -> None:
+    north = ArenaParameters(target=(0.0, 3.0), low_walls=((-1.0, 1.0, 1.0, 1.0),))
+    rig = ArenaRig(replace(north, low_obstacles=((0.0, 2.0, 0.1),)))
+    assert rig.arena.radar_echoes(0) == [pytest.approx(2.9)]
+    assert rig.arena.body_echoes(0)[0] == pytest.approx(0.85)

@@ -40,9 +40,9 @@ class VirtualDetective:
     def run(self, until_s: float) -> None:
         self.simulator.run(round(until_s * SECOND))
 
-    def run_mission(self) -> dict[str, Any]:
-        """Run until it says it is over, or for `LONGEST_S`; return how it ended."""
-        for second in range(1 + self.simulator.now // SECOND, LONGEST_S):
+    def run_mission(self, longest_s: int = LONGEST_S) -> dict[str, Any]:
+        """Run until it says it is over, or for so long; return how it ended."""
+        for second in range(1 + self.simulator.now // SECOND, longest_s):
             self.run(second)
             if self.endings:
                 break
