@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from boards.detective.detective import ATOMIC_CLASSES, Detective
+from boards.detective.experiments import EXPERIMENTS
 from boards.detective.settings import DetectiveSettings, event_parameters
 from boards.detective.wiring import DetectiveRobot
 from drivers.abilities import Identifiable, ReadBack
@@ -125,6 +126,7 @@ BOARD = BoardDefinition(
     loads=loads,
     faults=faults,
     event_model=event_model,
+    experiments=EXPERIMENTS,
     retunable=("treads.speed", "radar_motor.duty"),
     doubles_run_s=240.0,  # at most; it ends in front of the target
 )
