@@ -87,6 +87,8 @@ class LinkedEnd:
     ) -> None:
         self.link = _open_link(part, open_channel, log)
         self.path = "link"
+        self.ends_both = part.end.has_hardware
+        """Whether the other end ends, too, when the time of this one is up."""
         self.arming: Arming | None = None
         """Of a run that drives something; set when there is one."""
         self._part = part
@@ -107,7 +109,7 @@ class LinkedEnd:
     def say_goodbye(self, outcome: Outcome, ending: Ending | None) -> None:
         """The run is over: let the other end know why, unless it said so itself."""
         if not self._other_end_is_over:
-            is_done = self._part.end.has_hardware and outcome.state is RunState.ENDED
+            is_done = self.ends_both and outcome.state is RunState.ENDED
             failed = ending is not None and ending.failed
             is_over = ending is not None or is_done
             self.link.say_goodbye(outcome.reason, is_over=is_over, failed=failed)

@@ -238,14 +238,20 @@ def _stopped_by(signalled: UntilSignal) -> int:
 def _how(
     ends: TwoEnds, documents: Mapping[str, Mapping[str, Any]], signalled: UntilSignal
 ) -> dict[str, Any]:
-    """How it ended, by the end that failed first, or else the one that ended first."""
+    """How it ended: by the end that failed first, whose time was up, or that ended first."""
     failed = ends.failed_first
     if failed is None and signalled.came:
         return {"state": "stopped", "reason": signalled.name, "by": None}
-    first = failed or (ends.ended[0] if ends.ended else None)
+    in_time = (end for end in ends.ended if _was_in_time(documents[end.role]))
+    first = failed or next(in_time, ends.ended[0] if ends.ended else None)
     if first is None:
         return {"state": "failed", "reason": "no end was started", "by": None}
     ended = documents[first.role].get("ended")
     if ended is None:
         ended = {"state": "failed", "reason": f"ended with status {first.status}"}
     return {**ended, "by": first.role}
+
+
+def _was_in_time(document: Mapping[str, Any]) -> bool:
+    """Whether an end ended because its time was up."""
+    return bool(document.get("ended", {}).get("state") == "ended")

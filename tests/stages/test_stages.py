@@ -85,11 +85,17 @@ def test_the_detective_finds_its_target_in_every_stage(tmp_path: Path, stage: st
     assert document["ended"]["reason"] == "the target was reached"
 
 
-def test_a_robot_of_another_package_has_the_stages_too(tmp_path: Path) -> None:
-    board = str(Path(__file__).parents[2] / "examples/balancing/balancing/board.toml")
-    document = run(tmp_path, board, "--stage", "network", "--for", "4")
+@pytest.mark.parametrize("robot", ["balancing", "pan_tilt"])
+def test_a_robot_of_another_package_has_the_stages_too_and_ends_with_its_controller(
+    tmp_path: Path, robot: str
+) -> None:
+    board = str(Path(__file__).parents[2] / f"examples/{robot}/{robot}/board.toml")
+    document = run(tmp_path, board, "--stage", "network", "--for", "6")
     check(document, "network")
-    assert document["controller"]["status"] == 0
+    assert document["ended"]["by"] == "controller"
+    for end in ("controller", "robot"):
+        assert document[end]["status"] == 0
+        assert document[end]["ended"]["reason"] == "the run reached 6.000000000 s"
 
 
 def test_what_is_between_the_ends_is_in_the_result(tmp_path: Path) -> None:

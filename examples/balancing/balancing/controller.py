@@ -1,9 +1,12 @@
 """The controller: it waits to be raised, balances, and lets go of the motors when it falls.
 
+It begins when its outputs are enabled: against a hand that holds it, it would wind up.
+
 It knows neither chips nor clocks; the same object runs in simulation and on the robot.
 """
 
 from balancing.lean import Lean
+from balancing.ready import Ready
 from balancing.settings import ControllerTable
 from balancing.tilt import Tilt
 from drivers.chips.mpu9250_burst import InertialSample
@@ -15,22 +18,22 @@ from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
 
 MODE = (
-    State("Lying", NEVER, Arrow("upright?1", "Raised")),
-    State("Raised", "steady", Arrow("upright?0", "Lying"), Arrow("balance!1", "Balancing")),
-    State("Balancing", NEVER, Arrow("upright?0", "Fallen")),
+    State("Lying", NEVER, Arrow("ready?1", "Raised")),
+    State("Raised", "steady", Arrow("ready?0", "Lying"), Arrow("balance!1", "Balancing")),
+    State("Balancing", NEVER, Arrow("ready?0", "Fallen")),
     State("Fallen", 0, Arrow("balance!0", "Lying")),
 )
 
 
 class Mode(StateDiagram):
-    """Balances from when it was upright for `steady` ns until it is not.
+    """Balances from when it was ready for `steady` ns until it is not.
 
-    X: upright, 1 or 0. Y: balance, 1 from now on, 0 no more.
+    X: ready, 1 or 0. Y: balance, 1 from now on, 0 no more.
     """
 
     def __init__(self, name: str, steady: int) -> None:
         super().__init__(name)
-        self.upright = self.in_port("upright", int)
+        self.ready = self.in_port("ready", int)
         self.balance = self.out_port("balance", int)
         self.follow(MODE, steady=steady)
 
@@ -72,15 +75,20 @@ class Helm(Atomic):
 
 
 class Controller(Coupled):
-    """sample -> tilt -> pid -> helm -> drive, while mode says so; lean gives the pitch to hold."""
+    """sample -> tilt -> pid -> helm -> drive, while mode says so; lean gives the pitch to hold.
+
+    tilt's upright, enabled -> ready -> mode
+    """
 
     def __init__(self, name: str, settings: ControllerTable) -> None:
         super().__init__(name)
         self.sample = self.in_port("sample", InertialSample)
+        self.enabled = self.in_port("enabled", int)
         self.drive = self.out_port("drive", float)
         filtering = seconds(settings.tilt_time_constant_s)
         lean = (settings.lean_per_speed_rad, settings.lean_per_place_rad_s)
         self.tilt = self.add(Tilt("tilt", filtering, settings.upright_rad))
+        self.ready = self.add(Ready("ready"))
         self.mode = self.add(Mode("mode", seconds(settings.steady_s)))
         self.pid = self.add(Pid("pid", gains(settings), reference=0.0))
         self.helm = self.add(Helm("helm"))
@@ -88,7 +96,9 @@ class Controller(Coupled):
 
         self.couple(self.sample, self.tilt.sample)
         self.couple(self.tilt.pitch, self.pid.measurement)
-        self.couple(self.tilt.upright, self.mode.upright)
+        self.couple(self.tilt.upright, self.ready.upright)
+        self.couple(self.enabled, self.ready.enabled)
+        self.couple(self.ready.ready, self.mode.ready)
         self.couple(self.mode.balance, self.helm.balance)
         self.couple(self.mode.balance, self.lean.begin)
         self.couple(self.pid.command, self.helm.command)

@@ -88,7 +88,7 @@ class WorldTable(Settings, frozen=True):
     no_load_rad_s: Positive
     start_pitch_rad: Annotated[float, Meta(ge=-1.2, le=1.2)]
     held_s: SecondsOrNone
-    """How long a hand holds it in place at the start."""
+    """How long a hand holds it in place at the start, at least: it waits for the motors to push."""
 
 
 class BalancingSettings(BoardSettings, frozen=True, kw_only=True):

@@ -10,13 +10,14 @@ from drivers.chips.pca9685 import Pca9685
 from drivers.dc_motor import DcMotor, DcMotorSettings
 from drivers.gyro_bias import GyroBias
 from drivers.imu import Imu
+from drivers.output_state import OutputState
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 
 
 class Balancing(Coupled):
-    """imu -> controller -> sides -> left and right.
+    """imu, outputs -> controller -> sides -> left and right.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -33,12 +34,14 @@ class Balancing(Coupled):
             return DcMotor(name, channel, motor_settings(wheels), lines.interlock)
 
         self.imu = self.add(Imu("imu", self.imu_chip, seconds(period_s), bias))
+        self.outputs = self.add(OutputState("outputs", lines.interlock))
         self.controller = self.add(Controller("controller", settings.controller))
         self.sides = self.add(Sides("sides", wheels.left.is_reversed, wheels.right.is_reversed))
         self.left = self.add(motor("left", wheels.left))
         self.right = self.add(motor("right", wheels.right))
 
         self.couple(self.imu.sample, self.controller.sample)
+        self.couple(self.outputs.enabled, self.controller.enabled)
         self.couple(self.controller.drive, self.sides.drive)
         self.couple(self.sides.left, self.left.drive)
         self.couple(self.sides.right, self.right.drive)

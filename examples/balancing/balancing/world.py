@@ -8,7 +8,8 @@ pitch t (forward positive), place x and the torque T of both motors on the wheel
 
 A motor gives its stall torque at full voltage and rest, and falls linearly to nothing at its
 no-load speed; with no voltage at all it runs free, short-circuited it brakes. The robot is held by
-hand for a while, then let go. Beyond a right angle less a little it lies on the floor.
+hand for a while, and until the motors were felt to push. Beyond a right angle less a little it lies
+on the floor.
 """
 
 import math
@@ -16,11 +17,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from balancing.settings import WorldTable
-from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from sim_doubles.inertial_truth import InertialTruth
 
 GRAVITY = 9.80665
 STEP_S = 0.001
+FEELS = SECOND // 100
+"""Ns for which the motors push before the hand lets go."""
 FLOOR_RAD = 1.3
 """Pitch at which the body touches the floor."""
 FIELD_T = (20e-6, 0.0, -40e-6)
@@ -44,7 +47,8 @@ class World:
         self.speed_m_s = 0.0
         self._acceleration = (0.0, 0.0)
         self._drives = drives
-        self._released_at = seconds(settings.held_s)
+        self._held = seconds(settings.held_s)
+        self._released_at = NEVER
         self._at = 0
 
     @property
@@ -54,10 +58,12 @@ class World:
 
     def advance(self, at: int) -> None:
         """Bring the world to `at`, in ns, with the drives held since the last call."""
+        drives = self._drives()
+        if self._released_at == NEVER and any(drive.is_connected for drive in drives):
+            self._released_at = max(self._held, self._at + FEELS)
         since = max(self._at, min(self._released_at, at))
         self._at = max(at, self._at)
         left_s = (self._at - since) / SECOND
-        drives = self._drives()
         while left_s > 0.0 and not self.has_fallen:
             step_s = min(STEP_S, left_s)
             self._step(step_s, drives)

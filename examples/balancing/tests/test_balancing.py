@@ -24,6 +24,20 @@ def test_it_stands_where_it_was_let_go(start_rad: float) -> None:
         assert robot.rig.imu.warnings == []
 
 
+def test_it_begins_when_its_outputs_are_enabled_and_the_hand_waits_for_that() -> None:
+    with open_board("balancing", doubles=True, clock="virtual") as robot:
+        parts = robot.model.components
+        for name in ("outputs", "left", "right"):
+            parts[name].interlock = lambda: robot.now >= 5 * SECOND
+        robot.run(4.0)
+        assert parts["controller"].components["mode"].phase == "Lying"
+        assert robot.outputs == {"wheels": 0}
+        assert robot.world.pitch_rad == 0.05
+        robot.run(6.0)
+        assert robot.result["standing"] is True
+        assert not robot.world.has_fallen
+
+
 def test_a_push_is_taken_up() -> None:
     with open_board("balancing", doubles=True, clock="virtual") as robot:
         robot.run(4.0)

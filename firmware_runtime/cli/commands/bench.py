@@ -23,6 +23,7 @@ _BENCHES = (
     "reader",
     "hostile",
     "disturbance",
+    "kills",
     "ros2",
 )
 

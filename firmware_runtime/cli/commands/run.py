@@ -174,6 +174,8 @@ def _reports(session: Session, descriptor: int | None) -> EndReports | None:
     """What reports to the command of a stage how this end of it fares."""
     if descriptor is None:
         return None
+    if session.linked is not None:  # the time of a stage is that of its controller
+        session.linked.ends_both = True
     return EndReports(session.executive, descriptor, session.shown, lambda: _standing(session))
 
 
