@@ -45,20 +45,21 @@ class Experiment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepExperiment(Experiment):
-    """A reference that jumps at `at_s` of the controller's run; its answer is the shown value.
-
-    What is shown is the rig's port, or the robot's own without one.
-    """
+    """A reference that jumps at `at_s` of the controller's run, and the value that answers."""
 
     port: str
     """The input port of the top model that the reference goes into."""
     begin: float
-    """The reference before; the value that is shown is expected there."""
+    """The reference before; the value that answers is expected there."""
     end: float
     """The reference after."""
     quantity: str
-    """What is shown, such as `yaw`."""
+    """What answers, such as `yaw`."""
     unit: str
+    answer: str = ""
+    """Its port, such as `world.place_m`; left out: the one that the rig shows, or the robot."""
+    beside: Mapping[str, str] = field(default_factory=dict)
+    """More ports to draw over time, by title with unit: `{"Speed, m/s": "world.speed"}`."""
     at_s: float = 3.0
     """Late enough for sensors to be calibrated, and for a link to be good."""
     watched_s: float = 10.0

@@ -1,11 +1,31 @@
 """What an experiment found: numbers, data, plots and tables; what writes files goes by it."""
 
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.experiments.line_plot import LinePlot
+from firmware_runtime.statistics.page.markup import element
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A drawing that is no plot of curves, such as a rig's of its world: text of an SVG file."""
+
+    title: str
+    text: str
+
+    def image(self) -> Element:
+        """The picture as a page shows it; its style sheet holds for nothing else there."""
+        source = b64encode(self.text.encode()).decode()
+        return element(
+            "img",
+            src=f"data:image/svg+xml;base64,{source}",
+            alt=self.title,
+            style="display:block;width:100%;height:auto",
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,7 +40,7 @@ class Findings:
     """Our numbers, by the paper's keys where it has them; None: did not happen, and is left out."""
     sentences: Sequence[str] = ()
     """What was found, in words: printed, and first on the page."""
-    plots: Mapping[str, LinePlot | Element] = field(default_factory=dict)
+    plots: Mapping[str, LinePlot | Picture] = field(default_factory=dict)
     data: Mapping[str, Iterable[str]] = field(default_factory=dict)
     """Lines of CSV, without line ends."""
     tables: Sequence[Element] = ()

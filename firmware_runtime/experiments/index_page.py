@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.experiments.conditions import conditions
 from firmware_runtime.experiments.findings import Findings
-from firmware_runtime.experiments.line_plot import LinePlot
+from firmware_runtime.experiments.page import drawn
 from firmware_runtime.experiments.quantities import in_words, with_unit
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.statistics.page.markup import element, table
@@ -57,7 +57,7 @@ def _opening(lines: Sequence[Line]) -> Iterator[Element]:
 def _card(line: Line, findings: Findings) -> Element:
     """Its name, its figure and its first plot, leading to its page."""
     plot = next(iter(findings.plots.values()), None)
-    picture = plot.svg() if isinstance(plot, LinePlot) else plot
+    picture = None if plot is None else drawn(plot)
     title = element("a", line.name, href=f"{line.name}.html")
     return element(
         "article",

@@ -5,7 +5,7 @@ from xml.etree.ElementTree import Element
 
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.experiments.conditions import conditions
-from firmware_runtime.experiments.findings import Findings
+from firmware_runtime.experiments.findings import Findings, Picture
 from firmware_runtime.experiments.line_plot import LinePlot
 from firmware_runtime.experiments.quantities import in_words, with_unit
 from firmware_runtime.statistics.number_formats import NOTHING
@@ -21,17 +21,19 @@ def experiment_page(
     return page_of(title, _sections(title, experiment, findings, files))
 
 
-def plot_figure(plot: LinePlot | Element) -> Element:
+def plot_figure(plot: LinePlot | Picture) -> Element:
     """A plot with its title above it."""
-    if isinstance(plot, LinePlot):
-        return element("figure", element("figcaption", plot.title), plot.svg())
-    return element("figure", plot)
+    return element("figure", element("figcaption", plot.title), drawn(plot))
+
+
+def drawn(plot: LinePlot | Picture) -> Element:
+    """A plot or picture as an element of a page."""
+    return plot.svg() if isinstance(plot, LinePlot) else plot.image()
 
 
 def beside_the_paper(ours: Mapping[str, float | None], paper: Mapping[str, float]) -> Element:
-    """The numbers of both, a row each, those that both have first."""
-    names = [*paper, *(name for name in ours if name not in paper)]
-    rows = [(in_words(name), _cell(paper, name), _cell(ours, name)) for name in names]
+    """The paper's numbers, each with ours."""
+    rows = [(in_words(name), _cell(paper, name), _cell(ours, name)) for name in paper]
     return table("Numbers of the paper's text, and ours", ("", "paper", "ours"), rows)
 
 
@@ -40,9 +42,10 @@ def _sections(
 ) -> Iterator[Element]:
     yield element("header", element("h1", title), *_opening(experiment, findings))
     yield section("Measured", *map(plot_figure, findings.plots.values()))
-    yield section("Beside the paper", *_compared(experiment, findings))
-    if findings.tables:
-        yield section("Figures", *findings.tables)
+    if experiment.paper or experiment.published:
+        yield section("Beside the paper", *_compared(experiment, findings))
+    if findings.tables or findings.ours:
+        yield section("Figures", *findings.tables, _numbers(findings.ours))
     yield section("Conditions", _conditions(findings), _files(files))
 
 
@@ -54,12 +57,19 @@ def _opening(experiment: Experiment, findings: Findings) -> Iterator[Element]:
 
 
 def _compared(experiment: Experiment, findings: Findings) -> Iterator[Element]:
-    if findings.ours or experiment.paper:
+    if experiment.paper:
         yield beside_the_paper(findings.ours, experiment.paper)
     if experiment.published:
         yield _list(experiment.published)
-    else:
-        yield element("p", "Nothing was published of it.")
+
+
+def _numbers(ours: Mapping[str, float | None]) -> Element | None:
+    """All of ours, folded away: most of them are in the tables."""
+    if not ours:
+        return None
+    rows = [(in_words(name), _cell(ours, name)) for name in ours]
+    numbers = table("As results.json has them", ("", "ours"), rows)
+    return element("details", element("summary", "All numbers of this experiment"), numbers)
 
 
 def _conditions(findings: Findings) -> Element:

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element, tostring
 
 import msgspec
 
@@ -71,7 +70,8 @@ def _texts(results: Results) -> Iterator[tuple[str, str]]:
     encoded = msgspec.json.encode(_figures(results))
     yield f"{name}.json", msgspec.json.format(encoded).decode() + "\n"
     for suffix, plot in findings.plots.items():
-        yield f"{_named(name, suffix)}.svg", _svg(plot)
+        text = plot.text() if isinstance(plot, LinePlot) else plot.text
+        yield f"{_named(name, suffix)}.svg", text
 
 
 def _figures(results: Results) -> Mapping[str, Any]:
@@ -89,9 +89,3 @@ def _figures(results: Results) -> Mapping[str, Any]:
 
 def _named(name: str, suffix: str) -> str:
     return f"{name}-{suffix}" if suffix else name
-
-
-def _svg(plot: LinePlot | Element) -> str:
-    if isinstance(plot, LinePlot):
-        return plot.text()
-    return tostring(plot, encoding="unicode") + "\n"

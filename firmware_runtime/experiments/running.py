@@ -42,6 +42,8 @@ class Setup:
     """The period of the loop that is run in place of the board's model."""
     record: Path | None = None
     """Where the controller's recording is kept; the robot end's beside it."""
+    is_drawn: bool = False
+    """Whether the rig draws the run, in a stage of one process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,8 @@ class Traced:
     """The port whose values a person wants to see over time."""
     recording: Path | None = None
     """Of what entered and left the controller, for `replay`; None for a board without [roles]."""
+    picture: str = ""
+    """The run as the rig draws it, SVG; empty where that was not asked for."""
 
     @property
     def began_s(self) -> float:
@@ -130,7 +134,9 @@ def _one_process(setup: Setup, stage: Stage, trace: Path, say: Say) -> Traced:
             ends.wait_until(lambda: False)
             document = end.document()
             _check(ends, end, signalled, stage)
-            return Traced(document, trace, end.report.get("shown"), setup.record)
+            shown = end.report.get("shown")
+            picture = _picture(trace).read_text() if setup.is_drawn else ""
+            return Traced(document, trace, shown, setup.record, picture)
         finally:
             ends.end()
             ends.close()
@@ -144,7 +150,13 @@ def _words(setup: Setup, stage: Stage, trace: Path) -> list[str]:
         words += ["--set", assignment]
     for planned in setup.inputs:
         words += ["--input", planned]
+    words += ["--plot", str(_picture(trace))] if setup.is_drawn else []
     return words if setup.record is None else [*words, "--record", str(setup.record)]
+
+
+def _picture(trace: Path) -> Path:
+    """Where the picture of a run is, beside its trace."""
+    return trace.with_suffix(".svg")
 
 
 def _check(ends: TwoEnds, end: EndProcess, signalled: UntilSignal, stage: Stage) -> None:

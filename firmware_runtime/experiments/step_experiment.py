@@ -1,7 +1,9 @@
 """A board's step in each stage: what was shown over time, its figures, a plot and a page."""
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Final, NamedTuple
 from xml.etree.ElementTree import Element
 
 from msgspec import Struct
@@ -10,7 +12,8 @@ from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.conditions import between
 from firmware_runtime.experiments.findings import Findings
-from firmware_runtime.experiments.line_plot import Curve, LinePlot
+from firmware_runtime.experiments.line_plot import Curve, LinePlot, on_common_axes
+from firmware_runtime.experiments.running import Traced
 from firmware_runtime.experiments.step_response import (
     SETTLED,
     Difference,
@@ -24,6 +27,7 @@ from firmware_runtime.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.statistics.page.markup import table
 
+_ACROSS: Final = "s since the step"
 BEFORE_S = 0.5
 """How much of the time before the step is kept."""
 
@@ -36,34 +40,43 @@ class StageFigures(Struct, frozen=True):
     between: str
 
 
+class Answer(NamedTuple):
+    """What came in a stage, from a little before the step on: seconds since then, and values."""
+
+    points: Points
+    beside: Mapping[str, Points]
+    """By title, what is drawn as well."""
+    between: str
+
+
 @dataclass(frozen=True, slots=True)
 class StepRuns:
     """What came of it, by stage."""
 
     experiment: StepExperiment
-    points: Mapping[Stage, Points]
-    """Seconds since the step, and the value."""
+    answers: Mapping[Stage, Answer]
     figures: Mapping[Stage, StageFigures]
 
-    def plot(self) -> LinePlot:
-        """All stages on common axes, and the reference."""
+    def plots(self) -> dict[str, LinePlot]:
+        """All stages on common axes with the reference, and what is drawn beside it."""
         experiment = self.experiment
-        until = max((at for each in self.points.values() for at, _ in each), default=1.0)
+        until = max((at for each in self.answers.values() for at, _ in each.points), default=1.0)
         edges = (-BEFORE_S, experiment.begin), (0.0, experiment.begin)
         after = (0.0, experiment.end), (until, experiment.end)
-        curves = [Curve(stage.value, points) for stage, points in self.points.items()]
-        return LinePlot(
-            title=experiment.title,
-            across="s since the step",
-            up=f"{experiment.quantity}, {experiment.unit}",
-            curves=[*curves, Curve("reference", (*edges, *after), is_dashed=True)],
-        )
+        curves = [Curve(stage.value, each.points) for stage, each in self.answers.items()]
+        reference = Curve("reference", (*edges, *after), is_dashed=True)
+        up = f"{experiment.quantity}, {experiment.unit}"
+        plots = {"": LinePlot(experiment.title, _ACROSS, up, [*curves, reference])}
+        for title in experiment.beside:
+            curves = [Curve(str(stage), each.beside[title]) for stage, each in self.answers.items()]
+            plots[_file_name(title)] = LinePlot(title, _ACROSS, title, curves)
+        return on_common_axes(plots)
 
     def csv(self) -> Iterator[str]:
         """The data, one line a sample."""
         yield f"stage,since_step_s,{self.experiment.quantity}_{self.experiment.unit}"
-        for stage, points in self.points.items():
-            yield from (f"{stage},{at:.9f},{value!r}" for at, value in points)
+        for stage, each in self.answers.items():
+            yield from (f"{stage},{at:.9f},{value!r}" for at, value in each.points)
 
     def numbers(self) -> Element:
         """A table of the figures, a row a stage."""
@@ -105,23 +118,23 @@ def run_step(trial: Trial) -> Findings:
     """Run it in each of these stages, the simulation first. Raises ConfigError for a failed run."""
     experiment = trial.experiment
     assert isinstance(experiment, StepExperiment)  # noqa: S101 -- what is called with one
-    points: dict[Stage, Points] = {}
+    answers: dict[Stage, Answer] = {}
     figures: dict[Stage, StageFigures] = {}
     for stage in dict.fromkeys((Stage.SIMULATION, *trial.stages)):  # to compare with
         trial.say(f"{experiment.title}: stage {stage}, {experiment.for_s:g} s")
-        points[stage], words = _answer(trial, experiment, stage)
-        apart = difference(points[stage], points[Stage.SIMULATION])
-        response = step_response(points[stage], experiment.begin, experiment.end)
+        answers[stage] = answer = _answer(trial, experiment, stage)
+        apart = difference(answer.points, answers[Stage.SIMULATION].points)
+        response = step_response(answer.points, experiment.begin, experiment.end)
         is_simulation = stage is Stage.SIMULATION
-        figures[stage] = StageFigures(response, None if is_simulation else apart, words)
-    return _findings(StepRuns(experiment, points, figures))
+        figures[stage] = StageFigures(response, None if is_simulation else apart, answer.between)
+    return _findings(StepRuns(experiment, answers, figures))
 
 
 def _findings(runs: StepRuns) -> Findings:
     return Findings(
         ours=runs.ours(),
         sentences=list(runs.text()),
-        plots={"": runs.plot()},
+        plots=runs.plots(),
         data={"": runs.csv()},
         tables=[runs.numbers()],
         details={"stages": {str(stage): each for stage, each in runs.figures.items()}},
@@ -129,18 +142,29 @@ def _findings(runs: StepRuns) -> Findings:
     )
 
 
-def _answer(trial: Trial, experiment: StepExperiment, stage: Stage) -> tuple[Points, str]:
-    """What was shown, from a little before the step on, and what was between the ends."""
+def _answer(trial: Trial, experiment: StepExperiment, stage: Stage) -> Answer:
     planned = f"{experiment.at_s:g}:{experiment.port}={experiment.end!r}"
     with trial.run(stage, for_s=experiment.for_s, inputs=[planned]) as run:
-        shown, words = run.shown, between(run.document)
-        every = run.points(shown) if shown is not None else []
-    since = [(at - experiment.at_s, value) for at, value in every]
-    found = [(at, value) for at, value in since if at >= -BEFORE_S]
+        port = experiment.answer or run.shown or "no port"
+        found = _since(run, port, experiment.at_s)
+        beside = {
+            title: _since(run, each, experiment.at_s) for title, each in experiment.beside.items()
+        }
+        words = between(run.document)
     if not found:
-        sentence = f"{shown or 'no port'} sent nothing; expected values"
-        raise ConfigError.of_one(f"stage {stage}", sentence)
-    return found, words
+        raise ConfigError.of_one(f"stage {stage}", f"{port} sent nothing; expected values")
+    return Answer(found, beside, words)
+
+
+def _file_name(title: str) -> str:
+    """What stands of a title in a file's name: `Angular speed, rad/s` is `angular-speed`."""
+    return "-".join(re.findall(r"[a-z0-9]+", title.partition(",")[0].lower()))
+
+
+def _since(run: Traced, port: str, step_s: float) -> Points:
+    """What a port sent, from a little before the step on."""
+    since = [(at - step_s, value) for at, value in run.points(port)]
+    return [(at, value) for at, value in since if at >= -BEFORE_S]
 
 
 def _cells(figures: StageFigures, unit: str) -> list[str]:

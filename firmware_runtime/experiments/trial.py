@@ -56,7 +56,7 @@ class Trial:
     say: Say
     """Shows how far it is, a sentence."""
 
-    def run(
+    def run(  # noqa: PLR0913 -- each may be left out, and has a name
         self,
         stage: Stage,
         *,
@@ -64,12 +64,14 @@ class Trial:
         inputs: Sequence[str] = (),
         settings: Mapping[str, object] | None = None,
         label: str | None = None,
+        is_drawn: bool = False,
     ) -> AbstractContextManager[Traced]:
         """Run the board on doubles; what it sent is there within the block.
 
         `inputs` are `SECONDS:PORT=VALUE`, as `run --input` has them; `settings` are values of
         board.toml for this run alone. `label` tells the recording from others of this experiment,
-        default is the stage. Raises ConfigError for a run that failed, SystemExit for a signal.
+        default is the stage. A rig that can draw does so where `is_drawn`, in a stage of one
+        process. Raises ConfigError for a run that failed, SystemExit for a signal.
         """
         board = self._board(settings)
         recording = self.folder / f"{self.name}-{label or stage}.recording"
@@ -81,6 +83,7 @@ class Trial:
             is_over_ros=self.choices.is_over_ros,
             inputs=inputs,
             record=recording if board.settings.roles else None,
+            is_drawn=is_drawn and not stage.has_two_ends,
         )
         return traced(setup, stage, self.say)
 

@@ -1,4 +1,4 @@
-"""`experiment figure-6 detective`: the paper's output lines beside ours."""
+"""The detective's experiments: the paper's output lines beside ours, and a mission."""
 
 import json
 from collections.abc import Callable
@@ -35,3 +35,15 @@ def test_every_line_is_compared(
     assert figures["figure"] == "Figure 6"
     assert figures["ours"] == {"output_lines": 11, "lines_equal": equal}
     assert figures["paper"] == {"output_lines": 11}
+
+
+@pytest.mark.slow
+def test_a_mission_ends_before_the_target_and_is_drawn(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    words = ["experiment", "mission", "detective", "--stage", "simulation", "-o", str(out)]
+    assert main(words) == 0
+    found = json.loads((out / "mission.json").read_text())["ours"]
+    assert found["simulation_found"] == 1
+    assert 0.05 < found["simulation_stopped_m"] < 0.5
+    assert "Detective robot in its arena" in (out / "mission-arena.svg").read_text()
+    assert "data:image/svg+xml" in (out / "mission.html").read_text()

@@ -69,7 +69,7 @@ def test_a_step_in_simulation_leaves_data_figures_a_plot_and_a_page(
     out = tmp_path / "out"
     assert run("experiment", "yaw-step", "tachobot", "--stage", "simulation", "-o", out) == 0
     printed = capsys.readouterr().out.splitlines()
-    texts = ["yaw-step.csv", "yaw-step.json", "yaw-step.svg"]
+    texts = ["yaw-step.csv", "yaw-step.json", "yaw-step.svg", "yaw-step-angular-speed.svg"]
     names = [*texts, "yaw-step-simulation.recording", "yaw-step.html"]
     assert printed[1:] == [str(out / name) for name in names]
     rows = list(csv.DictReader((out / "yaw-step.csv").read_text().splitlines()))

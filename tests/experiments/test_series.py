@@ -89,7 +89,9 @@ def test_the_set_has_an_index_and_the_numbers_of_both(
         expected |= {name + ends.get(each, f".{each}") for each in files}
     assert {path.name for path in out.iterdir()} == expected
     assert (out / "first.csv").read_text() == "at_s,delay_ms\n0,1\n"
-    assert "first-own.recording" in (out / "first.html").read_text()
+    page = (out / "first.html").read_text()
+    assert all(word in page for word in ("first-own.recording", "It took 1.5 ms.", "7 ms"))
+    assert "Beside the paper" not in (out / "second.html").read_text()
     assert "[2/2] second" in capsys.readouterr().err
 
 

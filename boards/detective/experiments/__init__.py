@@ -1,4 +1,4 @@
-"""The detective's experiments: that of the paper's Figure 6.
+"""The detective's experiments: that of the paper's Figure 6, and a mission in the arena.
 
 A function that runs one is named here and imported with it: a robot's own start reads this.
 """
@@ -23,4 +23,14 @@ FIGURE_6: Final = OwnExperiment(
     run="boards.detective.experiments.figure_6:run",
 )
 
-EXPERIMENTS: Final[Mapping[str, Experiment]] = {"figure-6": FIGURE_6}
+MISSION: Final = OwnExperiment(
+    title="A mission in the arena: find the target, turn, and stop before it",
+    published=(
+        f"{PAPER}, section 3.3: the robot passed several tests from different angles, on video.",
+        "It gives no numbers.",
+    ),
+    stages=("simulation", "network", "remote", "embedded"),
+    run="boards.detective.experiments.mission:run",
+)
+
+EXPERIMENTS: Final[Mapping[str, Experiment]] = {"figure-6": FIGURE_6, "mission": MISSION}

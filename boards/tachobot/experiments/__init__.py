@@ -19,6 +19,7 @@ YAW_STEP: Final = StepExperiment(
     end=1.0,
     quantity="yaw",
     unit="rad",
+    beside={"Angular speed, rad/s": "world.yaw_rate_rad_s"},
     settings={"controller.yaw.reference_rad": 0.0},
     published=(
         f"{PAPER}, Figures 10 and 11.",

@@ -7,6 +7,7 @@ from drivers import dc_motor
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685_rate import prescale_for
 from firmware_runtime.board.definition import BoardDefinition
+from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.loads import Recurring, bus_loads
@@ -86,6 +87,22 @@ def _rate_faults(settings: BalancingSettings) -> list[str]:
     ]
 
 
+PLACE_STEP = StepExperiment(
+    title="Step of the place to stand at",
+    port="place",
+    begin=0.0,
+    end=0.3,
+    quantity="place",
+    unit="m",
+    answer="world.place_m",
+    beside={"Pitch, rad": "world.pitch_rad"},
+    settings={"world.start_pitch_rad": 0.0},
+    stages=("simulation", "embedded"),
+    at_s=5.0,
+    watched_s=15.0,
+)
+"""It first rolls back a little, to lean forward: the response of a system of non-minimum phase."""
+
 BOARD = BoardDefinition(
     settings=BalancingSettings,
     build=build,
@@ -101,4 +118,5 @@ BOARD = BoardDefinition(
         "controller.lean_per_place_rad_s",
     ),
     doubles_run_s=10.0,
+    experiments={"place-step": PLACE_STEP},
 )

@@ -13,13 +13,16 @@ class Lean(Atomic):
     waiting --drive?--> leaning (0) --pitch_rad!--> waiting
 
     There is no encoder: the mean drive stands for the speed, and its integral for the way. Both
-    begin again when balancing begins.
+    begin again when balancing begins. `place` is where to stand from now on, m from there.
     """
 
-    def __init__(self, name: str, per_speed_rad: float, per_place_rad_s: float) -> None:
+    def __init__(
+        self, name: str, per_speed_rad: float, per_place_rad_s: float, full_speed_m_s: float
+    ) -> None:
         super().__init__(name)
         self.drive = self.in_port("drive", float)
         self.begin = self.in_port("begin", int)
+        self.place_in = self.in_port("place", float)
         self.pitch_out = self.out_port("pitch_rad", float)
         self.per_speed_rad = per_speed_rad
         self.per_place_rad_s = per_place_rad_s
@@ -27,13 +30,14 @@ class Lean(Atomic):
         """Share of full speed."""
         self.place_s = 0.0
         """Seconds of full speed."""
+        self.full_speed_m_s = full_speed_m_s
+        self.reference_m = 0.0
         self._since_drive = 0
 
     def output(self) -> None:
         """Send the pitch."""
-        self.pitch_out.send(
-            -(self.per_speed_rad * self.speed + self.per_place_rad_s * self.place_s)
-        )
+        beyond_s = self.place_s - self.reference_m / self.full_speed_m_s
+        self.pitch_out.send(-(self.per_speed_rad * self.speed + self.per_place_rad_s * beyond_s))
 
     def internal(self) -> None:
         """Wait for the next drive."""
@@ -44,6 +48,8 @@ class Lean(Atomic):
         self._since_drive += elapsed
         if self.begin:
             self.speed = self.place_s = 0.0
+        if self.place_in:
+            self.reference_m = self.place_in[-1]
         if not self.drive:
             self.continue_(elapsed)
             return

@@ -70,7 +70,9 @@ class ControllerTable(Settings, frozen=True):
     lean_per_speed_rad: NotNegative
     """How far it leans back for full speed, so that it comes to a stop."""
     lean_per_place_rad_s: NotNegative
-    """How far it leans back for each second of full speed away from where it began."""
+    """How far it leans back for each second of full speed away from where it is to stand."""
+    full_speed_m_s: Positive
+    """What full voltage comes to on level ground."""
 
 
 class WorldTable(Settings, frozen=True):

@@ -17,7 +17,7 @@ from firmware_runtime.devs.time import seconds
 
 
 class Balancing(Coupled):
-    """imu, outputs -> controller -> sides -> left and right.
+    """imu, outputs -> controller -> sides -> left and right; `place` is where to stand, m.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -40,6 +40,8 @@ class Balancing(Coupled):
         self.left = self.add(motor("left", wheels.left))
         self.right = self.add(motor("right", wheels.right))
 
+        self.place = self.in_port("place", float)
+        self.couple(self.place, self.controller.place)
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.outputs.enabled, self.controller.enabled)
         self.couple(self.controller.drive, self.sides.drive)

@@ -110,3 +110,13 @@ def test_its_controller_does_in_a_replay_what_it_did_in_the_run(tmp_path: Path) 
     stage = json.loads(output.read_text())["stages"]["simulation"]
     assert stage["events"] > 0
     assert stage["differences"] == 0
+
+
+def test_it_rolls_to_where_it_is_to_stand(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    words = ["experiment", "place-step", "balancing", "--stage", "simulation", "-o", str(out)]
+    assert main(words) == 0
+    found = json.loads((out / "place-step.json").read_text())["ours"]
+    assert found["simulation_final_m"] == pytest.approx(0.3, abs=0.01)
+    assert found["simulation_settling_s"] < 12
+    assert (out / "place-step.html").exists()
