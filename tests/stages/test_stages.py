@@ -193,3 +193,14 @@ def test_an_error_in_one_end_is_the_sentence_and_the_status(tmp_path: Path) -> N
     assert "yaw_referenc: no such input port" in error
     assert document["ended"]["by"] == "controller"
     assert document["outputs_on"] == {"thrust_pairs": 0}
+
+
+@pytest.mark.parametrize("words", [("network",), ("remote", "--impair", QUICK)])
+def test_the_detective_that_avoids_obstacles_tells_a_near_target_over_a_link(
+    tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    assignments = ("--set", "mission.avoid_obstacles=true", "--set", "world.target=[0.0, 0.85]")
+    document = run(tmp_path, "detective", "--for", "60", *assignments, "--stage", *words)
+    check(document, words[0])
+    assert document["ended"]["reason"] == "the target was reached"
+    assert document["result"]["found"] is True
