@@ -50,4 +50,4 @@ def test_every_robot_does_what_the_page_says(example: Example) -> None:
 
 
 def test_every_program_with_a_text_after_it_is_run() -> None:
-    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 3)
+    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 4)

@@ -1,0 +1,73 @@
+"""docs/papers.md names commands that parse, experiments and boards that exist, files that are."""
+
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.board import registry
+from firmware_runtime.board.experiments import ALL
+from firmware_runtime.cli.main import parser
+from firmware_runtime.experiments.known import experiments_of
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs/papers.md"
+HEAD = ["the paper", "where", "ours", "the paper's figure", "ours"]
+FILE = re.compile(r"[\w.-]+(/[\w.-]+)+")
+
+
+def rows() -> list[list[str]]:
+    found = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in PAGE.read_text(encoding="utf-8").splitlines()
+        if line.startswith("|") and not line.startswith("|---")
+    ]
+    assert found[0] == HEAD
+    return [row for row in found if row != HEAD]
+
+
+ROWS = rows()
+CODE = sorted({code for row in ROWS for cell in row[2:] for code in re.findall(r"`([^`]+)`", cell)})
+COMMANDS = [code for code in CODE if code.startswith("firmware-runtime ")]
+MODULES = [code.split()[2] for code in CODE if code.startswith("python -m ")]
+FILES = [code for code in CODE if FILE.fullmatch(code)]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_is_one_of_ours(command: str) -> None:
+    _, *words = command.split()
+    parsed = parser(words).parse_args(words)
+    for word in words:
+        assert not word.startswith(("examples/", "boards/")) or (ROOT / word).exists()
+    if parsed.verb == "experiment":
+        known = experiments_of(registry.load(parsed.board))
+        assert parsed.name in {*known, ALL}
+    elif getattr(parsed, "board", None) and not parsed.board.endswith(".ma"):
+        registry.load(parsed.board, getattr(parsed, "assignments", ()))
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_each_module_is_there(module: str) -> None:
+    assert find_spec(module) is not None
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_each_file_is_there(file: str) -> None:
+    assert (ROOT / file).exists()
+
+
+def test_every_row_says_what_shows_ours_or_why_nothing_does() -> None:
+    for row in ROWS:
+        assert len(row) == len(HEAD), row
+        assert row[2], row
+        missing = [cell for cell in row if "missing" in cell]
+        assert all(len(cell.partition("missing:")[2].split()) > 4 for cell in missing), row
+
+
+def test_the_page_has_every_figure_of_both_papers() -> None:
+    dover, military = PAGE.read_text(encoding="utf-8").split("\n## Application of RT-DEVS")
+    for text, last in ((dover, 17), (military, 6)):
+        found = {int(number) for number in re.findall(r"\| Figures? (\d+)", text)}
+        found |= {int(number) for number in re.findall(r"\| Figures \d+, (\d+)", text)}
+        assert found == set(range(1, last + 1))
