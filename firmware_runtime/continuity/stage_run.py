@@ -39,6 +39,8 @@ class Plan:
     for_s: float
     impair: str | None = None
     """What stage remote's network does, in the words of `run --impair`; None: its default."""
+    link: str | None = None
+    """What stage network's ends are linked by, in the words of `run --link`; None: its default."""
 
     def words(self, stage: Stage, folder: Path) -> list[str]:
         """The command line of a stage, on doubles."""
@@ -47,6 +49,8 @@ class Plan:
         words += ["--doubles"] if stage is Stage.EMBEDDED else []
         if stage is Stage.REMOTE and self.impair is not None:
             words += ["--impair", self.impair]
+        if stage is Stage.NETWORK and self.link is not None:
+            words += ["--link", self.link]
         for assignment in self.board.assignments:
             words += ["--set", assignment]
         return words

@@ -1,6 +1,7 @@
 """Stage 2 over ROS 2, by one command: both ends, their carriers with real rclpy, one result."""
 
 import json
+from pathlib import Path
 
 from tests.support.ros_processes import ROS_VENV, RosProcesses
 from tests.support.waiting import PATIENCE_S
@@ -17,3 +18,17 @@ def test_tachobot_turns_to_its_reference_over_topics(robot: RosProcesses) -> Non
     assert document["link"]["out"]["received"] > 0
     assert not any(document["outputs_on"].values())
     assert abs(document["result"]["yaw_error_rad"]) < 0.2
+
+
+def test_a_certificate_of_a_stage_over_topics_has_no_difference(
+    robot: RosProcesses, tmp_path: Path
+) -> None:
+    output = tmp_path / "certificate.json"
+    words = ("continuity", "tachobot", "--stages", "network", "--link", "ros2", "--for", "5")
+    made = robot.start(*words, "-o", str(output), FIRMWARE_RUNTIME_ROS_VENV=str(ROS_VENV))
+    out, _ = made.communicate(timeout=2 * PATIENCE_S)
+    assert made.returncode == 0, out.decode()
+    stage = json.loads(output.read_text())["stages"]["network"]
+    assert stage["link"]["over"] == "ros2"
+    assert stage["events"] > 0
+    assert stage["differences"] == 0

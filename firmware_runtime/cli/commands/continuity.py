@@ -79,6 +79,12 @@ def _add_stages(verb: argparse.ArgumentParser) -> None:
         help="the network of stage remote, as `run --impair` has it; default 40 ms each way, "
         "10 ms of jitter, 2%% lost",
     )
+    verb.add_argument(
+        "--link",
+        choices=("udp", "ros2"),
+        default="udp",
+        help="what is between the ends in stage network: UDP on loopback, or topics of ROS 2",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -90,7 +96,8 @@ def execute(arguments: argparse.Namespace) -> int:
     board = chosen_board(arguments.board, arguments.assignments)
     components(board, CONTROLLER)  # one without roles is refused before anything runs
     duration_s = arguments.duration_s or board.doubles_run_s
-    plan = Plan(board, arguments.board, duration_s, arguments.impair)
+    link = None if arguments.link == "udp" else arguments.link
+    plan = Plan(board, arguments.board, duration_s, arguments.impair, link)
     with exit_on_signals(), _folder(arguments.keep) as folder:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
