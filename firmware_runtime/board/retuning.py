@@ -67,6 +67,11 @@ def retunable_values(settings: Any, retunable: Sequence[str], prefix: str = "") 
     return found
 
 
+def has_key(settings: Any, key: str) -> bool:  # noqa: ANN401 -- any board's
+    """Whether these settings have a value at this key, one that may change or not."""
+    return key in retunable_values(settings, [key])
+
+
 def need_restart(changed: Sequence[str], retunable: Sequence[str]) -> list[str]:
     """Those of the changed keys that only a new run takes up; `*` stands for any one word."""
     return [key for key in changed if not any(_matches(key, pattern) for pattern in retunable)]

@@ -7,6 +7,7 @@ from typing import Any
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
     changed_keys,
+    has_key,
     need_restart,
     retunable_values,
     retuned,
@@ -39,7 +40,7 @@ class Tuning:
         whatever the board's file would be refused for.
         """
         known = self.values
-        faults = [_unknown(key, known) for key in values if key not in known]
+        faults = [self._why_not(key) for key in values if key not in known]
         settings = None
         try:
             judged = {key: value for key, value in values.items() if key in known}
@@ -65,8 +66,9 @@ class Tuning:
         self.revision += 1
         return [key for key in changed if key not in left], left
 
-
-def _unknown(key: str, known: Mapping[str, object]) -> str:
-    expected = ", ".join(known) or "none: this board has no such keys"
-    fault = f"{key}: not to be changed while the robot runs; expected one of {expected}"
-    return fault + did_you_mean(key, known)
+    def _why_not(self, key: str) -> str:
+        known = self.values
+        expected = f"expected one of {', '.join(known) or 'none: this board has no such keys'}"
+        if has_key(self.board.settings, key):
+            return f"{key}: not to be changed while the robot runs: a new run takes it; {expected}"
+        return f"{key}: unknown key; {expected}{did_you_mean(key, known)}"

@@ -31,6 +31,12 @@ def test_values_are_shown_changed_and_refused(capsys: pytest.CaptureFixture[str]
     refused = main(["set", "tachobot", "controller.yaw.kp=0.7", "controller.yaw.kd=-1"])
     assert refused == Status.REFUSED
     assert "controller.yaw.kd" in capsys.readouterr().err
+    assert main(["set", "tachobot", "controller.yaw.kpp=1"]) == Status.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "controller.yaw.kpp: unknown key" in said
+    assert "did you mean controller.yaw.kp?" in said
+    assert main(["set", "tachobot", "controller.period_s=0.02"]) == Status.REFUSED
+    assert "controller.period_s: not to be changed while the robot runs" in capsys.readouterr().err
     assert main(["get", "tachobot", "controller.yaw.kp"]) == Status.OK
     assert capsys.readouterr().out.startswith("controller.yaw.kp = 0.5  from 0  ")
 

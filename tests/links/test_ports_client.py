@@ -90,9 +90,10 @@ def test_without_the_right_key_there_is_no_answer(robot: BridgedRun, tmp_path: P
     bridge = robot.bridge("--key", os.fspath(key_in(tmp_path)))
     where = "{}:{}".format(*address(bridge))
     line(bridge, "a run listens")
-    for key in (None, key_in(tmp_path, "other.key")):
-        with PortsClient(where, key) as client, pytest.raises(NoAnswer):
+    for key, hint in ((None, True), (key_in(tmp_path, "other.key"), False)):
+        with PortsClient(where, key) as client, pytest.raises(NoAnswer) as refused:
             client.put("yaw_reference", 0.5)
+        assert ("--key FILE" in str(refused.value)) is hint
 
 
 def test_what_cannot_be_reached_is_refused_at_once(tmp_path: Path) -> None:

@@ -81,3 +81,14 @@ def test_they_are_stale_without_a_run(robot: RosProcesses, user: RosUser) -> Non
     run.kill()
     wait_until(lambda: received.next()["tachobot: run"].level == STALE, "the run is gone")
     assert "died" in received.next()["tachobot: run"].message
+
+
+def test_topics_of_a_node_that_is_configured_are_counted(
+    robot: RosProcesses, user: RosUser
+) -> None:
+    started(robot)
+    robot.node("--autostart")
+    received = Listener(user)
+    wait_until(lambda: "tachobot: topics" in received.next(), "topics are counted")
+    said = {each.key: int(each.value) for each in received.next()["tachobot: topics"].values}
+    assert said["published"] > 0

@@ -98,6 +98,14 @@ def test_a_robot_of_another_package_has_the_stages_too_and_ends_with_its_control
         assert document[end]["ended"]["reason"] == "the run reached 6.000000000 s"
 
 
+def test_a_controller_that_is_enabled_by_the_other_end_commands_then(tmp_path: Path) -> None:
+    free = ("--set", "controller.mode=free", "--set", "esc.arming_s=0.5")
+    document = run(tmp_path, "tachobot", "--stage", "network", *free, "--for", "5")
+    check(document, "network")
+    assert document["link"]["back"]["received"] > 0
+    assert document["link"]["out"]["received"] > 0
+
+
 def test_what_is_between_the_ends_is_in_the_result(tmp_path: Path) -> None:
     document = run(tmp_path, "tachobot", "--stage", "remote", "--impair", QUICK, "--for", "3")
     link = document["link"]

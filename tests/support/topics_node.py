@@ -30,7 +30,7 @@ def main(name: str, path: Path, table: str) -> None:
     executor.add_node(node)
     while not ended:
         executor.spin_once(timeout_sec=0.1)
-    sys.stdout.write(json.dumps({**topics.counts, **topics.run_counts()}) + "\n")
+    sys.stdout.write(json.dumps(topics.counts) + "\n")
     topics.clean_up()
     node.destroy_node()
     rclpy.shutdown()

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from firmware_runtime.board.described import Setting, described
+from firmware_runtime.board.retuning import has_key
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
@@ -50,7 +51,7 @@ def _get(arguments: argparse.Namespace) -> int:
     """Print what the run answers; ControlError says why there is no answer."""
     board = chosen_board(arguments.board)
     values = ask(_socket(arguments, board.name), "get")["values"]
-    _refuse_unknown(arguments.keys, values)
+    _refuse_unknown("get", arguments.keys, values)
     wanted = {key: values[key] for key in arguments.keys or values}
     if arguments.json:
         print(json.dumps(wanted, allow_nan=False))
@@ -63,8 +64,11 @@ def _get(arguments: argparse.Namespace) -> int:
 def _set(arguments: argparse.Namespace) -> int:
     """Have the run take up the values, and print them as they are then."""
     board = chosen_board(arguments.board)
-    values = dict(_assignments(arguments.values))
-    answer = ask(_socket(arguments, board.name), "set", values=values)
+    values, path = dict(_assignments(arguments.values)), _socket(arguments, board.name)
+    known = ask(path, "get")["values"]
+    fixed = {key for key in values if has_key(board.settings, key)}  # why not, says the run
+    _refuse_unknown("set", [key for key in values if key not in fixed], known)
+    answer = ask(path, "set", values=values)
     for reason in answer["refused"]:
         print(f"firmware-runtime: set refused: {reason}", file=sys.stderr)
     if answer["refused"]:
@@ -78,14 +82,14 @@ def _socket(arguments: argparse.Namespace, board: str) -> Path:
     return Companion.CONTROL.beside(arguments.statistics or default_path(board))
 
 
-def _refuse_unknown(keys: Sequence[str], known: Mapping[str, object]) -> None:
+def _refuse_unknown(verb: str, keys: Sequence[str], known: Mapping[str, object]) -> None:
     faults = [
         f"{key}: unknown key; expected one of {', '.join(known)}{did_you_mean(key, known)}"
         for key in keys
         if key not in known
     ]
     if faults:
-        raise ConfigError("get", faults)
+        raise ConfigError(verb, faults)
 
 
 def _lines(values: Mapping[str, object], settings: Mapping[str, Setting]) -> Iterator[str]:

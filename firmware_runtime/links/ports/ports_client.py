@@ -71,6 +71,7 @@ class PortsClient(Closing):
         self._end: RobotEnd | BridgeEnd
         self._received: deque[_Said] = deque()
         self._messages: deque[Message] = deque(maxlen=ROOM)
+        self._may_need_key = False
         if isinstance(where, Path):
             if key is not None:
                 fault = f"{key}: a run's own socket takes no key; expected a bridge's address"
@@ -82,6 +83,7 @@ class PortsClient(Closing):
             fault = f"{at} is not on this machine; expected a key file, as its bridge has one"
             raise ConfigError.of_one("bridge", fault)
         secret = None if key is None else read_key(key)
+        self._may_need_key = key is None
         try:
             self._end = BridgeEnd(at, secret)
         except OSError as error:
@@ -137,6 +139,8 @@ class PortsClient(Closing):
             self._keep(said)
         self._end.forget()
         expected = "expected a run that listens there"
+        if self._may_need_key:
+            expected += "; a bridge with a key answers only what is signed with it: --key FILE"
         raise NoAnswer(f"{self.where}: no answer within {TIMEOUT // SECOND} s; {expected}")
 
     def _keep(self, said: _Said | None) -> None:

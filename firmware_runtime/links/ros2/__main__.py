@@ -29,9 +29,10 @@ handles nothing (rclpy 7.1.6), and a signal is noticed when it returns."""
 def robot_node(plan: Plan) -> RobotNode:
     """The node with all its parts."""
     node = RobotNode(plan)
-    node.parts += [Parameters(node), topics_of_plan(node, plan)]
+    topics = topics_of_plan(node, plan)
+    node.parts += [Parameters(node), topics]
     Services(node)
-    Diagnostics(node)
+    Diagnostics(node, topics)
     return node
 
 

@@ -1,4 +1,7 @@
-"""`/diagnostics` once a second, in every state of the node; what it says is in `judgement`."""
+"""`/diagnostics` once a second, in every state of the node.
+
+What it says of the run is in `judgement`, of the node's own topics in `topic_judgement`.
+"""
 
 from time import monotonic_ns
 from typing import Final
@@ -7,6 +10,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from firmware_runtime.links.ros2.judgement import Judge, Status
 from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.topic_judgement import TopicJudge
+from firmware_runtime.links.ros2.topics import RobotTopics
 
 EVERY_S: Final = 1.0
 
@@ -14,8 +19,10 @@ EVERY_S: Final = 1.0
 class Diagnostics:
     """Those of one node, for as long as it lives."""
 
-    def __init__(self, node: RobotNode) -> None:
+    def __init__(self, node: RobotNode, topics: RobotTopics) -> None:
         self._node = node
+        self._topics = topics
+        self._topic_judge = TopicJudge(node.plan.board)
         self._judge = Judge(node.plan.board, node.plan.statistics_path)
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         node.create_timer(EVERY_S, self._publish)
@@ -23,7 +30,11 @@ class Diagnostics:
     def _publish(self) -> None:
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
-        statuses = self._judge.judge(monotonic_ns())
+        now = monotonic_ns()
+        statuses = [
+            *self._judge.judge(now),
+            *self._topic_judge.judge(self._topics.counts, now),
+        ]
         message.status = [self._written(each) for each in statuses]
         self._publisher.publish(message)
 

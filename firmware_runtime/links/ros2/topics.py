@@ -94,8 +94,9 @@ class RobotTopics(Part):
     """Publishes from `configure` on, as long as there is a run; takes values while active."""
 
     def __init__(self, node: Node, topics: Topics, ports: Path) -> None:
-        self.counts: Counter[str] = Counter()
+        self._own: Counter[str] = Counter()
         """Messages published, taken, not taken since the node was inactive, and failed."""
+        self._of_runs: Counter[str] = Counter()
         self._node = node
         self._topics = topics
         self._ports = ports
@@ -132,6 +133,7 @@ class RobotTopics(Part):
         self._is_active = False
         if self._run is not None:
             self._run.close()
+            self._of_runs += self._run.counts
             self._run = None
         for node, subscription in self._subscriptions:
             node.destroy_subscription(subscription)
@@ -141,9 +143,12 @@ class RobotTopics(Part):
             beside.close()
         self._subscriptions, self._outs, self._beside = [], {}, []
 
-    def run_counts(self) -> Counter[str]:
-        """What was sent to the run and came from it."""
-        return Counter() if self._run is None else self._run.counts
+    @property
+    def counts(self) -> Counter[str]:
+        """Of messages, and of values that were sent to runs and came from them, so far."""
+        run = Counter() if self._run is None else self._run.counts
+        # copied at once: the thread that reads the run counts meanwhile
+        return Counter(self._own) + self._of_runs + Counter(run)
 
     # From the run ---------------------------------------------------------------------------------
 
@@ -176,7 +181,7 @@ class RobotTopics(Part):
         except Exception as error:  # noqa: BLE001 -- a field that its message does not have
             self._failed(f"{topic}: {type(error).__name__}: {error}")
         else:
-            self.counts["published"] += 1
+            self._own["published"] += 1
 
     # To the run -----------------------------------------------------------------------------------
 
@@ -204,7 +209,7 @@ class RobotTopics(Part):
     def _take(self, each: Subscription, message: Any) -> None:  # noqa: ANN401 -- of any type
         run = self._run
         if run is None or not self._is_active:
-            self.counts["inactive"] += 1
+            self._own["inactive"] += 1
             self._log_once(f"{each.topic}: not taken while the node is not active")
             return
         try:
@@ -215,13 +220,13 @@ class RobotTopics(Part):
         except Exception as error:  # noqa: BLE001 -- of a package's own convention
             run.refuse(f"{each.topic}: {error}")
         else:
-            self.counts["taken"] += 1
+            self._own["taken"] += 1
             run.send(each.port, value)
 
     # ----------------------------------------------------------------------------------------------
 
     def _failed(self, sentence: str) -> None:
-        self.counts["failed"] += 1
+        self._own["failed"] += 1
         self._log_once(f"{sentence}; not published")
 
     def _log_once(self, sentence: str) -> None:
