@@ -4,6 +4,7 @@ from boards.tachobot.experiments import EXPERIMENTS
 from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
+from boards.tachobot.yaw import YAW
 from drivers.chips.mpu9250_burst import NINE_AXES
 from drivers.chips.pca9685 import duty_burst
 from drivers.chips.pca9685_rate import prescale_for
@@ -137,4 +138,5 @@ BOARD = BoardDefinition(
     optional_components=("esc", "lift"),  # in mode free
     doubles_run_s=10.0,
     experiments=EXPERIMENTS,
+    plant=YAW,
 )

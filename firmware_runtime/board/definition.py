@@ -4,7 +4,7 @@ An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`,
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
 module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
 `devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `OPTIONAL_COMPONENTS`,
-`DOUBLES_RUN_S`, `EXPERIMENTS` and `event_model` there are.
+`DOUBLES_RUN_S`, `EXPERIMENTS`, `PLANT` and `event_model` there are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +20,7 @@ from firmware_runtime.board.experiments import Experiment, experiment_faults
 from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.loads import bus_loads
+from firmware_runtime.board.plants import Plant, plant_fault
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.devs.component import Component
@@ -35,6 +36,7 @@ _WORDS = {
     "OPTIONAL_COMPONENTS": "optional_components",
     "DOUBLES_RUN_S": "doubles_run_s",
     "EXPERIMENTS": "experiments",
+    "PLANT": "plant",
 }
 """How a module calls what is no function."""
 _FUNCTIONS = ("build", "devices", "serial_devices", "loads", "faults", "event_model")
@@ -82,6 +84,8 @@ class BoardDefinition(Generic[S]):
     """How long a run on doubles takes unless `--for` says."""
     experiments: Mapping[str, Experiment] = field(default_factory=dict)
     """What `firmware-runtime experiment` can do with this board, by name."""
+    plant: Plant | None = None
+    """The body that it moves, for `identify` and `tune`; None where there is none of their kind."""
 
     def __post_init__(self) -> None:
         _check_schema(self.settings)
@@ -92,6 +96,8 @@ class BoardDefinition(Generic[S]):
         _check_values(self.retunable, self.doubles_run_s)
         _check_names(self.optional_components)
         _check_experiments(self.experiments)
+        if (fault := plant_fault(self.plant)) is not None:
+            raise SettingError(fault)
 
 
 def _check_values(keys: object, length: object) -> None:

@@ -27,6 +27,7 @@ from firmware_runtime.board.kinds import (
     shipped_file,
 )
 from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.plants import Plant
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
@@ -72,6 +73,8 @@ class Board:
     """Keys that may change while the robot runs; `*` stands for any word."""
     experiments: Mapping[str, Experiment]
     """What can be tried with it beside what any board can, by name."""
+    plant: Plant | None
+    """The body that it moves, for `identify` and `tune`."""
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
@@ -140,6 +143,7 @@ def board_of(
         event_model=_event_model(defined, settings),
         retunable=defined.retunable,
         experiments=defined.experiments,
+        plant=defined.plant,
         fingerprint=_fingerprint(source, assignments),
     )
 

@@ -1,0 +1,1 @@
+"""Whether the truth lies in the intervals of `identify` as often as they say."""

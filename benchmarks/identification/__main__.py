@@ -1,0 +1,93 @@
+"""How often the truth lies in the 95 % intervals of `identify`, over random plants.
+
+    python -m benchmarks.identification [--plants N] [--measures rate|position] [--json]
+
+Each seed is a plant, an input, noise and a recording of 24 s. Prints, by parameter, how often the
+truth was in the interval, the estimates' bias and spread in percent, and the spread over what the
+interval takes it to be; last, the share of all.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+
+import numpy as np
+
+from benchmarks.identification.plants import LAG_S, drawn
+from firmware_runtime.identification.identified import identify
+from firmware_runtime.identification.plant import KEYS
+from firmware_runtime.identification.series import Quantity
+
+Row = Sequence[tuple[bool, float, float]]
+"""By parameter: whether the interval holds the truth, the relative error, error over half width."""
+
+
+def main() -> int:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="benchmarks.identification", description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--plants", type=int, default=200)
+    parser.add_argument("--measures", choices=("rate", "position"), default="rate")
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--processes", type=int, default=None, help="default: one a processor")
+    chosen = parser.parse_args()
+    seeds = range(chosen.first_seed, chosen.first_seed + chosen.plants)
+    rows: list[Row] = []
+    with ProcessPoolExecutor(chosen.processes) as pool:
+        for row in pool.map(partial(judged, quantity=chosen.measures), seeds):
+            rows.append(row)
+            print(f"\r{len(rows)}/{chosen.plants} plants", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+    report = summary(rows)
+    print(json.dumps(report) if chosen.json else text(report))
+    return 0
+
+
+def judged(seed: int, quantity: Quantity) -> Row:
+    """One plant, identified, beside the truth."""
+    case = drawn(seed, quantity)
+    identified, _ = identify(case.series, "rotation", LAG_S)
+    row = []
+    for truth, each in zip(case.plant.values, identified.parameters.values(), strict=True):
+        high = np.inf if each.high is None else each.high
+        half = 0.5 * (high - (each.low or 0.0))
+        row.append((bool(each.holds(truth)), each.value / truth - 1.0, (each.value - truth) / half))
+    return row
+
+
+def summary(rows: Sequence[Row]) -> dict[str, object]:
+    """The figures, by parameter and of all."""
+    table = np.array(rows, dtype=float)
+    holds, errors, halves = table[:, :, 0], table[:, :, 1], table[:, :, 2]
+    parameters = {
+        key: {
+            "coverage": float(holds[:, place].mean()),
+            "bias_percent": float(100 * errors[:, place].mean()),
+            "spread_percent": float(100 * errors[:, place].std()),
+            "spread_over_stated": float(1.96 * halves[:, place].std()),
+        }
+        for place, key in enumerate(KEYS["rotation"])
+    }
+    return {"plants": len(rows), "parameters": parameters, "coverage": float(holds.mean())}
+
+
+def text(report: dict[str, object]) -> str:
+    """The same for people, the share last."""
+    parameters = report["parameters"]
+    assert isinstance(parameters, dict)  # noqa: S101 -- as `summary` makes it
+    lines = [f"{'':22}{'covered':>9}{'bias':>10}{'spread':>10}{'over stated':>13}"]
+    lines += [
+        f"{key:22}{each['coverage']:>9.1%}{each['bias_percent']:>9.2f}%"
+        f"{each['spread_percent']:>9.2f}%{each['spread_over_stated']:>13.2f}"
+        for key, each in parameters.items()
+    ]
+    covered = f"{report['coverage']:.1%}"
+    lines.append(f"{report['plants']} plants, the truth in the 95 % interval: {covered}")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

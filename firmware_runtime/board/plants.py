@@ -1,0 +1,92 @@
+"""What a board says of the body that it moves: enough to identify it from a recording, and to tune.
+
+    PLANT = Plant(
+        title="yaw on the platform",
+        structure="rotation",
+        input=Signal(("controller.forces",), {"f1": 1.0, "f2": -1.0}, scale=lever_arm),
+        output=Signal(("imu.sample",), {"rate.2": 1.0}),
+        measures="rate",
+    )
+
+A signal is a sum of numbers in the values of a port, each with a weight. A port goes by the name
+that a recording has it under, or a trace; the first that is there is taken.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal, TypeAlias
+
+Number: TypeAlias = Callable[[Any], float]
+"""Of a board's settings."""
+
+STRUCTURES: Final = ("rotation", "translation")
+MEASURED: Final = ("rate", "position")
+
+
+def _one(_settings: object) -> float:
+    return 1.0
+
+
+def _nothing(_settings: object) -> float:
+    return 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """`scale` times the sum of the weighted numbers; a number goes by its place in the value.
+
+    A place is a field's name or a position, and what is in it behind a dot, such as `rate.2`; the
+    empty one is the value itself.
+    """
+
+    ports: Sequence[str]
+    terms: Mapping[str, float]
+    scale: Number = _one
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PidLoop:
+    """The loop that `tune` finds gains for: a `models.pid` block, and what its command does."""
+
+    kp: str
+    """Key of board.toml, and so on."""
+    ki: str
+    kd: str
+    gain: Number
+    """Force in N, or moment in N m, per unit of the PID's command."""
+    limit: Number
+    """The command is kept within plus and minus this."""
+    period_s: Number
+    delay_s: Number = _nothing
+    """What the settings put between the command and the actuators, beside the plant's own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plant:
+    """A body that is pushed or turned against friction."""
+
+    title: str
+    """Such as `yaw on the platform`."""
+    structure: Literal["rotation", "translation"]
+    input: Signal
+    """What is pushed with: N, or N m."""
+    output: Signal
+    """What is measured: m or rad, or those a second."""
+    measures: Literal["rate", "position"]
+    lag_s: Number = _nothing
+    """Time constant of the actuators, which is taken as known."""
+    loop: PidLoop | None = None
+    """None: there are no gains that `tune` could find."""
+
+
+def plant_fault(plant: object) -> str | None:
+    """What is wrong with what a definition calls its plant, in a sentence, or None."""
+    if plant is None:
+        return None
+    if not isinstance(plant, Plant):
+        return f"plant: {plant!r}: expected a Plant"
+    if plant.structure not in STRUCTURES:
+        return f"plant.structure: {plant.structure!r}: expected one of {', '.join(STRUCTURES)}"
+    if plant.measures not in MEASURED:
+        return f"plant.measures: {plant.measures!r}: expected one of {', '.join(MEASURED)}"
+    return None

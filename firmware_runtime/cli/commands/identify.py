@@ -1,0 +1,126 @@
+"""`firmware-runtime identify BOARD --from RUN`: a body's numbers out of a recording of a run."""
+
+import argparse
+import json
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.extras import module_of_extra
+from firmware_runtime.status import Status
+from firmware_runtime.system.exit_on_signals import exit_on_signals
+from firmware_runtime.system.whole_file import keep_file
+
+if TYPE_CHECKING:
+    from firmware_runtime.identification.identified import Identified
+    from firmware_runtime.identification.output_error import Fit
+    from firmware_runtime.identification.series import Series
+
+_ABOUT = """
+RUN is a recording (`run --record FILE`), a trace (`run --trace FILE`), or a CSV table with the
+columns time_s, input (N, or N m) and output. What the board's input and output are, its definition
+says. The run should push the body both ways, quickly and slowly, and let it come to rest.
+"""
+_SUFFIXES = (".json", ".html")
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    summary = "Identify mass or inertia, friction and delay from a recorded run, with intervals."
+    verb = add_verb(verbs, "identify", summary, execute)
+    verb.epilog = _ABOUT
+    add_board(verb)
+    verb.add_argument(
+        "--from", type=Path, required=True, metavar="RUN", dest="run", help="what to identify from"
+    )
+    verb.add_argument(
+        "--since",
+        type=_instant,
+        metavar="SECONDS",
+        help="leave out what was measured before this second, as while motors start",
+    )
+    verb.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="write FILE.json for `tune --plant` and programs, or FILE.html for people",
+    )
+    verb.add_argument("--json", action="store_true", help="print the numbers as JSON")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Identify, and print or write what came of it."""
+    if arguments.output is not None:
+        _check_output(arguments.output)
+    board = chosen_board(arguments.board, arguments.assignments)
+    with exit_on_signals():
+        series, identified, fit = identified_from(arguments.run, board, arguments.since)
+    if arguments.output is not None:
+        _write(arguments.output, board, series, identified, fit)
+    if arguments.json:
+        print(json.dumps(_as_json(board, identified), allow_nan=False))
+    else:
+        words = module_of_extra("firmware_runtime.identification.words", "tuning")
+        print("\n".join(words.lines(identified)))
+    return Status.OK
+
+
+def identified_from(
+    run: Path, board: Board, since_s: float | None
+) -> "tuple[Series, Identified, Fit]":
+    """What a run shows of a board's plant. Raises ConfigError, also without scipy."""
+    found = module_of_extra("firmware_runtime.identification.identified", "tuning")
+    source = module_of_extra("firmware_runtime.identification.source", "tuning")
+    plant = source.plant_of(board)
+    series = source.read_series(run, board, since_s)
+    identified, fit = found.identify(series, plant.structure, plant.lag_s(board.settings))
+    return series, identified, fit
+
+
+def _instant(text: str) -> float:
+    """A number of seconds, 0 or more."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected seconds, 0 or more")
+    return value
+
+
+def _check_output(output: Path) -> None:
+    """Raise ConfigError for a file of no known kind, or in no folder that takes it."""
+    if output.suffix not in _SUFFIXES:
+        fault = f"{output}: expected a name that ends in {' or '.join(_SUFFIXES)}"
+        raise ConfigError("-o", [fault])
+    if not os.access(output.parent, os.W_OK):
+        fault = f"{output}: no folder that can be written; expected one"
+        raise ConfigError("-o", [fault])
+
+
+def _as_json(board: Board, identified: "Identified") -> dict[str, Any]:
+    found = module_of_extra("firmware_runtime.identification.identified", "tuning")
+    title = "" if board.plant is None else board.plant.title
+    return {"board": board.name, "plant": title, **found.as_json(identified)}
+
+
+def _write(
+    output: Path, board: Board, series: "Series", identified: "Identified", fit: "Fit"
+) -> None:
+    if output.suffix == ".html":
+        words = module_of_extra("firmware_runtime.identification.words", "tuning")
+        title = "" if board.plant is None else board.plant.title
+        text = words.page(board.name, title, identified, series, fit)
+    else:
+        text = json.dumps(_as_json(board, identified), indent=1, allow_nan=False) + "\n"
+    try:
+        keep_file(output, text.encode())
+    except OSError as error:
+        fault = f"{output}: {error.strerror}; expected a file that can be written"
+        raise ConfigError("-o", [fault]) from error

@@ -1,0 +1,116 @@
+"""A first guess by linear least squares on integrals: no derivative of anything noisy is taken.
+
+Integrated once, the equation of motion is linear in what is unknown:
+
+    rate = offset + (1/inertia) integral(drive) - (damping/inertia) integral(rate)
+           - (coulomb/inertia) integral(sign of rate)
+
+with the integrals taken while the body moves. Integrating averages noise out of the regressors; for
+a measured position the equation is integrated twice. The delay is the one of a grid that fits best.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from firmware_runtime.identification.plant import Numbers, PlantParameters
+from firmware_runtime.identification.series import Series
+from firmware_runtime.identification.stretches import stretches_of
+
+MOST_DELAY_S: Final = 0.5
+_DELAYS: Final = 51
+_SMOOTHED: Final = 9
+_STANDING: Final = 4.0
+"""So many deviations of the smoothed noise, and a rate is one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """The plant, and how far from it the measurements lie, root mean square."""
+
+    plant: PlantParameters
+    misfit: float
+    rest: float = 0.0
+    """What a sensor of rates reads at rest."""
+
+
+def guess(series: Series, lag_s: float) -> Guess:
+    """The plant whose integrals fit best; its sensor reads 0 at rest, or what it reads at first."""
+    rate = _smoothed_rate(series)
+    still = _still(rate, series)
+    first = float(np.median(rate[:_SMOOTHED]))
+    rests = (0.0, first) if series.quantity == "rate" else (0.0,)
+    found = (_at_rest(series, lag_s, rate - rest, still, rest) for rest in rests)
+    return min(found, key=lambda each: each.misfit)
+
+
+def _at_rest(series: Series, lag_s: float, rate: Numbers, still: float, rest: float) -> Guess:
+    """The best of a grid of delays, where this is what the sensor reads at rest."""
+    moving: Numbers = (np.abs(rate) > still).astype(np.float64)
+    delays = np.linspace(0.0, MOST_DELAY_S, _DELAYS)
+    found = (_at_delay(series, lag_s, rate, moving, delay_s) for delay_s in delays)
+    return replace(min(found, key=lambda each: each.misfit), rest=rest)
+
+
+def _at_delay(
+    series: Series, lag_s: float, rate: Numbers, moving: Numbers, delay_s: float
+) -> Guess:
+    cut = stretches_of(series.given_at, series.given, series.at, delay_s, lag_s)
+    drive = cut.drive[cut.measured]
+    at = series.at
+    columns = [
+        _integral(moving * drive, at),
+        -_integral(moving * rate, at),
+        -_integral(moving * np.sign(rate), at),
+    ]
+    if series.quantity == "position":
+        columns = [_integral(each, at) for each in columns]
+        columns.append(at - at[0])
+    matrix = np.column_stack([np.ones_like(at), *columns])
+    found, *_ = np.linalg.lstsq(matrix, series.measured, rcond=None)
+    misfit = float(np.sqrt(np.mean((series.measured - matrix @ found) ** 2)))
+    inertia = 1.0 / found[1] if found[1] > 0.0 else np.inf
+    if not np.isfinite(inertia):
+        return Guess(_no_plant(series), np.inf)
+    coulomb = max(float(found[3] * inertia), 0.0)
+    static = max(_breakaway(np.abs(drive), moving), coulomb)
+    damping = max(float(found[2] * inertia), 0.0)
+    return Guess(PlantParameters(float(inertia), damping, coulomb, static, float(delay_s)), misfit)
+
+
+def _no_plant(series: Series) -> PlantParameters:
+    """A body that a second of the input moves about as far as was measured."""
+    pushed, moved = float(np.std(series.given)), float(np.std(series.measured))
+    return PlantParameters(pushed / (moved or 1.0), 0.0, 0.0, 0.0, 0.0)
+
+
+def _breakaway(drive: Numbers, moving: Numbers) -> float:
+    """The median drive at which the body began to move; the largest that it withstood if none."""
+    began = np.flatnonzero(np.diff(moving) > 0)
+    if len(began):
+        return float(np.median(drive[began]))
+    standing = drive[moving == 0.0]
+    return float(standing.max()) if len(standing) else 0.0
+
+
+def _smoothed_rate(series: Series) -> Numbers:
+    measured = series.measured
+    if series.quantity == "position":
+        measured = np.gradient(measured, series.at)
+    padded = np.pad(measured, _SMOOTHED // 2, mode="edge")
+    smoothed: Numbers = np.convolve(padded, np.full(_SMOOTHED, 1.0 / _SMOOTHED), mode="valid")
+    return smoothed
+
+
+def _still(rate: Numbers, series: Series) -> float:
+    """The rate that is none beside the noise."""
+    noise = np.median(np.abs(np.diff(series.measured, 2))) / 0.6745 / np.sqrt(6.0)
+    if series.quantity == "position":
+        noise /= float(np.median(np.diff(series.at)))
+    return float(_STANDING * max(noise / np.sqrt(_SMOOTHED), 1e-6 * np.abs(rate).max()))
+
+
+def _integral(values: Numbers, at: Numbers) -> Numbers:
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(at)
+    return np.concatenate(([0.0], np.cumsum(steps)))

@@ -1,0 +1,62 @@
+"""The simulated body beside TachoBot's world, which shares no line with it."""
+
+import numpy as np
+import pytest
+
+from firmware_runtime.identification.motion import motion
+from firmware_runtime.identification.plant import Numbers, PlantParameters
+from firmware_runtime.identification.stretches import stretches_of
+from sim_doubles.worlds.swing import Swing
+from sim_doubles.worlds.transient import Transient
+from tests.support.pushed_body import pushed_body
+
+AT = np.arange(600) * 0.01
+SLOW = 0.12 * np.sin(2.0 * AT)
+SQUARE = 0.3 * np.sign(np.sin(5.0 * AT))
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.03])
+@pytest.mark.parametrize("given", [SLOW, SQUARE])
+@pytest.mark.parametrize(
+    "plant",
+    [
+        PlantParameters(0.07, 0.05, 0.02, 0.05, 0.0237),
+        PlantParameters(0.2, 0.0, 0.03, 0.03, 0.04),
+        PlantParameters(0.03, 0.9, 0.01, 0.05, 0.0),
+    ],
+)
+def test_position_and_rate_are_those_of_an_exact_world(
+    plant: PlantParameters, given: Numbers, lag_s: float
+) -> None:
+    position, rate = motion(plant, stretches_of(AT, given, AT, plant.delay_s, lag_s), 0.0)
+    expected = pushed_body(plant, lag_s, AT, given)
+    assert position == pytest.approx(expected[0], abs=2e-6)
+    assert rate == pytest.approx(expected[1], abs=2e-6)
+
+
+def test_measurements_may_lie_anywhere_between_inputs() -> None:
+    plant = PlantParameters(0.07, 0.05, 0.02, 0.05, 0.0237)
+    odd = np.sort(np.random.default_rng(1).uniform(0.0, 5.9, 300))
+    among = np.unique(np.concatenate((AT, odd)))
+    _, everywhere = motion(plant, stretches_of(AT, SLOW, among, plant.delay_s, 0.03), 0.0)
+    _, some = motion(plant, stretches_of(AT, SLOW, odd, plant.delay_s, 0.03), 0.0)
+    chosen = everywhere[np.searchsorted(among, odd)]
+    assert some[50:] == pytest.approx(chosen[50:], abs=1e-9)
+
+
+def test_a_body_that_moves_at_first_comes_to_rest_by_its_friction_alone() -> None:
+    plant = PlantParameters(0.1, 0.02, 0.05, 0.06, 0.0)
+    still = np.zeros_like(AT)
+    position, rate = motion(plant, stretches_of(AT, still, AT, 0.0, 0.0), 1.0)
+    coasting = Swing(0.0, 1.0, Transient(-0.5, 0.0, 0.0, 1.0), 0.2)
+    stop = coasting.first_stop(1, 5.0)
+    assert stop is not None
+    assert rate[stop < AT] == pytest.approx(0.0)
+    assert position[-1] == pytest.approx(coasting.yaw(stop))
+
+
+def test_a_body_without_friction_never_sticks() -> None:
+    plant = PlantParameters(0.1, 0.0, 0.0, 0.0, 0.0)
+    given = np.where(AT < 1.0, 0.1, 0.0)
+    _, rate = motion(plant, stretches_of(AT, given, AT, 0.0, 0.0), 0.0)
+    assert rate[-1] == pytest.approx(1.0)

@@ -1,0 +1,76 @@
+"""A board that was never seen: a cart that a motor pushes, its position measured."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firmware_runtime.board.plants import Plant, Signal, plant_fault
+from firmware_runtime.board.registry import Board, load
+from firmware_runtime.identification.source import read_series
+
+
+@dataclass(frozen=True)
+class CartSettings:
+    """All that the cart's plant asks of its settings."""
+
+    newtons_per_volt: float = 0.5
+
+
+CART = Plant(
+    title="the cart",
+    structure="translation",
+    input=Signal(("motor.volts",), {"": 1.0}, scale=lambda settings: settings.newtons_per_volt),
+    output=Signal(("ruler.seen", "ruler.raw"), {"left.mm": 0.001, "right.0": 0.002}),
+    measures="position",
+)
+
+
+def stated(**changed: Any) -> Plant:  # noqa: ANN401 -- what is refused
+    return replace(CART, **changed)
+
+
+@pytest.fixture
+def cart() -> Board:
+    return replace(load("tachobot"), name="cart", settings=CartSettings(), plant=CART)
+
+
+def test_weighted_numbers_of_a_trace_become_input_and_output(cart: Board, tmp_path: Path) -> None:
+    trace = tmp_path / "run.trace"
+    lines = []
+    for tick in range(250):
+        at = tick * 10_000_000
+        value = f'{{"left": {{"mm": {tick}}}, "right": [{tick}]}}'
+        lines.append(f'{{"t_ns": {at}, "port": "ruler.raw", "value": {value}}}')
+        lines.append(f'{{"t_ns": {at}, "port": "motor.volts", "value": {tick % 7}}}')
+        lines.append(f'{{"t_ns": {at}, "port": "motor.volts", "value": {tick % 5}}}')
+    trace.write_text("\n".join(lines))
+    series = read_series(trace, cart)
+    assert series.quantity == "position"
+    assert series.at == pytest.approx(np.arange(250) * 0.01)
+    assert series.measured == pytest.approx(np.arange(250) * 0.003)
+    assert series.given == pytest.approx(np.arange(250) % 5 * 0.5)  # the last of an instant
+
+
+def test_a_table_may_leave_cells_empty(cart: Board, tmp_path: Path) -> None:
+    table = tmp_path / "run.csv"
+    rows = [f"{tick * 0.01},{tick % 9 if tick % 3 == 0 else ''},{tick}" for tick in range(300)]
+    table.write_text("\n".join(["time_s,input,output", *rows]))
+    series = read_series(table, cart, since_s=0.5)
+    assert (len(series.given), len(series.measured)) == (100, 250)
+    assert series.at[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    "plant",
+    ["yaw", stated(structure="bending"), stated(measures="acceleration")],
+)
+def test_what_is_no_plant_is_a_fault_of_its_definition(plant: object) -> None:
+    assert plant_fault(plant) is not None
+
+
+def test_a_plant_and_none_are_sound() -> None:
+    assert plant_fault(CART) is None
+    assert plant_fault(None) is None
