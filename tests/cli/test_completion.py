@@ -34,6 +34,8 @@ def ways_on(*words: str) -> list[str]:
         (("run", "tachobot", "--for", ""), []),
         (("run", "tachobot", "--clock", "virtual", "--doub"), ["--doubles"]),
         (("run", "--doubles", "det"), ["detective"]),
+        (("export", "det"), ["detective"]),
+        (("import", "x.ma", "--out"), ["--output"]),
         (("check", "tachobot", "--set", "controller.yaw.kp"), ["controller.yaw.kp="]),
         (("check", "nobot", "--set", "controller"), []),
         (("service", "st"), ["status"]),

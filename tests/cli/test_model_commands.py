@@ -66,6 +66,7 @@ def test_what_is_there_is_not_written_over(command: Command, tmp_path: Path) -> 
         (("export", "firmware_runtime:Atomic"), "TypeError"),
         (("export", MODEL_FILE, "--set", "model.hop_s=1"), "--set changes a board"),
         (("run", MODEL_FILE, "--model", MODEL_FILE, "--events", "x"), "--model: expected a board"),
+        (("run", MODEL_FILE), "a model without a board; expected --events"),
         (("import", "no/such.ma"), "cannot be read"),
         (("import", MODEL_FILE, "-o", "2nd.py"), "expected a name that Python can import"),
         (("import", MODEL_FILE, "-o", "/no/such/folder/x.py"), "expected a file that can be"),

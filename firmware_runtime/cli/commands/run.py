@@ -13,6 +13,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_model import is_model
 from firmware_runtime.cli.clock import choose_clock, clock_of
 from firmware_runtime.cli.events import add_event_options, run_event_file
 from firmware_runtime.cli.planned_inputs import add_input_option, plan_inputs
@@ -65,6 +66,9 @@ def execute(arguments: argparse.Namespace) -> int:
         arguments.stage is None or not arguments.stage.has_two_ends
     ):
         return run_event_file(arguments)
+    if is_model(arguments.board):
+        fault = "a model without a board; expected --events FILE.ev with it"
+        raise ConfigError.of_one(arguments.board, fault)
     board = chosen_board(arguments.board, arguments.assignments)
     if arguments.stage is not None and arguments.stage.has_two_ends:
         both = import_module("firmware_runtime.cli.staged")  # not for a robot's own start
