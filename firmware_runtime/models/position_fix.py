@@ -1,0 +1,97 @@
+"""Where a tracking system in the room says that a body is, and how far that is to be believed."""
+
+import math
+from enum import Enum, auto
+from typing import NamedTuple
+
+__all__ = [
+    "AxisCovariance",
+    "FixReport",
+    "PlanarInertial",
+    "PoseCovariance",
+    "PoseFix",
+    "PositionFix",
+    "PositionState",
+]
+
+
+class PositionFix(NamedTuple):
+    """A measured position, in the axes of the room."""
+
+    x_m: float
+    y_m: float
+    age_s: float
+    """How long ago it was measured when it is put in: the instant counts, not the arrival."""
+
+
+class PoseFix(NamedTuple):
+    """A measured position and direction."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    """From x to y; by how many whole turns is of no account."""
+    age_s: float
+
+
+class PlanarInertial(NamedTuple):
+    """What an inertial unit and an attitude estimate say of a level body, at one instant."""
+
+    forward_m_s2: float
+    """Specific force along the body's x."""
+    left_m_s2: float
+    yaw_rad: float
+    """Continuous: it does not jump by a turn."""
+    yaw_rate_rad_s: float
+
+
+class PositionState(Enum):
+    """How good the position is."""
+
+    NO_POSITION = auto()
+    TRACKING = auto()
+    COASTING = auto()
+    """No position for a while: on the inertial unit alone."""
+    LOST = auto()
+    """For too long: only speed and yaw are any good."""
+    SAFE = auto()
+    """Given up."""
+
+
+class AxisCovariance(NamedTuple):
+    """The filter's covariance in one axis: position (m), velocity (m/s), bias (m/s2)."""
+
+    position: float
+    position_velocity: float
+    position_bias: float
+    velocity: float
+    velocity_bias: float
+    bias: float
+
+
+class PoseCovariance(NamedTuple):
+    """That of both axes, and the variance of the angle between the room and the attitude."""
+
+    x: AxisCovariance
+    y: AxisCovariance
+    yaw: float
+
+
+class FixReport(NamedTuple):
+    """What became of a fix."""
+
+    is_taken: bool
+    reason: str
+    """Why it was not taken; empty if it was."""
+    age_s: float
+    """How old it was when it was used."""
+    innovation_x_m: float
+    """How far it was from where it was expected; 0 where nothing was."""
+    innovation_y_m: float
+    normalized: float
+    """The squares of both over their variances, summed: chi square of two degrees of freedom."""
+
+
+def is_sound(fix: PositionFix | PoseFix) -> bool:
+    """Whether all of its numbers are finite and its age is none of the future."""
+    return all(map(math.isfinite, fix)) and fix.age_s >= 0.0

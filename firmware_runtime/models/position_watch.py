@@ -1,0 +1,63 @@
+"""How good a position is, by how long ago the last one came: a state diagram."""
+
+from dataclasses import dataclass
+
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.models.position_fix import FixReport, PositionState
+from firmware_runtime.models.state_diagram import StateDiagram
+from firmware_runtime.models.state_labels import Word
+from firmware_runtime.models.state_table import Arrow, Kept, State
+
+
+@dataclass(frozen=True, slots=True)
+class PositionPatience:
+    """Ns without a position, counted from the last one, each longer than the one before."""
+
+    coasts: int
+    """After which the body goes on by its inertial unit alone."""
+    lost: int
+    """After which it brakes and holds its yaw."""
+    safe: int
+    """After which it is switched off."""
+
+
+class PositionWatch(StateDiagram):
+    """Says how good the position is whenever that changes.
+
+    no position --fix?--> found (0) --state! TRACKING--> tracking
+    tracking (coasts) --fix?--> tracking;  --state! COASTING--> coasting
+    coasting (lost) --fix?--> found;  --state! LOST--> lost
+    lost (safe) --fix?--> found;  --state! SAFE--> safe
+    """
+
+    def __init__(self, name: str, patience: PositionPatience) -> None:
+        super().__init__(name)
+        self.fix = self.in_port("fix", FixReport)
+        self.state = self.out_port("state", PositionState)
+        self.follow(
+            (
+                State("no position", NEVER, Arrow("fix?any", "found")),
+                State("found", 0, Arrow("state!tracking", "tracking")),
+                State(
+                    "tracking",
+                    "coasts",
+                    Arrow("fix?any", "tracking"),
+                    Arrow("state!coasting", "coasting"),
+                ),
+                State("coasting", "lost", Arrow("fix?any", "found"), Arrow("state!lost", "lost")),
+                State("lost", "safe", Arrow("fix?any", "found"), Arrow("state!safe", "safe")),
+                State("safe", NEVER),
+            ),
+            {"any": _any, **{state.name.lower(): _word(state) for state in PositionState}},
+            coasts=patience.coasts,
+            lost=patience.lost - patience.coasts,
+            safe=patience.safe - patience.lost,
+        )
+
+
+def _any(_fix: FixReport, _kept: Kept) -> bool:
+    return True
+
+
+def _word(state: PositionState) -> Word:
+    return lambda _kept: state
