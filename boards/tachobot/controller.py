@@ -5,7 +5,7 @@ It knows neither chips nor clocks; the same object runs in simulation and on the
 
 from boards.tachobot.allocation import Allocation
 from boards.tachobot.attitude import Attitude
-from boards.tachobot.settings import ControllerSettings, FreeSettings, PidSettings
+from boards.tachobot.settings import ControllerSettings, FreeSettings, PidSettings, TachobotSettings
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.thrust_pairs import Forces
 from firmware_runtime.devs.coupled import Coupled
@@ -65,10 +65,10 @@ class Controller(Coupled):
         if isinstance(settings, FreeSettings):
             self._add_position(settings, limit_n, allocation)
 
-    def retune(self, settings: ControllerSettings) -> None:
+    def retune(self, settings: TachobotSettings) -> None:
         """Take up new gains; integrals stay, so nothing jumps."""
         for name, pid in self._pids.items():
-            pid.gains = _gains(getattr(settings, name), self._limit_n)
+            pid.gains = _gains(getattr(settings.controller, name), self._limit_n)
 
     def _predicted(self, settings: ControllerSettings, plant: SecondOrderPlant) -> OutPort[Motion]:
         """The port at which the yaw leaves that is controlled: predicted, or as estimated."""

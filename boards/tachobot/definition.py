@@ -1,8 +1,10 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
+from boards.tachobot.course import course_faults
 from boards.tachobot.experiments import EXPERIMENTS
-from boards.tachobot.result import yaw_result
+from boards.tachobot.result import own_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
+from boards.tachobot.tracking import TrackingController
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from boards.tachobot.yaw import YAW
 from drivers.chips.mpu9250_burst import NINE_AXES
@@ -10,10 +12,12 @@ from drivers.chips.pca9685 import duty_burst
 from drivers.chips.pca9685_rate import prescale_for
 from drivers.thrust_pairs import MOTORS
 from firmware_runtime.board.definition import BoardDefinition
+from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.budget import BusLoad
 
 
@@ -29,6 +33,7 @@ def faults(settings: TachobotSettings) -> list[str]:
         *_esc_faults(settings),
         *_rate_faults(settings),
         *_friction_faults(settings),
+        *_track_faults(settings),
     ]
 
 
@@ -56,8 +61,8 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         ),
         stop=tuple(chip.stop_all for chip in pwm),
         still_on=tuple(chip.still_on for chip in pwm),
-        result=lambda: yaw_result(settings, model.controller.attitude.motion),
-        ended=None,
+        result=lambda: own_result(settings, model.controller),
+        ended=_ended(model),
         ends_on_failure=True,
         retune=model.retune,
         warnings=model.imu_chip.warnings,
@@ -75,9 +80,10 @@ def devices(settings: TachobotSettings) -> tuple[Device, ...]:
 
 
 def _esc_faults(settings: TachobotSettings) -> list[str]:
-    """What is wrong with the speed controller, in the one mode that lifts with it."""
-    if settings.controller.mode == "free" and settings.esc is None:
-        missing = "esc: missing; controller.mode 'free' lifts with it, expected a table [esc]"
+    """What is wrong with the speed controller, in the modes that lift with it."""
+    mode = settings.controller.mode
+    if mode != "platform" and settings.esc is None:
+        missing = f"esc: missing; controller.mode {mode!r} lifts with it, expected a table [esc]"
         return [f"{missing} with its bus and address"]
     if (esc := settings.esc_in_use) is None:
         return []
@@ -121,6 +127,24 @@ def _friction_faults(settings: TachobotSettings) -> list[str]:
     return [] if world.static_friction_nm >= world.coulomb_friction_nm else [sentence]
 
 
+def _track_faults(settings: TachobotSettings) -> list[str]:
+    """What is wrong with the tables that mode `track` goes by, in that mode."""
+    if settings.controller.mode != "track":
+        return []
+    smith = "controller.yaw.smith: has no effect; controller.mode is 'track'"
+    return [
+        *settings.position.faults(),
+        *course_faults(settings),
+        *([] if settings.controller.yaw.smith is None else [smith]),
+    ]
+
+
+def _ended(model: Tachobot) -> OutPort[Ending] | None:
+    """Where mode `track` says that it gave up; the other modes have no end of their own."""
+    controller = model.controller
+    return controller.given_up.ended if isinstance(controller, TrackingController) else None
+
+
 BOARD = BoardDefinition(
     settings=TachobotSettings,
     build=build,
@@ -135,7 +159,7 @@ BOARD = BoardDefinition(
         "thrust_pairs.slew_per_s",
         "thrust_pairs.timeout_s",
     ),
-    optional_components=("esc", "lift"),  # in mode free
+    optional_components=("esc", "lift"),  # where it hovers
     doubles_run_s=10.0,
     experiments=EXPERIMENTS,
     plant=YAW,

@@ -1,13 +1,72 @@
-"""How a run of TachoBot ended: where it points, and whether it has come to rest there."""
+"""How a run of TachoBot ended: where it points, and whether it has come to rest there.
 
+In mode `track`: where it is, and whether that is where its trajectory has it.
+"""
+
+import math
 from typing import Final
 
+from boards.tachobot.controller import Controller
 from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.tracking import TrackingController
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.trajectory import PoseSetpoint
+from firmware_runtime.models.trajectory_paths import Pose
 
 SETTLED_RAD: Final = 0.02
 SETTLED_RAD_S: Final = 0.05
 NEVER_BEGAN: Final = "control never began"
+ON_PATH_M: Final = 0.1
+ON_PATH_RAD: Final = 0.1
+
+
+def own_result(
+    settings: TachobotSettings, controller: Controller | TrackingController
+) -> dict[str, object]:
+    """How it ended by what the robot itself knows."""
+    if isinstance(controller, Controller):
+        return yaw_result(settings, controller.attitude.motion)
+    state, motion = controller.estimator.history.state, controller.attitude.motion
+    if state is None or motion is None:
+        return track_result(controller, None)
+    pose = Pose(state.x[0], state.y[0], motion.position + state.offset_rad)
+    return track_result(controller, pose)
+
+
+def track_result(controller: TrackingController, pose: Pose | None) -> dict[str, object]:
+    """Pose, how far it is from the trajectory, how good the position is; `settled` if it is near.
+
+    If it is not, `settled_reason` says why.
+    """
+    setpoint, state = controller.trajectory.setpoint, controller.watch.phase
+    if pose is None or setpoint is None:
+        nothing = dict.fromkeys(("x_m", "y_m", "yaw_rad", "off_m", "yaw_error_rad"))
+        return {**nothing, "position": state, "settled": False, "settled_reason": NEVER_BEGAN}
+    off_m, error_rad = _off(setpoint, pose)
+    reason = _why_not_on_path(off_m, error_rad, state)
+    result: dict[str, object] = {
+        **pose._asdict(),
+        "off_m": off_m,
+        "yaw_error_rad": error_rad,
+        "position": state,
+        "settled": reason is None,
+    }
+    return result if reason is None else {**result, "settled_reason": reason}
+
+
+def _off(setpoint: PoseSetpoint, pose: Pose) -> tuple[float, float]:
+    x, y, yaw = (goal.position - at for goal, at in zip(setpoint, pose, strict=True))
+    return math.hypot(x, y), math.remainder(yaw, math.tau)
+
+
+def _why_not_on_path(off_m: float, error_rad: float, state: str) -> str | None:
+    if state not in {"tracking", "coasting"}:
+        return f"the position is not tracked ({state})"
+    if not off_m <= ON_PATH_M:
+        return f"it is {off_m:.3f} m off its path, expected {ON_PATH_M:g} at most"
+    if not abs(error_rad) <= ON_PATH_RAD:
+        return f"yaw is off by {error_rad:.3f} rad, expected {ON_PATH_RAD:g} at most"
+    return None
 
 
 def yaw_result(

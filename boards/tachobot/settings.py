@@ -4,6 +4,11 @@ from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
+from boards.tachobot.tracking_settings import (
+    AnyTrajectory,
+    ExternalPositionSettings,
+    HoldSettings,
+)
 from firmware_runtime.board.settings import (
     Address,
     BoardSettings,
@@ -126,10 +131,13 @@ class YawSettings(PidSettings, frozen=True):
     """Left out: the PID commands; otherwise the loop is open, and its command goes nowhere."""
 
 
-class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
-    """The controller, as far as it is the same in both modes."""
+Mode: TypeAlias = Literal["platform", "free", "track"]
 
-    mode: ClassVar[Literal["platform", "free"]]
+
+class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
+    """The controller, as far as it is the same in all modes."""
+
+    mode: ClassVar[Mode]
     period_s: Annotated[float, Meta(ge=0.0005, le=1)]
     compass_time_constant_s: SecondsOrNone
     """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
@@ -139,18 +147,58 @@ class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
 class PlatformSettings(ControlSettings, frozen=True, kw_only=True, tag="platform"):
     """On the rotating platform: yaw only."""
 
-    mode: ClassVar[Literal["platform", "free"]] = "platform"
+    mode: ClassVar[Mode] = "platform"
 
 
 class FreeSettings(ControlSettings, frozen=True, kw_only=True, tag="free"):
     """Hovering: x, y and yaw."""
 
-    mode: ClassVar[Literal["platform", "free"]] = "free"
+    mode: ClassVar[Mode] = "free"
     x: PositionSettings = PositionSettings()
     y: PositionSettings = PositionSettings()
 
 
-ControllerSettings: TypeAlias = PlatformSettings | FreeSettings
+class AxisSettings(PidSettings, frozen=True):
+    """The PID of x or y in mode `track`, which is pushed ahead by its trajectory."""
+
+    kp: NotNegative = 6.0
+    ki: NotNegative = 0.3
+    kd: NotNegative = 7.0
+    anti_windup: bool = True
+
+
+class TrackSettings(ControlSettings, frozen=True, kw_only=True, tag="track"):
+    """Hovering along a trajectory, by an external position; what is left out is the plant's."""
+
+    mode: ClassVar[Mode] = "track"
+    x: AxisSettings = AxisSettings()
+    y: AxisSettings = AxisSettings()
+    mass_kg: Positive | None = None
+    """What the robot takes its mass to be: how much force an acceleration takes."""
+    yaw_inertia_kg_m2: Positive | None = None
+    lever_arm_m: Positive | None = None
+
+
+ControllerSettings: TypeAlias = PlatformSettings | FreeSettings | TrackSettings
+
+
+class PositionSensorSettings(Settings, frozen=True):
+    """The room's tracking system, such as a camera; its positions come in mode `track` only."""
+
+    rate_hz: Annotated[float, Meta(ge=0, le=200)] = 20.0
+    """0: there is none."""
+    delay_s: Annotated[float, Meta(ge=0, le=2)] = 0.05
+    """From the instant of a position until it comes; it says so in `age_s`."""
+    dropout: Fraction = 0.0
+    """Share of the positions that never come."""
+    noise_m: NotNegative = 0.005
+    """Standard deviation of x and of y."""
+    yaw: bool = False
+    """Whether it measures yaw too."""
+    yaw_noise_rad: NotNegative = 0.01
+    outages_s: tuple[tuple[float, float], ...] = ()
+    """From when to when it measures nothing, such as [[20.0, 22.0]]."""
+    seed: Annotated[int, Meta(ge=0)] = 1
 
 
 class WorldSettings(Settings, frozen=True):
@@ -168,6 +216,11 @@ class WorldSettings(Settings, frozen=True):
     gyro_noise_rad_s: NotNegative
     field_noise_t: NotNegative
     seed: Annotated[int, Meta(ge=0)]
+    accelerometer_noise_m_s2: NotNegative = 0.0
+    """Standard deviation per sample on each axis."""
+    accelerometer_bias_m_s2: float = 0.0
+    """What its level axes read at rest."""
+    position: PositionSensorSettings = PositionSensorSettings()
 
 
 class TachobotSettings(BoardSettings, frozen=True, kw_only=True):
@@ -179,12 +232,27 @@ class TachobotSettings(BoardSettings, frozen=True, kw_only=True):
     controller: ControllerSettings
     world: WorldSettings
     esc: EscSettings | None = None
-    """Demanded in mode `free`; in mode `platform` nothing is coupled to it, there or not."""
+    """Demanded in the modes that hover; on the platform nothing is coupled to it, there or not."""
+    trajectory: AnyTrajectory = HoldSettings()
+    """Mode `track` only, as the next."""
+    position: ExternalPositionSettings = ExternalPositionSettings()
 
     @property
     def esc_in_use(self) -> EscSettings | None:
-        """The speed controller in mode `free`, which lifts with it; None in mode `platform`."""
-        return self.esc if self.controller.mode == "free" else None
+        """The speed controller where the robot lifts with it; None on the platform."""
+        return None if self.controller.mode == "platform" else self.esc
+
+    @property
+    def mass_kg(self) -> float:
+        """What the robot takes its mass to be."""
+        return getattr(self.controller, "mass_kg", None) or self.world.mass_kg
+
+    @property
+    def turning_inertia(self) -> float:
+        """The yaw command in N that 1 rad/s2 takes: two pairs push with it on the lever arm."""
+        control, world = self.controller, self.world
+        inertia = getattr(control, "yaw_inertia_kg_m2", None) or world.yaw_inertia_kg_m2
+        return inertia / (2 * (getattr(control, "lever_arm_m", None) or world.lever_arm_m))
 
     @property
     def pair_thrust_n(self) -> float:

@@ -110,6 +110,4 @@ class TrackingController(Coupled):
         return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))
 
     def _gains(self, settings: PidSettings) -> PidGains:
-        return PidGains(
-            settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup
-        )
+        return PidGains(settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup)

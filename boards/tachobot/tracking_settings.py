@@ -21,7 +21,7 @@ from firmware_runtime.models.trajectory_rejoin import RejoinLimits
 Kind: TypeAlias = Literal["hold", "line", "circle", "file"]
 
 
-class PositionSettings(Settings, frozen=True, kw_only=True):
+class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
     """The external position, as `[position]` describes it, and what happens when it stops."""
 
     noise_m: Positive = 0.005
@@ -41,7 +41,7 @@ class PositionSettings(Settings, frozen=True, kw_only=True):
     first_bias_m_s2: Positive = 0.1
     """How large the accelerometer's bias may be at first."""
     gate: Positive = 25.0
-    """Greatest square of a position's error over its variance that is believed, x and y together."""
+    """Greatest square of a position's error over its variance that is believed, x and y."""
     history_s: Annotated[float, Meta(gt=0, le=2)] = 0.5
     """How old a position may be that is still used."""
     coast_after_s: Seconds = 0.25

@@ -2,7 +2,8 @@
 
 from boards.tachobot.controller import Controller
 from boards.tachobot.lift import Lift
-from boards.tachobot.settings import EscSettings, TachobotSettings
+from boards.tachobot.settings import EscSettings, TachobotSettings, TrackSettings
+from boards.tachobot.tracking import TrackingController
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.pca9685 import Pca9685
@@ -15,12 +16,13 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.position_fix import PoseFix, PositionFix
 
 
 class Tachobot(Coupled):
-    """imu -> controller -> thrust_pairs; in mode `free` the esc lifts, then enables the controller.
+    """imu -> controller -> thrust_pairs; hovering, the esc lifts, then enables the controller.
 
-    Only what is coupled is there: outside mode `free` no second PCA9685, whatever the file says.
+    Only what is coupled is there: on the platform no second PCA9685, whatever the file says.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -34,36 +36,33 @@ class Tachobot(Coupled):
         """Every chip that drives something."""
         self.imu_chip = Mpu9250(buses[imu.bus], imu.address, chip_settings(settings))
 
-        self.yaw_reference = self.in_port("yaw_reference", float)
         self.thrust_pairs = self.add(
             ThrustPairs("thrust_pairs", self.thrust_chip, thrust_settings(settings), interlock)
         )
         self.imu = self.add(
             Imu("imu", self.imu_chip, control_period(settings), gyro_bias(settings))
         )
-        self.controller = self.add(
-            Controller(
-                "controller", settings.controller, settings.pair_thrust_n, settings.yaw_plant
-            )
-        )
+        self.controller = self.add(_controller(settings))
 
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.controller.forces, self.thrust_pairs.forces)
-        self.couple(self.yaw_reference, self.controller.yaw_reference)
+        if isinstance(self.controller, TrackingController):
+            self._couple_position(self.controller)
+        else:
+            self.yaw_reference = self.in_port("yaw_reference", float)
+            self.couple(self.yaw_reference, self.controller.yaw_reference)
         if settings.esc_in_use is not None:
             self._add_lift(settings.esc_in_use, lines)
 
     def retune(self, settings: TachobotSettings) -> None:
         """Take up the gains and limits of new settings."""
-        self.controller.retune(settings.controller)
+        self.controller.retune(settings)
         self.thrust_pairs.settings = thrust_settings(settings)
 
     def _add_lift(self, settings: EscSettings, lines: Lines) -> None:
         """Arm the central propeller at the start; control begins once it is armed and lifts."""
         chip = Pca9685(lines.buses[settings.bus], settings.address, osc_hz=settings.osc_hz)
         self.pwm_chips.append(chip)
-        self.x_position = self.in_port("x_position", Motion)
-        self.y_position = self.in_port("y_position", Motion)
         esc = self.add(Esc("esc", chip, esc_settings(settings), lines.interlock))
         lift = self.add(Lift("lift", settings.throttle))
 
@@ -71,8 +70,25 @@ class Tachobot(Coupled):
         self.couple(esc.armed_out, lift.armed)
         self.couple(lift.throttle_out, esc.throttle)
         self.couple(esc.armed_out, self.controller.enable)
-        self.couple(self.x_position, self.controller.x_position)
-        self.couple(self.y_position, self.controller.y_position)
+        if isinstance(self.controller, Controller):
+            self.x_position = self.in_port("x_position", Motion)
+            self.y_position = self.in_port("y_position", Motion)
+            self.couple(self.x_position, self.controller.x_position)
+            self.couple(self.y_position, self.controller.y_position)
+
+    def _couple_position(self, controller: TrackingController) -> None:
+        """The position, with yaw or without, comes from outside: no chip on board has it."""
+        self.position = self.in_port("position", PositionFix)
+        self.pose = self.in_port("pose", PoseFix)
+        self.couple(self.position, controller.position)
+        self.couple(self.pose, controller.pose)
+
+
+def _controller(settings: TachobotSettings) -> Controller | TrackingController:
+    control = settings.controller
+    if isinstance(control, TrackSettings):
+        return TrackingController("controller", settings, control)
+    return Controller("controller", control, settings.pair_thrust_n, settings.yaw_plant)
 
 
 def control_period(settings: TachobotSettings) -> int:

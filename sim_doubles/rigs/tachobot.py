@@ -4,15 +4,17 @@ from collections.abc import Mapping
 
 import msgspec
 
-from boards.tachobot.result import yaw_result
-from boards.tachobot.settings import TachobotSettings
+from boards.tachobot.result import track_result, yaw_result
+from boards.tachobot.settings import PositionSensorSettings, TachobotSettings
+from boards.tachobot.tracking import TrackingController
 from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.trajectory_paths import Pose
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -21,6 +23,11 @@ from sim_doubles.inertial_truth import BodyMotion, Vector
 from sim_doubles.rigs.buses import buses_of
 from sim_doubles.rigs.enable import enable_line
 from sim_doubles.worlds.mounting import ChipAxes
+from sim_doubles.worlds.position_sensor import (
+    PositionSensor,
+    PositionSensorParameters,
+    TruePose,
+)
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
 from sim_doubles.worlds.tachobot_probe import TachobotProbe
 
@@ -48,6 +55,7 @@ class TachobotRig:
         self.magnetometer = Ak8963Double(now, self._field)
         self.imu = Mpu9250Double(now, self._motion, imu.address, magnetometer=self.magnetometer)
         self._probe = TachobotProbe(self.world, now, self.catch_up)
+        self._tracked: TrackingController | None = None
         wired[imu.bus] += self.imu.targets
         self.buses = buses_of(settings.buses, wired, clock)
 
@@ -62,19 +70,40 @@ class TachobotRig:
         return self._probe.yaw_rad
 
     def attach(self, robot: Coupled) -> None:
-        """Add the world's probe; in mode `free` it also stands for the room's tracking system."""
+        """Add the world's probe, and the room's tracking system: in mode `free` that is ideal."""
         assert isinstance(robot, Tachobot)  # noqa: S101 -- a rig belongs to its board
         probe = robot.add(self._probe)
         robot.couple(robot.imu.sample, probe.tick)
-        if self._settings.controller.mode == "free":
+        if isinstance(robot.controller, TrackingController):
+            self._tracked = robot.controller
+            self._attach_position_sensor(robot, robot.controller)
+        elif self._settings.controller.mode == "free":
             robot.couple(probe.x, robot.controller.x_position)
             robot.couple(probe.y, robot.controller.y_position)
 
+    def _attach_position_sensor(self, robot: Tachobot, controller: TrackingController) -> None:
+        table = self._settings.world.position
+        if not table.rate_hz:
+            return
+        sensor = robot.add(PositionSensor(_sensor_parameters(table), self._pose, self._now))
+        if table.yaw:
+            robot.couple(sensor.pose, controller.pose)
+        else:
+            robot.couple(sensor.position, controller.position)
+
+    def _pose(self) -> TruePose:
+        self.catch_up()
+        state = self.world.state(self._now())
+        return TruePose(state.x_m, state.y_m, state.yaw_rad)
+
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
-        """The true yaw now, however long the run took and whatever the robot takes it for.
+        """The true yaw or pose now, however long the run took and whatever the robot takes it for.
 
         Whether control has begun is the robot's word: without a yaw it has not.
         """
+        if self._tracked is not None:
+            has_begun = own.get("yaw_rad", ...) is not None
+            return track_result(self._tracked, Pose(*self._pose()) if has_begun else None)
         self.catch_up()
         state = self.world.state(self._now())
         yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
@@ -120,6 +149,20 @@ class TachobotRig:
 
 def _parameters(settings: TachobotSettings) -> TachobotParameters:
     """The plant as board.toml describes it."""
-    return TachobotParameters(
-        **msgspec.structs.asdict(settings.world), mounting=settings.controller.mode
+    world = msgspec.structs.asdict(settings.world)
+    del world["position"]
+    is_held = settings.controller.mode == "platform"
+    return TachobotParameters(**world, mounting="platform" if is_held else "free")
+
+
+def _sensor_parameters(table: PositionSensorSettings) -> PositionSensorParameters:
+    """The tracking system as board.toml describes it."""
+    return PositionSensorParameters(
+        period=seconds(1 / table.rate_hz),
+        delay=seconds(table.delay_s),
+        dropout=table.dropout,
+        noise_m=table.noise_m,
+        yaw_noise_rad=table.yaw_noise_rad,
+        outages=tuple((seconds(begin), seconds(end)) for begin, end in table.outages_s),
+        seed=table.seed,
     )

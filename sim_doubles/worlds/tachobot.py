@@ -11,7 +11,7 @@ calls the duties are constant. Over such a stretch yaw is a formula, and x and y
 so how often it is read does not matter.
 
 Not modelled: tilt and lift, the reaction torque of the propellers, ripple of the PWM, a battery
-that sags, an IMU mounted off centre, noise of the accelerometer.
+that sags, an IMU mounted off centre.
 """
 
 import math
@@ -50,6 +50,11 @@ class TachobotWorld:
         self._gyro_bias = parameters.gyro_bias_rad_s
         self._gyro_noise = InstantNoise("gyro", parameters.seed, parameters.gyro_noise_rad_s)
         self._field_noise = InstantNoise("field", parameters.seed, parameters.field_noise_t)
+        self._bias = parameters.accelerometer_bias_m_s2
+        self._shake = InstantNoise(
+            "accelerometer", parameters.seed, parameters.accelerometer_noise_m_s2
+        )
+        self._shakes = parameters.accelerometer_noise_m_s2 > 0.0
         self._sound_duties: Sequence[float] = ()
         self._at = 0
 
@@ -84,14 +89,19 @@ class TachobotWorld:
         """What accelerometer and gyroscope in the centre feel at `at`, which is advanced to.
 
         Body axes: x forward, y left, z up. Acceleration in m/s2 is the specific force, +9.80665 up
-        at rest; rate in rad/s has the gyro's bias and noise on it; 25 degC. Noise depends on seed
-        and instant only.
+        at rest; both it and rate in rad/s have their sensor's bias and noise; 25 degC. Noise
+        depends on seed and instant only.
         """
         self.advance(at)
         forward, left = self._body.acceleration(self._driven)
+        shake_x, shake_y, shake_z = self._shake.at(at) if self._shakes else (0.0, 0.0, 0.0)
         noise_x, noise_y, noise_z = self._gyro_noise.at(at)
         return BodyMotion(
-            (forward, left, _GRAVITY_M_S2),
+            (
+                forward + self._bias + shake_x,
+                left + self._bias + shake_y,
+                _GRAVITY_M_S2 + shake_z,
+            ),
             (noise_x, noise_y, self._body.turn[1] + self._gyro_bias + noise_z),
             _TEMPERATURE_C,
         )

@@ -18,6 +18,7 @@ _NOT_NEGATIVE = (
     "coulomb_friction_nm",
     "gyro_noise_rad_s",
     "field_noise_t",
+    "accelerometer_noise_m_s2",
 )
 
 
@@ -61,6 +62,10 @@ class TachobotParameters:
     """Standard deviation per sample of the white noise on each gyro axis."""
     field_noise_t: float = 3e-7
     """Standard deviation per measurement of the white noise on each magnetometer axis."""
+    accelerometer_noise_m_s2: float = 0.0
+    """Standard deviation per sample of the white noise on each accelerometer axis."""
+    accelerometer_bias_m_s2: float = 0.0
+    """What the accelerometer's level axes read at rest; the vertical one has no bias."""
     seed: int = 1
     """Chooses the noise."""
     mounting: Mounting = "platform"
@@ -77,8 +82,9 @@ class TachobotParameters:
         for name in _NOT_NEGATIVE:
             if not 0.0 <= getattr(self, name) < math.inf:
                 yield f"{name} is {getattr(self, name)}, expected a finite number, 0 or more"
-        if not math.isfinite(self.gyro_bias_rad_s):
-            yield f"gyro_bias_rad_s is {self.gyro_bias_rad_s}, expected a finite number"
+        for name in ("gyro_bias_rad_s", "accelerometer_bias_m_s2"):
+            if not math.isfinite(getattr(self, name)):
+                yield f"{name} is {getattr(self, name)}, expected a finite number"
         if self.static_friction_nm < self.coulomb_friction_nm:
             yield (
                 f"static_friction_nm is {self.static_friction_nm}, expected at least "

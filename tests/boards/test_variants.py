@@ -192,7 +192,7 @@ def test_a_change_of_the_choice_is_a_changed_key_and_is_not_taken_up() -> None:
         (SonarTable, "chip", ["srf08", "maxbotix"]),
         (CompassTable, "chip", ["cmps12", "hmc5883l"]),
         (TreadTable, "driver", ["md25", "sabertooth"]),
-        (ControllerSettings, "mode", ["platform", "free"]),
+        (ControllerSettings, "mode", ["platform", "free", "track"]),
         (ModelPolicy, "policy", ["skip", "catch-up", "stop"]),
     ],
 )
