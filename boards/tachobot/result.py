@@ -29,7 +29,8 @@ def own_result(
     state, motion = controller.estimator.history.state, controller.attitude.motion
     if state is None or motion is None:
         return track_result(controller, None)
-    pose = Pose(state.x[0], state.y[0], motion.position + state.offset_rad)
+    place = state.planar.position
+    pose = Pose(place.real, place.imag, motion.position + state.offset_rad)
     return track_result(controller, pose)
 
 

@@ -1,7 +1,9 @@
 """TachoBot's controller in mode `track`: it knows where it is, and follows a path.
 
 The errors of x and y are those of the room; `allocation` turns their commands into the body's axes
-by the yaw of the room. Without a position no command leaves, and the propellers stay off.
+by the yaw of the room. The estimator works from the first sample on, so that there is a position
+before outputs are armed; the trajectory begins once the robot is lifted. Without a position no
+command leaves, and the propellers stay off.
 """
 
 from typing import Final
@@ -44,13 +46,13 @@ class TrackingController(Coupled):
         estimates = settings.position.estimator(control.period_s)
         period, limits = seconds(settings.trajectory.period_s), settings.trajectory.rejoin()
 
-        self.attitude = self.add(Attitude("attitude", compass, enabled=False))
+        self.attitude = self.add(Attitude("attitude", compass, enabled=True))
         inertial = self.add(Inertial("inertial"))
         self.estimator = self.add(PositionEstimator("estimator", estimates))
         self.watch = self.add(PositionWatch("watch", settings.position.patience()))
         self.given_up = self.add(GivenUp("given_up", settings.position.safe_after_s))
         self.trajectory = self.add(
-            TrajectorySource("trajectory", path_of(settings), period, limits)
+            TrajectorySource("trajectory", path_of(settings), period, limits, enabled=False)
         )
         mass_kg, turning = settings.mass_kg, settings.turning_inertia
         self._pids = {
@@ -63,7 +65,7 @@ class TrackingController(Coupled):
 
         self.couple(self.sample, inertial.sample)
         self.couple(self.sample, self.attitude.sample)
-        self.couple(self.enable, self.attitude.enable)
+        self.couple(self.enable, self.trajectory.enable)
         self.couple(self.attitude.yaw, inertial.yaw)
         self.couple(inertial.inertial, self.estimator.inertial)
         self.couple(self.position, self.estimator.position)

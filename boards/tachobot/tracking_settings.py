@@ -32,8 +32,8 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
     """How much older a position is than its `age_s` says."""
     acceleration_noise: Positive = 0.01
     """Of the accelerometer, a density, m/s2 over root Hz."""
-    bias_walk: NotNegative = 0.003
-    """How its bias wanders in the axes of the room, m/s2 in a root second."""
+    bias_walk: NotNegative = 0.001
+    """How its bias wanders, m/s2 in a root second."""
     yaw_walk: NotNegative = 0.001
     """How the attitude's zero wanders, rad in a root second."""
     first_velocity_m_s: Positive = 0.2

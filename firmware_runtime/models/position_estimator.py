@@ -1,10 +1,9 @@
 """Where a body is and how fast it moves: an inertial unit and a tracking system in the room, fused.
 
 The inertial unit is quick and drifts, the room's positions are true and come late, seldom, or not
-at all. A Kalman filter an axis (`position_filter`) goes with the one and is corrected by the other,
-each position at the instant it was measured (`position_history`). The bias of the acceleration is
-estimated in the axes of the room: that of a body that turns wanders there, `bias_walk` says how
-much. Memory and time a step are bounded: by the history's length and by the fixes taken in a step.
+at all. A Kalman filter (`position_filter`) goes with the one and is corrected by the other, each
+position at the instant it was measured (`position_history`). Memory and time a step are bounded: by
+the history's length and by the fixes taken in a step.
 """
 
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from dataclasses import dataclass
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.position_filter import FilterNoise, covariance
+from firmware_runtime.models.position_filter import FilterNoise
 from firmware_runtime.models.position_fix import (
     FixReport,
     PlanarInertial,
@@ -99,13 +98,12 @@ class PositionEstimator(Atomic):
         state, last = self.history.state, self._last
         if state is None or last is None:
             return
-        self.x.send(Motion(*state.x[:2]))
-        self.y.send(Motion(*state.y[:2]))
+        position, velocity, _, pp, pv, _, vv, _, bb = state.planar
+        self.x.send(Motion(position.real, velocity.real))
+        self.y.send(Motion(position.imag, velocity.imag))
         inertial = last[1]
         self.yaw.send(Motion(inertial.yaw_rad + state.offset_rad, inertial.yaw_rate_rad_s))
-        self.covariance.send(
-            PoseCovariance(covariance(state.x), covariance(state.y), state.offset_variance)
-        )
+        self.covariance.send(PoseCovariance(pp, pv.real, vv, bb, state.offset_variance))
 
     def internal(self) -> None:
         """Wait for the next sample."""

@@ -1,23 +1,21 @@
-"""The Kalman filter of one axis: position, velocity, and the bias of a measured acceleration.
+"""The Kalman filter of a body in the plane: position, velocity, and the bias of its accelerometer.
 
-    position' = velocity,  velocity' = acceleration - bias + white noise,  bias' = white noise
+    position' = velocity,  velocity' = turned (acceleration - bias) + noise,  bias' = noise
 
-A span of constant acceleration is taken in exactly; a measured position corrects all three. State
-and covariance are one tuple of nine floats, so that many of them can be kept and none is changed.
+Acceleration and bias are in the axes of the body, the rest in those of the room. A place in the
+plane is a complex number, x + i y: turning is a product, and since x and y are measured alike, the
+covariance of both axes together is a Hermitian matrix of three by three. So a bias that turns with
+its body is estimated exactly, in half the arithmetic. A span of constant acceleration is taken in
+exactly. State and covariance are one tuple, so that many can be kept and none is changed.
 
 Source: Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001.
 """
 
-from typing import NamedTuple, TypeAlias
-
-from firmware_runtime.models.position_fix import AxisCovariance
-
-Axis: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
-"""Position, velocity, bias; then the covariance's upper triangle, row by row."""
+from typing import NamedTuple
 
 
 class FilterNoise(NamedTuple):
-    """How uncertain everything is, as standard deviations."""
+    """How uncertain everything is, as standard deviations in each axis."""
 
     position_m: float
     """Of a measured position."""
@@ -35,64 +33,76 @@ class FilterNoise(NamedTuple):
     """Of the bias, 0, that it begins with."""
 
 
-def first(position: float, noise: FilterNoise) -> Axis:
-    """The axis at the first measured position."""
+class Planar(NamedTuple):
+    """The estimate, x + i y each, and the upper triangle of its covariance, of one axis."""
+
+    position: complex
+    velocity: complex
+    bias: complex
+    """Forward + i left."""
+    pp: float
+    pv: complex
+    pb: complex
+    vv: float
+    vb: complex
+    bb: float
+
+
+def first(position: complex, noise: FilterNoise) -> Planar:
+    """The estimate at the first measured position."""
     velocity, bias = noise.first_velocity_m_s, noise.first_bias_m_s2
     variance = noise.position_m * noise.position_m
-    return (position, 0.0, 0.0, variance, 0.0, 0.0, velocity * velocity, 0.0, bias * bias)
+    return Planar(position, 0j, 0j, variance, 0j, 0j, velocity * velocity, 0j, bias * bias)
 
 
-def restarted(axis: Axis, position: float, noise: FilterNoise) -> Axis:
-    """The axis at a position that nobody expected: what was known of the bias is kept."""
-    _, _, bias, *_, bias_variance = axis
-    start = first(position, noise)
-    return (*start[:2], bias, *start[3:8], bias_variance)
+def restarted(planar: Planar, position: complex, noise: FilterNoise) -> Planar:
+    """The estimate at a position that nobody expected: what is known of the bias is kept."""
+    return first(position, noise)._replace(bias=planar.bias, bb=planar.bb)
 
 
-def predicted(axis: Axis, acceleration: float, span_s: float, noise: FilterNoise) -> Axis:
-    """The axis after a span of constant measured acceleration."""
-    p, v, b, pp, pv, pb, vv, vb, bb = axis
-    half = 0.5 * span_s * span_s
-    net = acceleration - b
+def predicted(
+    planar: Planar, acceleration: complex, turn: complex, span_s: float, noise: FilterNoise
+) -> Planar:
+    """The estimate after a span of constant acceleration; `turn` is the body's direction in it."""
+    p, v, b, pp, pv, pb, vv, vb, bb = planar
+    back, half = turn.conjugate(), 0.5 * span_s * span_s
+    net = turn * (acceleration - b)
+    pb, vb = pb * back, vb * back
+    bv = vb.conjugate()
     along, across = pb + span_s * vb - half * bb, vb - span_s * bb
-    pv_half = pv + span_s * vv - half * vb
+    pv_half = pv + span_s * vv - half * bv
+    pp_half = pp + span_s * pv.conjugate() - half * pb.conjugate()
     white = noise.acceleration * noise.acceleration * span_s
-    return (
+    return Planar(
         p + span_s * v + half * net,
         v + span_s * net,
         b,
-        pp + span_s * pv - half * pb + span_s * pv_half - half * along
-        + white * span_s * span_s / 3.0,
+        (pp_half + span_s * pv_half - half * along).real + white * span_s * span_s / 3.0,
         pv_half - span_s * along + white * span_s / 2.0,
-        along,
-        vv - span_s * vb - span_s * across + white,
-        across,
+        along * turn,
+        (vv - span_s * bv - span_s * across).real + white,
+        across * turn,
         bb + noise.bias_walk * noise.bias_walk * span_s,
-    )  # fmt: skip
+    )
 
 
-def innovation(axis: Axis, position: float, noise: FilterNoise) -> tuple[float, float]:
-    """How far a measured position is from the expected one, and the variance of that."""
-    return position - axis[0], axis[3] + noise.position_m * noise.position_m
+def innovation(planar: Planar, position: complex, noise: FilterNoise) -> tuple[complex, float]:
+    """How far a measured position is from the expected one, and the variance in each axis."""
+    return position - planar.position, planar.pp + noise.position_m * noise.position_m
 
 
-def corrected(axis: Axis, off: float, variance: float) -> Axis:
-    """The axis after a measured position that was `off` the expected one."""
-    p, v, b, pp, pv, pb, vv, vb, bb = axis
-    by_p, by_v, by_b = pp / variance, pv / variance, pb / variance
-    return (
+def corrected(planar: Planar, off: complex, variance: float) -> Planar:
+    """The estimate after a measured position that was `off` the expected one."""
+    p, v, b, pp, pv, pb, vv, vb, bb = planar
+    by_p, by_v, by_b = pp / variance, pv.conjugate() / variance, pb.conjugate() / variance
+    return Planar(
         p + by_p * off,
         v + by_v * off,
         b + by_b * off,
         pp - by_p * pp,
         pv - by_p * pv,
         pb - by_p * pb,
-        vv - by_v * pv,
+        vv - (by_v * pv).real,
         vb - by_v * pb,
-        bb - by_b * pb,
+        bb - (by_b * pb).real,
     )
-
-
-def covariance(axis: Axis) -> AxisCovariance:
-    """The covariance alone."""
-    return AxisCovariance(*axis[3:])

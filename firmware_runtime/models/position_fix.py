@@ -5,7 +5,6 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 __all__ = [
-    "AxisCovariance",
     "FixReport",
     "PlanarInertial",
     "PoseCovariance",
@@ -58,23 +57,15 @@ class PositionState(Enum):
     """Given up."""
 
 
-class AxisCovariance(NamedTuple):
-    """The filter's covariance in one axis: position (m), velocity (m/s), bias (m/s2)."""
-
-    position: float
-    position_velocity: float
-    position_bias: float
-    velocity: float
-    velocity_bias: float
-    bias: float
-
-
 class PoseCovariance(NamedTuple):
-    """That of both axes, and the variance of the angle between the room and the attitude."""
+    """How uncertain an estimate is: in x as in y, which do not depend on each other."""
 
-    x: AxisCovariance
-    y: AxisCovariance
-    yaw: float
+    position_m2: float
+    position_velocity_m2_s: float
+    velocity_m2_s2: float
+    bias_m2_s4: float
+    yaw_rad2: float
+    """Of the angle between the room and the attitude; 0 while no yaw was measured."""
 
 
 class FixReport(NamedTuple):

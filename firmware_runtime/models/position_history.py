@@ -6,14 +6,15 @@ from there on is worked out once more: what comes out is what would have come ou
 at once, to the bit. The row has a bounded length; a fix from before it is refused.
 """
 
+import cmath
 import math
 from collections import deque
 from typing import NamedTuple
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.position_filter import (
-    Axis,
     FilterNoise,
+    Planar,
     corrected,
     first,
     innovation,
@@ -29,8 +30,7 @@ OFF_GATE = "too far from where it was expected"
 class Estimate(NamedTuple):
     """The filter's state at an instant."""
 
-    x: Axis
-    y: Axis
+    planar: Planar
     offset_rad: float
     """The room's yaw less the attitude's."""
     offset_variance: float
@@ -97,10 +97,6 @@ class PositionHistory:
             found.get(id(fix), refused._replace(age_s=(now - fix.at) / SECOND)) for fix in fixes
         ]
 
-    def yaw_of(self, attitude_rad: float) -> float:
-        """The attitude's yaw in the axes of the room."""
-        return attitude_rad + (0.0 if self.state is None else self.state.offset_rad)
-
     # ---------------------------------------------------------------------------------------------
 
     def _place_of(self, at: int) -> int | None:
@@ -134,13 +130,12 @@ class PositionHistory:
     def _moved(self, state: Estimate | None, span: Span, begin: int, end: int) -> Estimate | None:
         if state is None or end == begin:
             return state
-        x, y, offset, variance = state
+        planar, offset, variance = state
         forward, left, yaw, _ = span.mean
         span_s, noise = (end - begin) / SECOND, self.noise
-        cosine, sine = math.cos(yaw + offset), math.sin(yaw + offset)
+        turn = cmath.rect(1.0, yaw + offset)
         return Estimate(
-            predicted(x, cosine * forward - sine * left, span_s, noise),
-            predicted(y, sine * forward + cosine * left, span_s, noise),
+            predicted(planar, complex(forward, left), turn, span_s, noise),
             offset,
             variance + noise.yaw_walk * noise.yaw_walk * span_s if variance else 0.0,
         )
@@ -149,27 +144,24 @@ class PositionHistory:
         self, state: Estimate | None, span: Span, taken: Taken
     ) -> tuple[Estimate | None, FixReport]:
         fix, noise = taken.fix, self.noise
+        place = complex(fix.x_m, fix.y_m)
         _, _, yaw, yaw_rate = span.mean
         attitude = yaw + yaw_rate * (2 * taken.at - span.begin - span.end) / 2 / SECOND
         if state is None:
-            x, y = first(fix.x_m, noise), first(fix.y_m, noise)
-            unknown = Estimate(x, y, 0.0, 0.0)
-            begun = Estimate(x, y, *_offset(unknown, fix, attitude, noise)[:2])
-            return begun, FixReport(True, "", 0.0, 0.0, 0.0, 0.0)
-        off_x, x_variance = innovation(state.x, fix.x_m, noise)
-        off_y, y_variance = innovation(state.y, fix.y_m, noise)
-        offset, offset_variance, off_yaw = _offset(state, fix, attitude, noise)
-        square = off_x * off_x / x_variance + off_y * off_y / y_variance
-        report = FixReport(True, "", 0.0, off_x, off_y, square)
+            unknown = Estimate(first(place, noise), 0.0, 0.0)
+            begun = unknown.planar, *_offset(unknown, fix, attitude, noise)[:2]
+            return Estimate(*begun), FixReport(True, "", 0.0, 0.0, 0.0, 0.0)
+        off, variance = innovation(state.planar, place, noise)
+        *offset, off_yaw = _offset(state, fix, attitude, noise)
+        square = (off.real * off.real + off.imag * off.imag) / variance
+        report = FixReport(True, "", 0.0, off.real, off.imag, square)
         if square <= self.gate and off_yaw <= self.gate:
-            x = corrected(state.x, off_x, x_variance)
-            y = corrected(state.y, off_y, y_variance)
-            return Estimate(x, y, offset, offset_variance), report
+            return Estimate(corrected(state.planar, off, variance), *offset), report
         if not taken.may_restart:
             return state, report._replace(is_taken=False, reason=OFF_GATE)
-        x, y = restarted(state.x, fix.x_m, noise), restarted(state.y, fix.y_m, noise)
         unknown = state._replace(offset_variance=0.0)
-        return Estimate(x, y, *_offset(unknown, fix, attitude, noise)[:2]), report
+        again = restarted(state.planar, place, noise)
+        return Estimate(again, *_offset(unknown, fix, attitude, noise)[:2]), report
 
 
 def _put(fix: Taken, fixes: list[Taken]) -> None:

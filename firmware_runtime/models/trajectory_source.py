@@ -16,16 +16,20 @@ class TrajectorySource(Atomic):
     waiting (period) --state? TRACKING--> following (period) --x!, y!, yaw!--> following
     following --state? LOST--> braking (period) --x!, y!, yaw!--> braking
     braking --state? TRACKING--> following
+    following, braking --enable? false--> waiting
     any --state? SAFE--> given up (period)
 
-    It begins at the body's own motion and goes to the path from there, as it does after it braked.
+    `enabled` is how it begins; while it is not, nothing is sent. It begins at the body's own motion and goes to the path from there, as it does after it braked.
     Braking, the setpoint of x and y is wherever the body is taken to be, at rest, so that speed
     alone is controlled, and yaw stays; the path waits. A period that the executive skips holds the
     path up for as long.
     """
 
-    def __init__(self, name: str, path: Path, period: int, limits: RejoinLimits) -> None:
+    def __init__(
+        self, name: str, path: Path, period: int, limits: RejoinLimits, *, enabled: bool = True
+    ) -> None:
         super().__init__(name)
+        self.enable = self.in_port("enable", bool)
         self.state_in = self.in_port("state", PositionState)
         self.x_now = self.in_port("x_now", Motion)
         self.y_now = self.in_port("y_now", Motion)
@@ -36,6 +40,8 @@ class TrajectorySource(Atomic):
         self.way = path
         self.period = period
         self.limits = limits
+        self.enabled = enabled
+        self.state = PositionState.NO_POSITION
         self.setpoint: PoseSetpoint | None = None
         """What is sent at the end of this period."""
         self._rejoin: Rejoin | None = None
@@ -72,20 +78,26 @@ class TrajectorySource(Atomic):
         for n, port in enumerate((self.x_now, self.y_now, self.yaw_now)):
             if port:
                 self._motions[n] = port[-1]
-        if self.state_in and self.phase != "given up":
-            self._obey(self.state_in[-1])
+        if self.enable:
+            self.enabled = self.enable[-1]
+        if self.state_in:
+            self.state = self.state_in[-1]
+        if self.phase != "given up" and (self.state_in or self.enable):
+            self._obey()
         if self.phase == "braking":
             self._brake()
 
     # ---------------------------------------------------------------------------------------------
 
-    def _obey(self, state: PositionState) -> None:
-        if state is PositionState.TRACKING and self.phase != "following":
-            self._begin()
-        elif state is PositionState.LOST and self.phase == "following":
-            self.phase = "braking"
-        elif state is PositionState.SAFE:
+    def _obey(self) -> None:
+        if self.state is PositionState.SAFE:
             self.phase, self.setpoint = "given up", None
+        elif not self.enabled:
+            self.phase, self.setpoint = "waiting", None
+        elif self.state is PositionState.TRACKING and self.phase != "following":
+            self._begin()
+        elif self.state is PositionState.LOST and self.phase == "following":
+            self.phase = "braking"
 
     def _begin(self) -> None:
         """Go to the path from where the body is."""
