@@ -40,13 +40,14 @@ def track_result(controller: TrackingController, pose: Pose | None) -> dict[str,
     If it is not, `settled_reason` says why.
     """
     setpoint, state = controller.trajectory.setpoint, controller.watch.phase
+    off_m = error_rad = None
     if pose is None or setpoint is None:
-        nothing = dict.fromkeys(("x_m", "y_m", "yaw_rad", "off_m", "yaw_error_rad"))
-        return {**nothing, "position": state, "settled": False, "settled_reason": NEVER_BEGAN}
-    off_m, error_rad = _off(setpoint, pose)
-    reason = _why_not_on_path(off_m, error_rad, state)
+        reason: str | None = f"position: {state}" if state == "safe" else NEVER_BEGAN
+    else:
+        off_m, error_rad = _off(setpoint, pose)
+        reason = _why_not_on_path(off_m, error_rad, state)
     result: dict[str, object] = {
-        **pose._asdict(),
+        **(dict.fromkeys(Pose._fields) if pose is None else pose._asdict()),
         "off_m": off_m,
         "yaw_error_rad": error_rad,
         "position": state,
@@ -62,7 +63,7 @@ def _off(setpoint: PoseSetpoint, pose: Pose) -> tuple[float, float]:
 
 def _why_not_on_path(off_m: float, error_rad: float, state: str) -> str | None:
     if state not in {"tracking", "coasting"}:
-        return f"the position is not tracked ({state})"
+        return f"position: {state}"
     if not off_m <= ON_PATH_M:
         return f"it is {off_m:.3f} m off its path, expected {ON_PATH_M:g} at most"
     if not abs(error_rad) <= ON_PATH_RAD:

@@ -19,10 +19,11 @@ class TrajectorySource(Atomic):
     following, braking --enable? false--> waiting
     any --state? SAFE--> given up (period)
 
-    `enabled` is how it begins; while it is not, nothing is sent. It begins at the body's own motion and goes to the path from there, as it does after it braked.
-    Braking, the setpoint of x and y is wherever the body is taken to be, at rest, so that speed
-    alone is controlled, and yaw stays; the path waits. A period that the executive skips holds the
-    path up for as long.
+    `enabled` is how it begins; while it is not, nothing is sent. The first setpoint is the body's
+    own motion, and from there it goes to the path, as it does after it braked. Braking, the
+    setpoint of x and y is wherever the body is taken to be, at rest, so that speed alone is
+    controlled, and yaw stays; the path waits. A period that the executive skips holds the path up
+    for as long.
     """
 
     def __init__(

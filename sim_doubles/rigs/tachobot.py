@@ -97,13 +97,12 @@ class TachobotRig:
         return TruePose(state.x_m, state.y_m, state.yaw_rad)
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
-        """The true yaw or pose now, however long the run took and whatever the robot takes it for.
+        """The true yaw, or pose, however long the run took and whatever the robot takes it for.
 
         Whether control has begun is the robot's word: without a yaw it has not.
         """
         if self._tracked is not None:
-            has_begun = own.get("yaw_rad", ...) is not None
-            return track_result(self._tracked, Pose(*self._pose()) if has_begun else None)
+            return track_result(self._tracked, Pose(*self._pose()))
         self.catch_up()
         state = self.world.state(self._now())
         yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)

@@ -1,0 +1,187 @@
+"""TachoBot in mode `track`, whole, on its doubles in virtual time."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from boards.tachobot.tracking import TrackingController
+from drivers.thrust_pairs import Forces
+from firmware_runtime.board import registry
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.position_fix import PositionState
+from tests.support.virtual_tachobot import VirtualTachobot, virtual_tachobot
+
+pytestmark = pytest.mark.slow
+
+LIFTED_S = 3.1
+WORLD = ("world.accelerometer_noise_m_s2=0.05", "world.accelerometer_bias_m_s2=0.05")
+
+
+def tracking(*assignments: str, checked: bool = False) -> VirtualTachobot:
+    return virtual_tachobot("controller.mode=track", *WORLD, *assignments, checked=checked)
+
+
+def states(robot: VirtualTachobot) -> list[tuple[float, PositionState]]:
+    return [(at / SECOND, state) for at, state in robot.received["controller.watch.state"]]
+
+
+def errors(robot: VirtualTachobot, after_s: float) -> tuple[list[float], list[float]]:
+    """How far the body really is from its setpoints, m, and how far its yaw is, rad."""
+    received = robot.received
+    goals = [dict(received[f"controller.trajectory.{axis}"]) for axis in ("x", "y", "yaw")]
+    true = [dict(received[f"world.{port}"]) for port in ("x", "y", "yaw_rad")]
+    instants = [at for at in goals[0] if at in true[0] and at > after_s * SECOND]
+    off = [
+        math.hypot(*(goals[n][at].position - true[n][at].position for n in (0, 1)))
+        for at in instants
+    ]
+    return off, [goals[2][at].position - true[2][at] for at in instants]
+
+
+@pytest.mark.parametrize("turns", ["false", "true"])
+def test_it_follows_a_circle_of_one_metre_within_two_centimetres(turns: str) -> None:
+    robot = tracking("trajectory.kind=circle", f"trajectory.turns={turns}")
+    robot.run(35.0)
+    off, yaw = errors(robot, after_s=18.0)
+    assert max(off) < 0.02
+    assert max(map(abs, yaw)) < 0.02
+    assert robot.faults() == []
+    assert robot.rig.result(35 * SECOND, {})["settled"] is True
+
+
+def test_it_holds_a_place_with_its_yaw_measured_too() -> None:
+    place = ("trajectory.x_m=0.3", "trajectory.y_m=-0.2", "trajectory.yaw_rad=0.4")
+    robot = tracking(*place, "world.position.yaw=true")
+    robot.run(20.0)
+    state = robot.rig.world.state(round(20.1 * SECOND))
+    assert (state.x_m, state.y_m, state.yaw_rad) == pytest.approx((0.3, -0.2, 0.4), abs=0.02)
+
+
+def test_a_line_is_driven_to_its_end() -> None:
+    robot = tracking("trajectory.kind=line", "trajectory.x_m=1.0", "trajectory.y_m=0.5")
+    robot.run(25.0)
+    state = robot.rig.world.state(round(25.1 * SECOND))
+    assert (state.x_m, state.y_m) == pytest.approx((1.0, 0.5), abs=0.02)
+
+
+def test_half_of_the_positions_dropped_is_followed_still() -> None:
+    robot = tracking("trajectory.kind=circle", "world.position.dropout=0.5")
+    robot.run(35.0)
+    assert max(errors(robot, after_s=18.0)[0]) < 0.05
+
+
+def test_without_a_position_it_cannot_be_armed_and_no_propeller_turns() -> None:
+    robot = tracking("world.position.rate_hz=0")
+    robot.run(6.0)
+    assert isinstance(robot.model.controller, TrackingController)
+    assert robot.model.controller.estimator.unready() == "has no position"
+    assert robot.values("controller.allocation.forces") == []
+    assert robot.rig.thrust.all_off
+
+
+def test_there_is_a_position_before_it_is_lifted() -> None:
+    robot = tracking()
+    robot.run(2.0)
+    assert isinstance(robot.model.controller, TrackingController)
+    assert robot.model.controller.estimator.unready() is None
+    assert robot.values("controller.allocation.forces") == []
+
+
+def test_a_position_that_stops_for_two_seconds_is_braked_for_and_resumed_without_a_jump() -> None:
+    robot = tracking("trajectory.kind=circle", "world.position.outages_s=[[22.0, 24.0]]")
+    robot.run(45.0)
+    assert [state for _, state in states(robot)] == [
+        PositionState.TRACKING,
+        PositionState.COASTING,
+        PositionState.LOST,
+        PositionState.TRACKING,
+    ]
+    lost_s, returned_s = states(robot)[2][0], states(robot)[3][0]
+    assert lost_s == pytest.approx(23.05, abs=0.06)
+    assert returned_s == pytest.approx(24.06, abs=0.06)
+    for axis in ("x", "y", "yaw"):
+        setpoints = robot.received[f"controller.trajectory.{axis}"]
+        returned = [each for at, each in setpoints if at > returned_s * SECOND]
+        assert all(
+            abs(b.position - a.position - 0.02 * a.rate) < 2e-4 for a, b in pairwise(returned)
+        )
+    off, yaw = errors(robot, after_s=returned_s)
+    assert max(off) < 0.1
+    assert max(map(abs, yaw)) < 0.05
+    assert max(errors(robot, after_s=40.0)[0]) < 0.03
+
+
+def test_a_lost_position_stops_the_robot_and_keeps_its_yaw() -> None:
+    robot = tracking("trajectory.kind=circle", "world.position.outages_s=[[22.0, 99.0]]")
+    robot.run(27.5)
+    state = robot.rig.world.state(round(27.6 * SECOND))
+    assert math.hypot(state.vx_m_s, state.vy_m_s) < 0.05
+    assert state.yaw_rad == pytest.approx(1.0, abs=0.05)
+    assert not robot.rig.thrust.all_off
+
+
+def test_a_position_that_stops_for_good_switches_off_and_ends_the_run() -> None:
+    robot = tracking("world.position.outages_s=[[8.0, 99.0]]")
+    robot.run(15.0)
+    ((at, ending),) = robot.received["controller.given_up.ended"]
+    assert at / SECOND == pytest.approx(14.0, abs=0.06)
+    assert ending == ("no position for 6 s", True)
+    assert robot.rig.thrust.all_off
+
+
+def test_a_saturated_position_command_leaves_yaw_what_it_asks_for() -> None:
+    """Gains far beyond what the pairs give: x and y are cut, yaw is held all the same."""
+    robot = tracking(
+        "trajectory.kind=circle", "controller.x.kp=200", "controller.y.kp=200",
+        "controller.x.kd=60", "controller.y.kd=60", "world.position.noise_m=0.05",
+        "position.noise_m=0.05",
+    )  # fmt: skip
+    robot.run(20.0)
+    forces: list[Forces] = robot.values("controller.allocation.forces")
+    commands = robot.values("controller.yaw.command_n")
+    saturated = 0
+    for each, command in zip(forces[-1000:], commands[-1000:], strict=True):
+        f1, f2, f3, f4 = each
+        assert (f1 - f2 + f3 - f4) / 2 == pytest.approx(command, abs=1e-9)
+        saturated += max(map(abs, each)) > 0.4 - 1e-9
+    assert saturated > 100
+    assert robot.rig.world.state(round(20.1 * SECOND)).yaw_rad == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_same_seeds_give_the_same_values() -> None:
+    runs = []
+    for seed in (1, 1, 2):
+        robot = tracking(f"world.position.seed={seed}", checked=True)
+        robot.run(5.0)
+        runs.append(robot.received)
+    assert runs[0] == runs[1]
+    assert runs[0] != runs[2]
+
+
+@pytest.mark.parametrize(
+    ("assignments", "fault"),
+    [
+        (["position.brake_after_s=0.1"], "position.coast_after_s"),
+        (["trajectory.kind=circle", "trajectory.lap_s=8"], "all that two pairs give"),
+        (["trajectory.kind=circle", "trajectory.radius=2"], "trajectory.radius"),
+        (["trajectory.kind=spiral"], "trajectory.kind"),
+        (["trajectory.kind=line"], "trajectory.x_m"),
+        (["trajectory.kind=line", "trajectory.x_m=0.0", "trajectory.y_m=0.0"], "no length"),
+        (["trajectory.kind=file", "trajectory.file=/nowhere.csv"], "trajectory.file"),
+        (["trajectory.lap_s=8"], "trajectory.lap_s"),
+        (["controller.yaw.smith.delay_s=0.1"], "controller.yaw.smith"),
+        (["world.position.dropout=1.5"], "world.position.dropout"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(assignments: list[str], fault: str) -> None:
+    with pytest.raises(ConfigError, match=fault):
+        registry.load("tachobot", ["controller.mode=track", *assignments])
+
+
+def test_its_position_comes_in_by_ports_whose_types_say_what_is_in_them() -> None:
+    model = tracking().model
+    assert {"position", "pose"} <= set(model.in_ports)
+    assert "yaw_reference" not in model.in_ports
+    assert "position" not in virtual_tachobot().model.in_ports

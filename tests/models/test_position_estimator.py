@@ -1,0 +1,124 @@
+import math
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.models.position_estimator import TOO_MANY, UNSOUND
+from firmware_runtime.models.position_fix import PlanarInertial, PoseFix, PositionFix, PositionState
+from tests.support.tracked_body import TICK, Estimator
+
+HERE = PositionFix(1.0, 2.0, 0.0)
+
+
+def test_without_a_position_nothing_is_sent_and_it_is_not_ready() -> None:
+    estimator = Estimator()
+    for n in range(10):
+        estimator.sample(n * TICK)
+    assert estimator.x == []
+    assert estimator.model.unready() == "has no position"
+
+
+def test_every_sample_is_answered_at_once_from_the_first_position_on() -> None:
+    estimator = Estimator()
+    for n in range(5):
+        estimator.sample(n * TICK)
+    estimator.put(4 * TICK + 1, position=HERE)
+    assert estimator.x == []
+    for n in range(5, 10):
+        estimator.sample(n * TICK)
+    assert [motion.position for motion in estimator.x] == pytest.approx([1.0] * 5)
+    assert estimator.model.unready() is None
+
+
+def test_the_age_and_the_latency_say_when_a_position_was_measured() -> None:
+    """A body that speeds up: where it was 0.1 s ago is not where it is."""
+    estimator = Estimator(latency=60 * MILLISECOND)
+    for n in range(200):
+        at_s = n * TICK / SECOND
+        past_s = at_s - 0.1
+        estimator.sample(n * TICK, PlanarInertial(0.5, 0.0, 0.0, 0.0))
+        if n > 20 and n % 5 == 0:
+            x = 0.25 * past_s * abs(past_s)
+            estimator.put(n * TICK, position=PositionFix(x, 0.0, 0.04))
+    true = 0.25 * (199 * TICK / SECOND) ** 2
+    assert estimator.x[-1].position == pytest.approx(true, abs=0.01)
+    assert estimator.reports[-1].age_s == pytest.approx(0.11)
+
+
+@pytest.mark.parametrize(
+    "fix",
+    [
+        PositionFix(math.nan, 0.0, 0.0),
+        PositionFix(0.0, math.inf, 0.0),
+        PositionFix(0.0, 0.0, -0.1),
+        PoseFix(0.0, 0.0, math.nan, 0.0),
+    ],
+)
+def test_a_fix_that_cannot_be_is_refused(fix: PositionFix | PoseFix) -> None:
+    estimator = Estimator()
+    estimator.sample(0)
+    port = "position" if isinstance(fix, PositionFix) else "pose"
+    estimator.put(1, **{port: fix})
+    estimator.sample(TICK)
+    assert [report.reason for report in estimator.reports] == [UNSOUND]
+    assert (estimator.x, estimator.model.refused) == ([], 1)
+
+
+def test_more_fixes_than_a_step_takes_are_refused() -> None:
+    estimator = Estimator()
+    estimator.sample(0)
+    for n in range(5):
+        estimator.put(1 + n, position=HERE)
+    estimator.sample(TICK)
+    assert [report.reason for report in estimator.reports].count(TOO_MANY) == 3
+    assert (estimator.model.taken, estimator.model.refused) == (2, 3)
+
+
+@pytest.mark.slow
+def test_the_history_does_not_grow_beyond_its_length() -> None:
+    estimator = Estimator(history=30)
+    for n in range(500):
+        estimator.sample(n * TICK)
+        estimator.put(n * TICK, position=HERE)
+    spans = estimator.model.history._spans
+    assert len(spans) == 30
+    assert sum(len(span.fixes) for span in spans) <= 60
+
+
+def test_a_position_given_up_is_given_up() -> None:
+    estimator = Estimator()
+    for n in range(5):
+        estimator.sample(n * TICK)
+        estimator.put(n * TICK, position=HERE)
+    estimator.state(5 * TICK, PositionState.SAFE)
+    sent = len(estimator.x)
+    estimator.put(6 * TICK, position=HERE)
+    estimator.sample(7 * TICK)
+    assert len(estimator.x) == sent
+    assert "lost the position" in (estimator.model.unready() or "")
+
+
+def test_while_it_is_lost_it_is_not_ready_and_any_position_is_taken() -> None:
+    estimator = Estimator()
+    for n in range(50):
+        estimator.sample(n * TICK)
+        if n < 20:
+            estimator.put(n * TICK, position=HERE)
+    far = PositionFix(30.0, 30.0, 0.0)
+    estimator.put(50 * TICK, position=far)
+    estimator.sample(51 * TICK)
+    assert not estimator.reports[-1].is_taken
+    estimator.state(52 * TICK, PositionState.LOST)
+    assert "lost the position" in (estimator.model.unready() or "")
+    estimator.put(53 * TICK, position=far)
+    estimator.sample(54 * TICK)
+    assert estimator.reports[-1].is_taken
+    assert estimator.x[-1].position == pytest.approx(30.0)
+
+
+def test_a_measured_yaw_leads_from_the_attitudes_zero_to_the_rooms() -> None:
+    estimator = Estimator()
+    for n in range(50):
+        estimator.sample(n * TICK, PlanarInertial(0.0, 0.0, 0.2, 0.0))
+        estimator.put(n * TICK, pose=PoseFix(0.0, 0.0, 1.2, 0.0))
+    assert estimator.yaw[-1].position == pytest.approx(1.2, abs=1e-6)

@@ -1,0 +1,169 @@
+"""The filter and its history, fed with spans as a truth with known noise makes them."""
+
+import math
+from random import Random
+
+import pytest
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.position_fix import FixReport, PoseFix, PositionFix
+from firmware_runtime.models.position_history import (
+    OFF_GATE,
+    TOO_OLD,
+    PositionHistory,
+    Span,
+    Taken,
+)
+from tests.support.tracked_body import NOISE, TICK, Body
+
+SECONDS = 30
+TICKS = 100 * SECONDS
+
+
+def history(length: int = 60) -> PositionHistory:
+    return PositionHistory(length, NOISE, 1e9)
+
+
+def run(body: Body, fixes_every: int) -> tuple[PositionHistory, list[FixReport], list[float]]:
+    """The history after a run, its reports, and the normalized squares of the true errors."""
+    kept, reports, squares = history(), list[FixReport](), list[float]()
+    for n in range(TICKS):
+        begin = body.at
+        kept.add(Span(begin, begin + TICK, body.tick()))
+        if n % fixes_every == fixes_every - 1:
+            reports += kept.insert([Taken(body.at, body.seen(), may_restart=False)])
+            assert kept.state is not None
+            planar = kept.state.planar
+            off = abs(body.position - planar.position) ** 2 / planar.pp
+            squares.append(off)
+    return kept, reports, squares
+
+
+@pytest.mark.slow
+def test_innovations_are_as_large_as_the_filter_says_over_seeded_runs() -> None:
+    """Their normalized squares sum up to chi square with two degrees of freedom a fix."""
+    runs, total, count = 20, 0.0, 0
+    for seed in range(runs):
+        _, reports, _ = run(Body(seed), fixes_every=5)
+        total += sum(report.normalized for report in reports[1:])
+        count += len(reports) - 1
+    freedom = 2 * count
+    spread = 3.3 * math.sqrt(2 * freedom)  # of chi square, normal at that size: 99.9 %
+    assert freedom - spread < total < freedom + spread
+
+
+@pytest.mark.slow
+def test_true_errors_are_as_large_as_the_covariance_says() -> None:
+    ends = [run(Body(seed), fixes_every=5)[2][-1] for seed in range(100, 160)]
+    freedom = 2 * len(ends)
+    assert abs(sum(ends) - freedom) < 3.3 * math.sqrt(2 * freedom)
+
+
+def test_a_bias_is_found_though_the_body_turns() -> None:
+    body = Body(3, rate_rad_s=0.5)
+    kept, _, _ = run(body, fixes_every=5)
+    assert kept.state is not None
+    assert abs(body.bias) > 0.05
+    assert kept.state.planar.bias == pytest.approx(body.bias, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_positions_that_come_late_and_out_of_order_count_as_if_they_had_come_at_once(
+    seed: int,
+) -> None:
+    """To the bit: only the instant of a position matters, not when it came."""
+    spans, fixes = [], []
+    body, random = Body(seed), Random(seed)  # noqa: S311 -- a test's
+    for n in range(200):
+        spans.append((body.at, body.at + TICK, body.tick()))
+        if n % 7 == 3:
+            at = body.at - random.randrange(TICK)
+            x, y, _ = body.seen()
+            fix = PoseFix(x, y, 0.4, 0.0) if n % 2 else PositionFix(x, y, 0.0)
+            fixes.append((n, n + random.randrange(1, 40), Taken(at, fix, may_restart=False)))
+    at_once, late = history(), history()
+    for n, span in enumerate(spans):
+        at_once.add(Span(*span))
+        late.add(Span(*span))
+        at_once.insert([fix for came, _, fix in fixes if came == n])
+        late.insert([fix for _, came, fix in fixes if came == n])
+    for kept in (at_once, late):
+        kept.insert([])
+    came = max(came for _, came, _ in fixes)
+    for n in range(200, came + 1):
+        span = (n * TICK, (n + 1) * TICK, spans[-1][2])
+        at_once.add(Span(*span))
+        late.add(Span(*span))
+        late.insert([fix for _, due, fix in fixes if due == n])
+    assert late.state is not None
+    assert late.state == at_once.state
+
+
+def test_a_position_older_than_the_history_is_refused_and_changes_nothing() -> None:
+    body, kept = Body(1), history(length=20)
+    for _ in range(50):
+        begin = body.at
+        kept.add(Span(begin, begin + TICK, body.tick()))
+    kept.insert([Taken(body.at, body.seen(), may_restart=False)])
+    before = kept.state
+    (report,) = kept.insert([Taken(body.at - 20 * TICK, body.seen(), may_restart=False)])
+    assert (report.is_taken, report.reason, report.age_s) == (False, TOO_OLD, 0.2)
+    assert kept.state == before
+    (report,) = kept.insert([Taken(body.at - 20 * TICK + 1, body.seen(), may_restart=False)])
+    assert report.is_taken
+
+
+def test_without_positions_the_uncertainty_grows() -> None:
+    body, kept = Body(2), history()
+    deviations = []
+    for n in range(600):
+        begin = body.at
+        kept.add(Span(begin, begin + TICK, body.tick()))
+        if n < 300 and n % 5 == 0:
+            kept.insert([Taken(body.at, body.seen(), may_restart=False)])
+        if kept.state is not None:
+            deviations.append(math.sqrt(kept.state.planar.pp))
+    assert deviations[-1] > 5 * deviations[295]
+    assert kept.state is not None
+    assert abs(kept.state.planar.position - body.position) < 4 * deviations[-1]
+
+
+def test_a_position_far_off_is_refused_unless_it_may_begin_again() -> None:
+    body = Body(4)
+    kept = PositionHistory(60, NOISE, 25.0)
+    for n in range(100):
+        begin = body.at
+        kept.add(Span(begin, begin + TICK, body.tick()))
+        if n % 5 == 0:
+            kept.insert([Taken(body.at, body.seen(), may_restart=False)])
+    assert kept.state is not None
+    bias = kept.state.planar.bias
+    far = PositionFix(100.0, -50.0, 0.0)
+    (report,) = kept.insert([Taken(body.at, far, may_restart=False)])
+    assert (report.is_taken, report.reason) == (False, OFF_GATE)
+    assert abs(kept.state.planar.position) < 10.0
+    (report,) = kept.insert([Taken(body.at, far, may_restart=True)])
+    assert report.is_taken
+    assert kept.state.planar.position == 100.0 - 50.0j
+    assert kept.state.planar.bias == bias
+
+
+def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
+    """A body whose attitude began at 0 while it really points to y moves along y."""
+    for turns in (0, 1, -2):
+        kept, random = history(), Random(5)  # noqa: S311 -- a test's
+        at, y = 0, 0.0
+        for n in range(300):
+            kept.add(Span(at, at + TICK, Body(0).tick()._replace(
+                forward_m_s2=0.1, left_m_s2=0.0, yaw_rad=0.0, yaw_rate_rad_s=0.0
+            )))  # fmt: skip
+            at += TICK
+            y = 0.05 * (at / SECOND) ** 2
+            if n % 5 == 4:
+                yaw = math.pi / 2 + turns * math.tau + random.gauss(0, 0.01)
+                kept.insert([Taken(at, PoseFix(0.0, y, yaw, 0.0), may_restart=False)])
+        assert kept.state is not None
+        offset = math.remainder(kept.state.offset_rad - math.pi / 2, math.tau)
+        assert offset == pytest.approx(0.0, abs=0.01)
+        assert kept.state.planar.position == pytest.approx(1j * y, abs=0.02)
+        assert abs(kept.state.planar.bias) < 0.02

@@ -1,0 +1,54 @@
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.position_fix import FixReport, PositionState
+from firmware_runtime.models.position_watch import PositionPatience, PositionWatch
+
+PATIENCE = PositionPatience(coasts=SECOND // 4, lost=SECOND, safe=5 * SECOND)
+FIX = FixReport(True, "", 0.0, 0.0, 0.0, 0.0)
+TRACKING, COASTING, LOST, SAFE = (
+    PositionState.TRACKING,
+    PositionState.COASTING,
+    PositionState.LOST,
+    PositionState.SAFE,
+)
+
+
+def states(fixes_s: list[float], until_s: float) -> list[tuple[float, PositionState]]:
+    """What the watch says, and when, if positions come at these times."""
+    top = Coupled("top")
+    watch = top.add(PositionWatch("watch", PATIENCE))
+    fix = top.in_port("fix", FixReport)
+    top.couple(fix, watch.fix)
+    simulator = Simulator(top, checked=True)
+    said: list[tuple[float, PositionState]] = []
+    simulator.listen(watch.state, lambda at, value: said.append((at / SECOND, value)))
+    for at_s in fixes_s:
+        simulator.run(round(at_s * SECOND))
+        simulator.inject(fix, FIX)
+        simulator.advance(round(at_s * SECOND))
+    simulator.run(round(until_s * SECOND))
+    return said
+
+
+def test_it_says_nothing_before_the_first_position() -> None:
+    assert states([], 100.0) == []
+
+
+def test_positions_that_keep_coming_are_tracking_said_once() -> None:
+    assert states([0.1 * n for n in range(1, 30)], 3.0) == [(0.1, TRACKING)]
+
+
+def test_each_stage_is_counted_from_the_last_position() -> None:
+    said = states([1.0, 1.2], 100.0)
+    assert said == [(1.0, TRACKING), (1.45, COASTING), (2.2, LOST), (6.2, SAFE)]
+
+
+def test_a_position_returns_it_to_tracking_from_coasting_and_from_lost() -> None:
+    said = states([1.0, 1.5, 4.0], 4.1)
+    assert said == [(1.0, TRACKING), (1.25, COASTING), (1.5, TRACKING), (1.75, COASTING),
+                    (2.5, LOST), (4.0, TRACKING)]  # fmt: skip
+
+
+def test_nothing_returns_from_safe() -> None:
+    assert states([1.0, 7.0, 7.1], 8.0)[-1] == (6.0, SAFE)

@@ -1,0 +1,103 @@
+import math
+from itertools import pairwise
+
+import pytest
+
+from firmware_runtime.models.trajectory import Path
+from firmware_runtime.models.trajectory_file import Spline
+from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose, Profile
+
+STEP_S = 1e-4
+HERE, THERE = Pose(1.0, -2.0, 0.5), Pose(4.0, 2.0, -1.5)
+
+PATHS: dict[str, Path] = {
+    "trapezoid": Line(HERE, THERE, 0.5, 0.25, "trapezoid"),
+    "short trapezoid": Line(HERE, Pose(1.1, -2.0, 0.5), 0.5, 0.25, "trapezoid"),
+    "minimum jerk": Line(HERE, THERE, 0.5, 0.25, "minimum-jerk"),
+    "circle": Circle(HERE, 1.0, 20.0, start_rad=0.3),
+    "clockwise circle that turns": Circle(HERE, 2.0, 30.0, clockwise=True, turns=True),
+    "spline": Spline([(0.0, *HERE), (2.0, 3.0, 1.0, 0.0), (3.0, 2.0, 2.0, 1.0), (5.0, *THERE)]),
+}
+
+
+def instants(path: Path) -> list[float]:
+    whole_s = min(path.duration_s, 40.0)
+    return [whole_s * n / 97 + 0.013 for n in range(96)]
+
+
+@pytest.mark.parametrize("path", PATHS.values(), ids=PATHS)
+def test_rate_is_the_change_of_position(path: Path) -> None:
+    for t_s in instants(path):
+        before, now, after = path.at(t_s - STEP_S), path.at(t_s), path.at(t_s + STEP_S)
+        for a, at, b in zip(before, now, after, strict=True):
+            assert (b.position - a.position) / (2 * STEP_S) == pytest.approx(at.rate, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name", ["minimum jerk", "circle", "clockwise circle that turns", "spline"]
+)
+def test_acceleration_is_the_change_of_rate(name: str) -> None:
+    path = PATHS[name]
+    for t_s in instants(path):
+        before, now, after = path.at(t_s - STEP_S), path.at(t_s), path.at(t_s + STEP_S)
+        for a, at, b in zip(before, now, after, strict=True):
+            change = (b.rate - a.rate) / (2 * STEP_S)
+            assert change == pytest.approx(at.acceleration, abs=1e-3)
+
+
+def test_a_trapezoid_speeds_up_and_slows_down_evenly() -> None:
+    line = PATHS["trapezoid"]
+    for t_s, sign in ((0.5, 1.0), (line.duration_s / 2, 0.0), (line.duration_s - 0.5, -1.0)):
+        x, y, _ = line.at(t_s)
+        assert math.hypot(x.acceleration, y.acceleration) == pytest.approx(abs(sign) * 0.25)
+        assert math.copysign(1.0, x.acceleration) == (sign or 1.0)
+
+
+@pytest.mark.parametrize("profile", ["trapezoid", "minimum-jerk"])
+@pytest.mark.parametrize("end", [THERE, Pose(1.05, -2.0, 0.5)], ids=["far", "near"])
+def test_a_line_exceeds_neither_its_speed_nor_its_acceleration_and_reaches_one_of_them(
+    profile: Profile, end: Pose
+) -> None:
+    line = Line(HERE, end, 0.5, 0.25, profile)
+    points = [line.at(line.duration_s * n / 1000) for n in range(1001)]
+    speed = max(math.hypot(x.rate, y.rate) for x, y, _ in points)
+    acceleration = max(math.hypot(x.acceleration, y.acceleration) for x, y, _ in points)
+    assert speed <= 0.5 + 1e-9
+    assert acceleration <= 0.25 + 1e-9
+    assert speed > 0.499 or acceleration > 0.2499
+
+
+@pytest.mark.parametrize("profile", ["trapezoid", "minimum-jerk"])
+def test_a_line_begins_and_ends_at_rest_at_its_poses(profile: Profile) -> None:
+    line = Line(HERE, THERE, 0.5, 0.25, profile)
+    for t_s, pose in ((0.0, HERE), (line.duration_s, THERE), (line.duration_s + 9.0, THERE)):
+        for setpoint, position in zip(line.at(t_s), pose, strict=True):
+            assert setpoint.position == pytest.approx(position)
+            assert setpoint.rate == 0.0
+
+
+def test_a_line_to_where_it_begins_is_refused() -> None:
+    with pytest.raises(ValueError, match="no length"):
+        Line(HERE, HERE._replace(yaw_rad=2.0), 0.5, 0.25, "trapezoid")
+
+
+def test_a_circle_keeps_its_radius_and_comes_back_after_a_lap() -> None:
+    circle = Circle(HERE, 1.5, 20.0, start_rad=math.pi / 2)
+    x, y, yaw = circle.at(0.0)
+    assert (x.position, y.position) == pytest.approx((1.0, -0.5))
+    assert yaw == (0.5, 0.0, 0.0)
+    for t_s in instants(circle):
+        x, y, _ = circle.at(t_s)
+        assert math.hypot(x.position - 1.0, y.position + 2.0) == pytest.approx(1.5)
+        assert circle.at(t_s + 20.0).x.position == pytest.approx(x.position)
+
+
+def test_a_hold_is_at_rest_where_it_says() -> None:
+    for setpoint, position in zip(Hold(HERE).at(3.0), HERE, strict=True):
+        assert setpoint == (position, 0.0, 0.0)
+
+
+def test_a_trapezoid_moves_at_constant_speed_in_between() -> None:
+    line = PATHS["trapezoid"]
+    middle = [line.at(line.duration_s / 2 + n * 0.1) for n in range(-10, 11)]
+    assert all(a.x.rate == b.x.rate for a, b in pairwise(middle))
