@@ -67,6 +67,7 @@ def test_nothing_is_sent_before_there_is_a_position() -> None:
     assert follower.sent["x"] == []
 
 
+@pytest.mark.slow
 def test_it_begins_at_the_bodys_own_motion_and_reaches_the_path_without_a_jump() -> None:
     follower = Follower()
     x, y, yaw = Motion(0.3, 0.05), Motion(-0.2, -0.02), Motion(0.0, 0.0)
@@ -100,6 +101,7 @@ def test_a_lost_position_brakes_where_the_body_is_and_keeps_the_yaw() -> None:
     assert follower.sent["yaw"][-1][1] == pytest.approx((0.5, 0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_on_return_it_goes_on_from_the_body_to_where_the_path_waited() -> None:
     follower = Follower()
     begin = Motion(1.0, 0.0), Motion(0.0, 0.0), Motion(0.5, 0.0)
