@@ -98,10 +98,10 @@ def _cross(
     sender: End, receiver: End, notes: dict[tuple[str, int, int], int]
 ) -> tuple[int, int] | None:
     """When a value was sent and when it was received; None if it was lost."""
-    sent = sender.send(Kind.VALUE, receiver.session)
+    sent = sender.send(Kind.STEP, receiver.session)
     while (came := receiver.received()) is not None:
         frame, at = came
-        if frame.kind is Kind.VALUE and frame.counter == sender.counter:
+        if frame.kind is Kind.STEP and frame.counter == sender.counter:
             notes["sent", sender.session, frame.counter] = sent
             notes["received", sender.session, frame.counter] = at
             return sent, at

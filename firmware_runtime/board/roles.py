@@ -97,7 +97,8 @@ def _no_crossings(
 ) -> Iterator[str]:
     """Ports that are named in [link] and cross no cut between two roles."""
     crossing = crossings(roles, model)
-    for key, names in (("limits", link.limits), ("retain", link.retain)):
+    stated = {"limits": link.limits, "retain": link.retain, "ordered": link.ordered}
+    for key, names in stated.items():
         for name in names:
             if name not in crossing and name.partition(".")[0] not in elsewise and roles:
                 known = ", ".join(sorted(crossing)) or "none"

@@ -199,6 +199,8 @@ class LinkSettings(Settings, frozen=True):
     """By crossing port: least and greatest number that a value may hold."""
     retain: tuple[str, ...] = ()
     """Crossing ports whose last value an end gets that comes later, or again."""
+    ordered: tuple[str, ...] = ()
+    """Crossing ports whose values all arrive, in order: events; of others the newest counts."""
 
 
 class BoardSettings(Settings, frozen=True, kw_only=True):

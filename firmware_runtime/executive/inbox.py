@@ -1,7 +1,8 @@
 """How values from outside reach the model: sources the loop reads, and an inbox to post to.
 
 A source has a descriptor. While the loop waits it waits for all of them too (one `select`), reads
-those that became readable, and stamps what it gets with the present instant. The inbox is the
+those that became readable, and stamps what it gets with the present instant; events that came
+apart and are read together get an instant each, a nanosecond after the one before. The inbox is the
 source for everything that has no descriptor: other threads, signal handlers, tests. Posting stamps
 the value and writes to an event descriptor, which ends the loop's wait.
 
@@ -22,6 +23,8 @@ from firmware_runtime.devs.time import NEVER
 
 T = TypeVar("T")
 
+Bag: TypeAlias = Sequence[tuple[InPort[Any], object]]
+"""Values for input ports of the root model that arrive as one event, at one instant."""
 Arrival: TypeAlias = tuple[int, InPort[Any], object]
 """When something arrived, for which input port of the root model, and what."""
 
@@ -35,8 +38,23 @@ class Source(Protocol):
     def fileno(self) -> int:
         """The descriptor that becomes readable when there is something to receive."""
 
-    def receive(self) -> Sequence[tuple[InPort[Any], object]]:
-        """Whatever is there, without blocking: ports of the root model, and values for them."""
+    def receive(self) -> Bag:
+        """Whatever is there, without blocking: one event, at the instant of reading."""
+
+
+class EventSource:
+    """Something outside that events come from, each to be handled at an instant of its own."""
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when there is something to receive."""
+        raise NotImplementedError
+
+    def events(self) -> Sequence[Bag]:
+        """The events that are there, in their order, without blocking."""
+        raise NotImplementedError
+
+
+AnySource: TypeAlias = Source | EventSource
 
 
 class Inbox:
@@ -89,29 +107,39 @@ class Arrivals:
     """
 
     def __init__(self, inbox: Inbox, sources: Sequence[Source]) -> None:
-        self._all: list[Inbox | Source] = [inbox, *sources]
+        self._all: list[Inbox | AnySource] = [inbox, *sources]
         self._waiting: deque[Arrival] = deque()
         self._planned: list[tuple[int, int, InPort[Any], object]] = []
         self._plans = 0
 
     @property
-    def sources(self) -> list[Inbox | Source]:
+    def sources(self) -> list[Inbox | AnySource]:
         """The sources to wait for now."""
         return self._all if len(self._waiting) < CAPACITY else []
 
-    def add_source(self, source: Source) -> None:
+    def add_source(self, source: AnySource) -> None:
         """Read one more source."""
         self._all.append(source)
 
-    def receive(self, ready: Iterable[Inbox | Source], now: int) -> None:
+    def receive(self, ready: Iterable[Inbox | AnySource], now: int) -> None:
         """Read the sources that became readable."""
         for source in ready:
             if isinstance(source, Inbox):
                 # one posted before the run began has an instant of no meaning here
                 arrived = [(min(at, now), port, value) for at, port, value in source.take()]
+                self._waiting.extend(arrived)
+            elif isinstance(source, EventSource):
+                for bag in source.events():
+                    at = max(now, self._latest + 1)
+                    self._waiting.extend((at, port, value) for port, value in bag)
             else:
-                arrived = [(now, port, value) for port, value in source.receive()]
-            self._waiting.extend(arrived)
+                at = max(now, self._latest)
+                self._waiting.extend((at, port, value) for port, value in source.receive())
+
+    @property
+    def _latest(self) -> int:
+        """The instant of the last that waits; before all others if nothing does."""
+        return self._waiting[-1][0] if self._waiting else -1
 
     def plan(self, at: int, port: InPort[Any], value: object) -> None:
         """Let a value arrive at instant `at`; those of one instant in the order of planning."""

@@ -29,7 +29,7 @@ from firmware_runtime.executive import process
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, WorldClock
 from firmware_runtime.executive.configuration import Configuration, Hook
 from firmware_runtime.executive.garbage import SlackCollector
-from firmware_runtime.executive.inbox import Arrivals, Inbox, Source
+from firmware_runtime.executive.inbox import AnySource, Arrivals, Inbox
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Ending, Outcome, Readiness, SwitchOffRetry
 from firmware_runtime.executive.profiler import Profiler
@@ -175,7 +175,7 @@ class Executive:
         self.clock.start(self.reached)
         return self._end(outcome)
 
-    def add_source(self, source: Source) -> None:
+    def add_source(self, source: AnySource) -> None:
         """Wait for one more source, beside those of the configuration; before the run."""
         self._arrivals.add_source(source)
 

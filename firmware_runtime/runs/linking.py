@@ -139,16 +139,18 @@ def _open_link(
     """
     from firmware_runtime.links.cut.address import End  # noqa: PLC0415
     from firmware_runtime.links.cut.cut import cut_of  # noqa: PLC0415
-    from firmware_runtime.links.cut.link import Link, Terms  # noqa: PLC0415
+    from firmware_runtime.links.cut.link import Link  # noqa: PLC0415
+    from firmware_runtime.links.cut.terms import Terms  # noqa: PLC0415
 
     board, end, part, executive = linked.board, linked.end, linked.part, linked.executive
     stated = board.settings.link
-    cut = cut_of(part, end.crossings, stated.limits)
+    cut = cut_of(part, end.crossings, stated.limits, stated.ordered)
     terms = Terms(
         timeout=seconds(stated.timeout_s),
         good=seconds(stated.good_s),
         keep=stated.keep,
         retain=frozenset(stated.retain),
+        ordered=frozenset(stated.ordered),
     )
     channel = open_channel(End(board.name, end.role, end.has_hardware, terms.timeout))
     link = Link(

@@ -81,7 +81,10 @@ class LinkFigures(Struct, frozen=True):
     received: int
     """Values that entered the model."""
     dropped: int
-    """Values in whose place a newer one of their port was taken, and datagrams a carrier lost."""
+    """Values in whose place a newer one of their port was taken, or that were given up, and
+    datagrams a carrier lost."""
+    overtaken: int
+    """Values that arrived after a newer one of their port."""
     unsent: int
     """Datagrams for which there was no room, or no other end."""
     silences: int

@@ -54,6 +54,7 @@ class LinkRow(Struct, frozen=True):
     repeated: Counter
     received: Counter
     dropped: Counter
+    overtaken: Counter
     unsent: Counter
     silences: Counter
     malformed: Counter

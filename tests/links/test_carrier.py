@@ -55,7 +55,7 @@ class Carriage:
         self.outside.sendto(datagram, self.address)
         self.carrier.work()
 
-    def frame(self, kind: Kind = Kind.VALUE, *, peer: int = OWN, sent_at: int = 0) -> Frame:
+    def frame(self, kind: Kind = Kind.STEP, *, peer: int = OWN, sent_at: int = 0) -> Frame:
         self.counter += 1
         return Frame(kind, OTHER, peer, self.counter, sent_at or self.counter)
 
@@ -90,7 +90,7 @@ def test_what_is_signed_goes_both_ways(carriage: Carriage) -> None:
     frame = carriage.frame()
     carriage.comes(encoded(frame, KEY))
     assert carriage.passed() == [frame]
-    answer = Frame(Kind.VALUE, OWN, OTHER, 2, 2)
+    answer = Frame(Kind.STEP, OWN, OTHER, 2, 2)
     carriage.says(answer)
     assert carriage.outside.recv(LONGEST) == encoded(answer, KEY)
 
@@ -109,7 +109,7 @@ def test_what_came_before_goes_no_further(carriage: Carriage) -> None:
     for _ in range(3):
         carriage.comes(encoded(frame, KEY))
     assert carriage.passed() == [frame]
-    carriage.comes(encoded(Frame(Kind.VALUE, OWN, OTHER, 9, 9), KEY))
+    carriage.comes(encoded(Frame(Kind.STEP, OWN, OTHER, 9, 9), KEY))
     assert carriage.refused() == {Reason.REPLAYED: 3}, "its own, too"
 
 

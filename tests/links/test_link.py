@@ -1,7 +1,7 @@
 """A run's end of a link, played against the other end frame by frame, on a clock of the test."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
 
@@ -11,13 +11,17 @@ from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.inbox import Bag
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links.cut.counts import Carried, report
 from firmware_runtime.links.cut.cut import Cut, cut_of
+from firmware_runtime.links.cut.delivery import MOST_WAITING
 from firmware_runtime.links.cut.greeting import Farewell, Greeting
-from firmware_runtime.links.cut.link import Link, Terms
+from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.refusal import Reason
+from firmware_runtime.links.cut.step import Entry, body_of, entries_of
+from firmware_runtime.links.cut.terms import Terms
 from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded
 
 TERMS = Terms()
@@ -29,12 +33,14 @@ class Wheels(Atomic):
         super().__init__("wheels")
         self.command = self.in_port("command", float)
         self.turned = self.out_port("turned", float)
+        self.slip = self.out_port("slip", float)
 
 
 class Mind(Atomic):
     def __init__(self) -> None:
         super().__init__("mind")
         self.turned = self.in_port("turned", float)
+        self.slip = self.in_port("slip", float)
         self.command = self.out_port("command", float)
 
 
@@ -42,6 +48,7 @@ def part(name: str) -> Part:
     whole = Coupled("rover")
     wheels, mind = whole.add(Wheels()), whole.add(Mind())
     whole.couple(wheels.turned, mind.turned)
+    whole.couple(wheels.slip, mind.slip)
     whole.couple(mind.command, wheels.command)
     return part_of(whole, [name])
 
@@ -69,13 +76,16 @@ class Way:
 class Ends:
     """The end with the wheels, and the frames of the other one."""
 
-    def __init__(self, terms: Terms = TERMS, *, takes_old: bool = False) -> None:
+    def __init__(
+        self, terms: Terms = TERMS, *, takes_old: bool = False, role: str = "wheels"
+    ) -> None:
         self.now = SECOND
         self.bad: list[str] = []
         self.byes: list[Farewell] = []
         self.way = Way()
-        own = part("wheels")
-        self.cut: Cut = cut_of(own, ["mind.command", "wheels.turned"], LIMITS)
+        own = part(role)
+        names = ["mind.command", "wheels.slip", "wheels.turned"]
+        self.cut: Cut = cut_of(own, names, LIMITS)
         executive = Executive(own.model, VirtualClock(), configuration=Configuration(has_link=True))
         self.link = Link(
             executive,
@@ -91,10 +101,11 @@ class Ends:
         )
         self.link.on_bad = self.bad.append
         self.link.on_bye = self.byes.append
+        leaving = tuple(each.number for each in self.cut.entering)
         self.other = Peer(
-            5, Greeting(self.cut.digest, (0,), "rover", "controller", "", 0), TERMS.timeout
+            5, Greeting(self.cut.digest, leaving, "rover", "controller", "", 0), TERMS.timeout
         )
-        self.sequence = 0
+        self.sequence = self.steps = 0
 
     def between_steps(self) -> list[Frame]:
         """What it sends now."""
@@ -105,8 +116,12 @@ class Ends:
 
     def get(self, *frames: Frame) -> list[object]:
         """The values that enter its model when these arrive."""
+        return [value for bag in self.events(*frames) for _, value in bag]
+
+    def events(self, *frames: Frame) -> Sequence[Bag]:
+        """The events for its model when these arrive."""
         self.way.waits.extend(map(encoded, frames))
-        return [value for _, value in self.link.receive()]
+        return self.link.events()
 
     def meet(self) -> "Ends":
         self.get(self.other.hello(self.now))
@@ -116,18 +131,25 @@ class Ends:
         assert self.link.peer.is_good(self.now)
         return self
 
-    def command(self, value: float, *, age: int = 0, port: int = 0) -> Frame:
-        """A value of the other end."""
+    def command(self, value: float, *, age: int = 0, port: int = 0, after: int = 0) -> Frame:
+        """A step of the other end, in which a value left."""
         self.sequence += 1
-        body = self.cut.entering[0].packing.pack(value)
+        return self.step(Entry(port, self.sequence, after, self.body(value)), age=age)
+
+    def step(self, *entries: Entry, age: int = 0) -> Frame:
+        """A step of the other end."""
+        self.steps += 1
         return self.other.frame(
-            Kind.VALUE,
+            Kind.STEP,
             self.now,
-            port=port,
+            ports=len(entries),
             origin=self.now - age,
-            sequence=self.sequence,
-            body=body,
+            step=self.steps,
+            body=body_of(entries),
         )
+
+    def body(self, *values: float) -> bytes:
+        return self.cut.entering[0].packing.pack_all(values)
 
     def refused(self) -> dict[Reason, int]:
         return {reason: count for reason, count in self.link.counts.refused.items() if count > 0}
@@ -140,11 +162,13 @@ def ends() -> Ends:
 
 def test_a_command_enters_the_model(ends: Ends) -> None:
     assert ends.get(ends.command(0.5)) == [0.5]
+    ends.between_steps()
     assert ends.link.counts.received == 1
 
 
 def test_of_several_in_one_pass_the_newest_enters(ends: Ends) -> None:
     assert ends.get(*(ends.command(value) for value in (0.1, 0.2, 0.3))) == [0.3]
+    ends.between_steps()
     assert (ends.link.counts.received, ends.link.counts.dropped) == (1, 2)
     kept = Ends(Terms(keep=2)).meet()
     assert kept.get(*(kept.command(value) for value in (0.1, 0.2, 0.3))) == [0.2, 0.3]
@@ -152,10 +176,12 @@ def test_of_several_in_one_pass_the_newest_enters(ends: Ends) -> None:
 
 def test_a_value_that_was_sent_again_enters_once(ends: Ends) -> None:
     first = ends.command(0.5)
-    again = ends.command(0.5)._replace(sequence=first.sequence)
+    again = ends.step(*entries_of(first))
     assert ends.get(first) == [0.5]
     assert ends.get(again) == []
     assert ends.refused() == {}
+    ends.between_steps()
+    assert ends.link.counts.overtaken == 0
 
 
 def test_an_old_command_is_refused_and_the_link_is_bad(ends: Ends) -> None:
@@ -205,12 +231,99 @@ def test_a_counter_that_goes_back_makes_the_link_bad(ends: Ends) -> None:
     assert len(ends.bad) == 1
 
 
-def test_a_datagram_that_was_overtaken_is_only_refused(ends: Ends) -> None:
+def test_a_value_that_a_newer_one_overtook_is_counted_and_refused_is_it_not(ends: Ends) -> None:
     first = ends.command(0.1)
     ends.now += MILLISECOND
-    assert ends.get(ends.command(0.2), first) == [0.2]
-    assert ends.refused() == {Reason.STALE: 1}
-    assert ends.bad == []
+    assert ends.get(ends.command(0.2)) == [0.2]
+    assert ends.get(first) == []
+    ends.between_steps()
+    assert ends.link.counts.overtaken == 1
+    assert (ends.refused(), ends.bad) == ({}, [])
+
+
+def test_an_overtaken_command_that_is_too_old_turns_nothing_off(ends: Ends) -> None:
+    ends.get(ends.step(Entry(0, 2, 0, ends.body(0.2))))
+    assert ends.get(ends.step(Entry(0, 1, 0, ends.body(0.1)), age=SECOND)) == []
+    assert (ends.refused(), ends.bad) == ({}, [])
+
+
+def test_steps_that_are_read_together_are_put_in_order_each_an_event_of_its_own() -> None:
+    ends = Ends(Terms(keep=2)).meet()
+    first, second, third = (ends.command(value) for value in (0.1, 0.2, 0.3))
+    events = ends.events(third, second, first)
+    assert [[value for _, value in event] for event in events] == [[0.2], [0.3]]
+
+
+def test_what_left_in_one_step_arrives_as_one_event() -> None:
+    ends = Ends(role="mind").meet()
+    steps = (
+        ends.step(Entry(1, 1, 0, ends.body(1.0, 2.0)), Entry(2, 1, 0, ends.body(3.0))),
+        ends.step(Entry(1, 2, 0, ends.body(4.0))),
+    )
+    [event] = ends.events(steps[0])
+    assert [(port.name, value) for port, value in event] == [
+        ("wheels:slip", 1.0),
+        ("wheels:slip", 2.0),
+        ("wheels:turned", 3.0),
+    ]
+    [event] = ends.events(steps[1])
+    assert [(port.name, value) for port, value in event] == [("wheels:slip", 4.0)]
+
+
+def test_nothing_of_a_step_enters_if_anything_in_it_is_refused() -> None:
+    ends = Ends(role="mind").meet()
+    sound, broken = ends.body(1.0), ends.body(float("nan"))
+    assert ends.get(ends.step(Entry(1, 1, 0, sound), Entry(2, 1, 0, broken))) == []
+    assert ends.get(ends.step(Entry(1, 2, 0, sound), Entry(9, 1, 0, sound))) == []
+    assert ends.refused() == {Reason.NOT_FINITE: 1, Reason.UNKNOWN_PORT: 1}
+    assert ends.get(ends.step(Entry(1, 1, 0, sound))) == [1.0], "it has not come, so far"
+
+
+ORDERED = Terms(ordered=frozenset({"mind.command"}))
+
+
+def test_of_an_ordered_port_each_waits_for_the_one_before_it() -> None:
+    ends = Ends(ORDERED).meet()
+    first, second, third = (ends.command(value, after=n) for n, value in enumerate((0.1, 0.2, 0.3)))
+    assert ends.get(third) == []
+    assert ends.get(first) == [0.1]
+    events = ends.events(second)
+    assert [[value for _, value in event] for event in events] == [[0.2], [0.3]]
+    assert ends.get(ends.step(*entries_of(second))) == []
+    assert (ends.refused(), ends.bad) == ({}, [])
+
+
+def test_what_waits_too_long_for_a_lost_one_turns_outputs_off_and_holds_up_nothing_more() -> None:
+    ends = Ends(ORDERED).meet()
+    ends.get(ends.command(0.1))
+    ends.command(0.2, after=1)
+    assert ends.get(ends.command(0.3, after=2)) == []
+    ends.now += TERMS.timeout + 1
+    assert ends.get(ends.command(0.4, after=3)) == [0.4]
+    assert ends.bad == ["what came before mind.command was lost"]
+    ends.between_steps()
+    assert ends.link.counts.dropped == 1
+
+
+def test_one_of_an_ordered_port_that_its_sender_gave_up_turns_outputs_off() -> None:
+    ends = Ends(ORDERED).meet()
+    ends.get(ends.command(0.1))
+    ends.command(0.2, after=1)
+    assert ends.get(ends.command(0.3, after=1)) == [0.3]
+    assert ends.bad == ["1 of mind.command were lost"]
+
+
+def test_so_many_steps_wait_and_no_more() -> None:
+    ends = Ends(ORDERED).meet()
+    ends.get(ends.command(0.0))
+    ends.command(0.0, after=1)
+    for _ in range(MOST_WAITING + 1):
+        assert ends.bad == []
+        ends.get(ends.command(0.1, after=ends.sequence))
+    assert len(ends.bad) == 1
+    ends.between_steps()
+    counts = ends.link.counts
+    assert (counts.received, counts.dropped) == (MOST_WAITING + 1, 1)
 
 
 def test_silence_makes_it_bad_and_it_must_be_good_for_a_while(ends: Ends) -> None:
@@ -231,9 +344,12 @@ def test_what_leaves_is_sent_in_the_next_pass(ends: Ends) -> None:
     ends.between_steps()
     take = ends.link.leaves(ends.cut.leaving[0])
     take(ends.now, 0.25)
-    [frame] = [each for each in ends.between_steps() if each.kind is Kind.VALUE]
-    assert (frame.port, frame.origin, frame.sequence) == (1, ends.now, 1)
-    assert ends.cut.leaving[0].packing.unpack(frame.body) == 0.25
+    take(ends.now, 0.5)
+    [frame] = [each for each in ends.between_steps() if each.kind is Kind.STEP]
+    assert (frame.ports, frame.origin, frame.step) == (1, ends.now, 1)
+    [entry] = entries_of(frame)
+    assert (entry.port, entry.sequence, entry.after) == (1, 1, 0)
+    assert ends.cut.leaving[0].unpacked(entry.body) == [0.25, 0.5]
 
 
 def test_an_end_that_has_nothing_to_say_shows_that_it_is_there(ends: Ends) -> None:

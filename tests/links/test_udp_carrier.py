@@ -73,7 +73,7 @@ def test_recorded_greetings_do_not_displace_the_peer(rig: Rig) -> None:
         rig.clock.advance(GREETINGS_EVERY)
         assert rig.from_network(attacker, Frame(Kind.HELLO, session, 0, 1, 1))
         rig.from_run(Frame(Kind.HELLO, OWN, session, 3, 0))
-    assert rig.from_network(peer, Frame(Kind.VALUE, PEER, OWN, 2, 2)) != []
+    assert rig.from_network(peer, Frame(Kind.STEP, PEER, OWN, 2, 2)) != []
     peer.recv(16384)
     rig.from_run(Frame(Kind.HEARTBEAT, OWN, PEER, 4, 0))
     assert peer.recv(16384) == encoded(Frame(Kind.HEARTBEAT, OWN, PEER, 4, 0), KEY)

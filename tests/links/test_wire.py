@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
 from firmware_runtime.links.cut.packed import Packing
 from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.links.cut.step import HEAD, Entry, body_of, entries_of
 from firmware_runtime.links.cut.wire import HEADER, LONGEST, Frame, Kind, decoded, encoded, opened
 from firmware_runtime.models.motion import Motion
 
@@ -29,9 +30,9 @@ VECTORS = {
         ),
         None,
     ),
-    "value": (
+    "step": (
         Frame(
-            Kind.VALUE,
+            Kind.STEP,
             0x1111111111111111,
             0x2222222222222222,
             7,
@@ -40,21 +41,29 @@ VECTORS = {
             250_000,
             9,
             0b11,
-            1,
+            2,
             1_499_900_000,
             3,
-            Packing(Motion).pack(Motion(0.5, -1.25)),
+            body_of(
+                [
+                    Entry(1, 3, 0, Packing(Motion).pack_all([Motion(0.5, -1.25)])),
+                    Entry(4, 2, 1, Packing(str).pack_all(["stop", "turn"])),
+                ]
+            ),
         ),
         None,
     ),
-    "value, signed": (
+    "step, signed": (
         Frame(
-            Kind.VALUE,
+            Kind.STEP,
             0x1111111111111111,
             0x2222222222222222,
             8,
             1_600_000_000,
-            body=Packing(float).pack(1.0),
+            ports=1,
+            origin=1_600_000_000,
+            step=4,
+            body=body_of([Entry(0, 1, 0, Packing(float).pack_all([1.0]))]),
         ),
         KEY,
     ),
@@ -124,7 +133,7 @@ def test_what_is_no_frame_is_named() -> None:
     assert reason_of(decoded, bytes(LONGEST + 1)) is Reason.OVERSIZED
     assert reason_of(opened, bytes(LONGEST + 1), KEY) is Reason.OVERSIZED
     assert reason_of(decoded, sound[:-1]) is Reason.MALFORMED
-    assert reason_of(decoded, b"FWL2" + sound[4:]) is Reason.MALFORMED
+    assert reason_of(decoded, b"FWL1" + sound[4:]) is Reason.MALFORMED
     assert reason_of(decoded, sound[:4] + b"\x06" + sound[5:]) is Reason.MALFORMED
     assert reason_of(decoded, encoded(Frame(Kind.HEARTBEAT, 0, 0, 1, 0))) is Reason.MALFORMED
     assert len(sound) == HEADER
@@ -137,8 +146,59 @@ def test_any_body_is_read_or_refused(read: Callable[[bytes], object], body: byte
         assert isinstance(read(body), Greeting | Farewell)
 
 
+entries = st.lists(
+    st.builds(
+        Entry,
+        st.integers(0, 2**16 - 1),
+        st.integers(2**32, 2**64 - 1),
+        st.integers(0, 2**32 - 1),
+        st.binary(max_size=40),
+    ),
+    min_size=1,
+    max_size=5,
+    unique_by=lambda entry: entry.port,
+)
+
+
+def step(body: bytes, ports: int) -> Frame:
+    return Frame(Kind.STEP, 1, 2, 1, 0, ports=ports, body=body)
+
+
+@given(entries)
+def test_what_left_in_a_step_comes_out_as_it_went_in(left: list[Entry]) -> None:
+    assert entries_of(step(body_of(left), len(left))) == left
+
+
+@given(st.binary(max_size=80), st.integers(0, 4))
+def test_any_body_of_a_step_is_read_or_refused(body: bytes, ports: int) -> None:
+    with suppress(Refused):
+        assert sum(HEAD + len(entry.body) for entry in entries_of(step(body, ports))) == len(body)
+
+
+def test_a_step_that_is_none_is_malformed() -> None:
+    sound = body_of([Entry(1, 1, 0, b"a"), Entry(2, 5, 4, b"b")])
+    assert len(entries_of(step(sound, 2))) == 2
+    for body, ports in (
+        (sound, 1),
+        (sound[:-1], 2),
+        (sound + b"x", 2),
+        (b"", 0),
+        (body_of([Entry(1, 1, 0, b""), Entry(1, 2, 0, b"")]), 2),
+        (body_of([Entry(1, 1, 1, b"")]), 1),
+        (body_of([Entry(1, 0, 0, b"")]), 1),
+    ):
+        assert reason_of(entries_of, step(body, ports)) is Reason.MALFORMED
+
+
+def on_the_page(datagram: bytes) -> str:
+    """As docs/wire.md has it: words of four bytes, eight in a line."""
+    words = [datagram[at : at + 4].hex() for at in range(0, len(datagram), 4)]
+    lines = (" ".join(words[at : at + 8]) for at in range(0, len(words), 8))
+    return "".join(f"    {line}\n" for line in lines)
+
+
 @pytest.mark.parametrize("name", VECTORS)
 def test_the_page_has_the_vectors(name: str) -> None:
-    frame, key = VECTORS[name]
+    expected = on_the_page(encoded(*VECTORS[name]))
     page = dict(re.findall(r"^(.+):\n\n((?:    [0-9a-f ]+\n)+)", PAGE.read_text(), re.MULTILINE))
-    assert bytes.fromhex(page[name].replace("\n", "")) == encoded(frame, key)
+    assert page.get(name) == expected, f"{PAGE}: expected\n{name}:\n\n{expected}"

@@ -33,8 +33,10 @@ class Counts:
     """Values that entered the model."""
     dropped: int = 0
     """Values that arrived, and in whose place a newer one of their port was taken."""
-    replaced: int = 0
-    """Values that left, and in whose place a newer one of their port was sent."""
+    overtaken: int = 0
+    """Values that arrived after a newer one of their port."""
+    given_up: int = 0
+    """Values that left and were never sent, or were given up."""
     unsent: int = 0
     """Frames for which there was no room, or no other end."""
     own: Counter[Reason] = field(default_factory=Counter)
@@ -50,7 +52,8 @@ class Counts:
                 self.sent,
                 self.repeated,
                 self.received,
-                self.dropped + self.replaced + self.carried.dropped,
+                self.dropped + self.given_up + self.carried.dropped,
+                self.overtaken,
                 self.unsent + self.carried.unsent,
                 silences,
                 *self.refused.values(),

@@ -1,6 +1,6 @@
 """Where a model is cut: the ports whose values cross, their numbers, and how these are packed."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from operator import itemgetter
@@ -11,13 +11,12 @@ from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.packed import Packing
-from firmware_runtime.links.cut.wire import LONGEST_BODY
 
 Limits: TypeAlias = tuple[float, float]
 """The least and the greatest number that a value may hold."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Crossing:
     """One output port of the whole model whose values cross the cut."""
 
@@ -28,16 +27,17 @@ class Crossing:
     packing: Packing
     limits: Limits | None = None
 
-    def packed(self, value: object) -> bytes:
-        """The bytes of a value. Raises ModelError for one that the port does not carry."""
+    def packed(self, values: Sequence[object]) -> bytes:
+        """The bytes of values. Raises ModelError for one that the port does not carry."""
         try:
-            body = self.packing.pack(value)
+            return self.packing.pack_all(values)
         except Exception as error:
-            raise ModelError(f"{self.name}: {value!r} cannot cross the link: {error}") from error
-        if len(body) > LONGEST_BODY:
-            fault = f"{self.name}: a value of {len(body)} bytes cannot cross the link"
-            raise ModelError(f"{fault}; expected {LONGEST_BODY} at most")
-        return body
+            shown = ", ".join(map(repr, values))
+            raise ModelError(f"{self.name}: {shown} cannot cross the link: {error}") from error
+
+    def unpacked(self, body: bytes) -> list[object]:
+        """The values of these bytes. Raises Refused."""
+        return self.packing.unpack_all(body, self.limits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Cut:
     leaving: tuple[Crossing, ...]
     entering: tuple[Crossing, ...]
     digest: bytes
-    """SHA-256 over names and types in order of the numbers: equal at ends that fit."""
+    """SHA-256 over names, types and rules in order of the numbers: equal at ends that fit."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -56,9 +56,15 @@ class Cut:
         return tuple(each.name for each in found)
 
 
-def cut_of(part: Part, names: Collection[str], limits: Mapping[str, Limits] | None = None) -> Cut:
+def cut_of(
+    part: Part,
+    names: Collection[str],
+    limits: Mapping[str, Limits] | None = None,
+    ordered: Collection[str] = (),
+) -> Cut:
     """The cut around a part of a model, as far as its ports are among these names.
 
+    Ends fit that have the same ports, types and `ordered` ones.
     Raises ConfigError for all ports whose types do not say what they are made of.
     """
     ports: dict[str, AnyPort] = {**part.leaving, **part.entering}
@@ -70,7 +76,10 @@ def cut_of(part: Part, names: Collection[str], limits: Mapping[str, Limits] | No
         name: Crossing(name, number, packing, (limits or {}).get(name))
         for number, (name, packing) in enumerate(packings.items())
     }
-    text = "\n".join(f"{name} {packing.text}" for name, packing in packings.items())
+    text = "\n".join(
+        f"{name} {packing.text}{' ordered' if name in ordered else ''}"
+        for name, packing in packings.items()
+    )
     return Cut(
         _some(crossings, part.leaving),
         _some(crossings, part.entering),

@@ -1,86 +1,158 @@
-"""What is to be sent: the newest values of each port, and those that have not arrived yet.
+"""What is to be sent: of each port what left last, and what has not arrived yet.
 
-A value that left is sent once. Every frame of the peer says which frames it has accepted; a value
-whose frame was lost, or that found no peer, is sent again until it is accepted, a newer one of its
-port has left, or it is too old. A `retained` port's last value is never too old: an end that comes
+What left by a port in a step is sent once, together with what left by the others. Every frame of
+the peer says which frames it has accepted; what was in a frame that was lost, or found no peer, is
+sent again until it is accepted, is too old, or `keep` newer ones of its port have left. Of an
+`ordered` port each is sent until it is accepted or too old, `MOST_ORDERED` of a port at most, and
+says which one has to enter before it. A `retained` port's last is never too old: an end that comes
 later, or again, gets it.
 """
 
 from collections import deque
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.links.cut.step import Entry
 from firmware_runtime.links.cut.window import was_accepted
 from firmware_runtime.links.cut.wire import Frame
 
-_UNANSWERED = 100 * MILLISECOND
+MOST_ORDERED: Final = 256
+"""How many of an ordered port may wait to be accepted."""
+_UNANSWERED: Final = 100 * MILLISECOND
 """Ns after which a frame that the peer does not mention is taken for lost, at least."""
 
 
 @dataclass(slots=True)
 class Message:
-    """A value on its way. `counter` is of the frame that it was sent in last; 0: it was not."""
+    """What left by a port in a step. `counter` is of the frame it was sent in last; 0: in none."""
 
+    step: int
     port: int
     origin: int
     sequence: int
+    after: int
+    values: int
     body: bytes
     counter: int = 0
     sent_at: int = 0
 
+    @property
+    def entry(self) -> Entry:
+        """As a frame bears it."""
+        return Entry(self.port, self.sequence, self.after, self.body)
+
 
 class Outbox:
-    """Messages by port; `keep` of a port may wait to be sent, `retained` are numbers of ports."""
+    """Messages by port; `retained` and `ordered` are numbers of ports."""
 
-    def __init__(self, keep: int, retained: Collection[int], timeout: int) -> None:
+    def __init__(
+        self, keep: int, retained: Collection[int], ordered: Collection[int], timeout: int
+    ) -> None:
         self.dropped = 0
-        self._retained = frozenset(retained)
+        """Values that were never sent, and those of ordered ports that were given up."""
         self._keep = keep
+        self._retained = frozenset(retained)
+        self._ordered = frozenset(ordered)
         self._timeout = timeout
         self._sequences: dict[int, int] = {}
-        self._waiting: dict[int, deque[Message]] = {}
+        self._open: dict[int, deque[Message]] = {}
         self._latest: dict[int, Message] = {}
-        self._open: dict[int, Message] = {}
+        self._tails: dict[int, int] = {}
+        """By ordered port, the sequence that the next one comes after."""
 
-    def put(self, port: int, origin: int, body: bytes) -> None:
-        """A value has left; of more than `keep` that wait, the oldest is dropped."""
+    @property
+    def wants_answer(self) -> bool:
+        """Whether something of an ordered port is on its way."""
+        return any(self._open.get(port) for port in self._ordered)
+
+    def put(self, step: int, port: int, origin: int, values: int, body: bytes) -> None:
+        """So many values have left by a port in a step."""
         sequence = self._sequences[port] = self._sequences.get(port, 0) + 1
-        waiting = self._waiting.setdefault(port, deque(maxlen=self._keep))
-        self.dropped += len(waiting) == self._keep
-        message = Message(port, origin, sequence, body)
+        after = self._tails.get(port, 0)
+        message = Message(step, port, origin, sequence, after, values, body)
+        self._latest[port] = message
+        waiting = self._open.setdefault(port, deque())
         waiting.append(message)
-        self._latest[port] = self._open[port] = message
+        if port in self._ordered:
+            self._tails[port] = sequence
+        if len(waiting) > (MOST_ORDERED if port in self._ordered else self._keep):
+            self._give_up(waiting)
 
-    def take(self, now: int, round_trip: int) -> Iterator[Message]:
-        """What is to be sent now: what waits, then what was lost; mark each when it was sent."""
-        for waiting in self._waiting.values():
-            while waiting:
-                yield waiting.popleft()
-        for port, message in list(self._open.items()):
-            if port not in self._retained and now - message.origin > self._timeout:
-                del self._open[port]
-            elif message.counter == 0 or now - message.sent_at > _UNANSWERED + 2 * round_trip:
-                yield message
+    def take(self, now: int, round_trip: int) -> Iterator[list[Message]]:
+        """What is to be sent now, by step; mark each when it was sent."""
+        self.expire(now)
+        patience = _UNANSWERED + 2 * round_trip
+        steps: dict[int, list[Message]] = {}
+        for waiting in self._open.values():
+            for message in waiting:
+                if message.counter == 0 or now - message.sent_at > patience:
+                    steps.setdefault(message.step, []).append(message)
+        for step in sorted(steps):
+            yield steps[step]
 
-    def discard(self) -> None:
-        """Nothing can be sent now: what waits is the newest of each port only."""
-        for waiting in self._waiting.values():
-            self.dropped += max(len(waiting) - 1, 0)
-            waiting.clear()
+    def expire(self, now: int) -> None:
+        """Give up what is too old."""
+        for port, waiting in self._open.items():
+            while waiting and now - waiting[0].origin > self._timeout:
+                if port in self._retained and len(waiting) == 1:
+                    break
+                self._give_up(waiting)
 
     def note(self, frame: Frame) -> None:
         """The peer says what it has accepted: what else was sent before that is lost."""
-        for port, message in list(self._open.items()):
-            if message.counter == 0 or message.counter > frame.seen:
-                continue
-            if was_accepted(message.counter, frame.seen, frame.seen_before):
-                del self._open[port]
-            else:
-                message.counter = 0
+        for port, waiting in self._open.items():
+            accepted = []
+            for message in waiting:
+                if 0 < message.counter <= frame.seen:
+                    if was_accepted(message.counter, frame.seen, frame.seen_before):
+                        accepted.append(message.sequence)
+                    else:
+                        message.counter = 0
+            if accepted:
+                self._close(port, waiting, accepted)
 
     def begin_again(self) -> None:
         """There is another peer: it has none of what was sent before."""
-        for message in self._latest.values():
-            message.counter = 0
-        self._open = dict(self._latest)
+        for port, latest in self._latest.items():
+            waiting = self._open.setdefault(port, deque())
+            if not waiting and (port not in self._ordered or port in self._retained):
+                waiting.append(latest)
+            for message in waiting:
+                message.counter = 0
+            if port in self._ordered:
+                self._chain(port, waiting)
+
+    def _chain(self, port: int, waiting: deque[Message]) -> None:
+        """Let each come after the one before it, and the first after none."""
+        tail = 0
+        for message in waiting:
+            message.after, tail = tail, message.sequence
+        self._tails[port] = tail
+
+    def _close(self, port: int, waiting: deque[Message], accepted: Collection[int]) -> None:
+        """Forget what was accepted, and what is of no use after it."""
+        is_ordered, newest = port in self._ordered, max(accepted)
+        kept = [
+            message
+            for message in waiting
+            if message.sequence not in accepted and (is_ordered or message.sequence > newest)
+        ]
+        waiting.clear()
+        waiting.extend(kept)
+
+    def _give_up(self, waiting: deque[Message]) -> None:
+        """Forget the oldest; what comes after it comes after the one before it, then."""
+        lost = waiting.popleft()
+        if self._latest.get(lost.port) is lost:
+            del self._latest[lost.port]
+        is_ordered = lost.port in self._ordered
+        if is_ordered or lost.sent_at == 0:
+            self.dropped += lost.values
+        if not is_ordered:
+            return
+        if waiting and waiting[0].after == lost.sequence:
+            waiting[0].after = lost.after
+        if self._tails[lost.port] == lost.sequence:
+            self._tails[lost.port] = lost.after

@@ -14,7 +14,8 @@
 Every number in what arrives is checked before anything is made of it (`forms`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from math import isfinite
 
 from msgspec.msgpack import Ext
@@ -38,20 +39,44 @@ class Packing:
         """The bytes of a value. Raises TypeError for a value that the type does not have."""
         return encode(self._form.pack(value))
 
+    def pack_all(self, values: Sequence[object]) -> bytes:
+        """The bytes of several values, as an array. Raises TypeError likewise."""
+        return encode([self._form.pack(value) for value in values])
+
     def unpack(self, packed: bytes, limits: tuple[float, float] | None = None) -> object:
         """The value of these bytes, every number of it finite and within the limits.
 
         Raises Refused.
         """
-        try:
-            found = decode(packed)
-            for number in _numbers(found):
-                _check(number, limits)
-            return self._form.unpack(found)
-        except Refused:
-            raise
-        except Exception as error:  # bytes from outside, and classes of any package
-            raise Refused(Reason.MALFORMED, str(error) or type(error).__name__) from error
+        with _refused():
+            return self._form.unpack(_checked(packed, limits))
+
+    def unpack_all(self, packed: bytes, limits: tuple[float, float] | None = None) -> list[object]:
+        """The values of an array of one or more, checked likewise. Raises Refused."""
+        with _refused():
+            found = _checked(packed, limits)
+            if not isinstance(found, list) or not found:
+                raise Refused(Reason.MALFORMED, "no array of values")
+            return [self._form.unpack(each) for each in found]
+
+
+@contextmanager
+def _refused() -> Iterator[None]:
+    """Bytes come from outside, and classes from any package: whatever they raise is Refused."""
+    try:
+        yield
+    except Refused:
+        raise
+    except Exception as error:
+        raise Refused(Reason.MALFORMED, str(error) or type(error).__name__) from error
+
+
+def _checked(packed: bytes, limits: tuple[float, float] | None) -> object:
+    """What MessagePack bears. Raises Refused for a number in it that is none, or too large."""
+    found = decode(packed)
+    for number in _numbers(found):
+        _check(number, limits)
+    return found
 
 
 def _check(number: float, limits: tuple[float, float] | None) -> None:

@@ -12,7 +12,7 @@ and the end that sent it have died meanwhile.
 Two ends that are silent to each other greet anyone, and answer each other's greetings by name.
 
 A session is 64 random bits. A frame that names another session of ours than the present one, or
-comes from one that is not our peer's, is refused; so is a counter that is not above all before it.
+comes from one that is not our peer's, is refused; so is a counter that was accepted before.
 Another session takes the place of the peer only when that is silent, and one that was our peer
 before never comes back: what was recorded of it is worth nothing.
 """
@@ -55,9 +55,12 @@ class Peer:
         self.clock = PeerClock(is_same=False)
         self._window = Window()
         self._counter = 0
-        self._received_at = 0
         self._said_at = 0
         """When the latest frame was sent, by this end's clock."""
+        self._newest_at = 0
+        """When the frame with the highest counter arrived."""
+        self._bye = 0
+        """The counter of the peer's bye; 0 while there is none."""
         self._candidate: tuple[int, Greeting] | None = None
         self._greeted: tuple[int, int] = (0, 0)
         self._former: deque[int] = deque(maxlen=_FORMER)
@@ -112,7 +115,7 @@ class Peer:
         self.session_of_peer, self.greeting = self._candidate
         self._candidate = None
         self._compare_clocks(self.greeting)
-        self._window = Window()
+        self._window, self._bye = Window(), 0
         self.wants_hello = True
 
     def _answers_now(self, frame: Frame, now: int) -> bool:
@@ -124,8 +127,10 @@ class Peer:
         self.clock = PeerClock(is_same=greeting.machine == self.own.machine != "")
 
     def _judge(self, frame: Frame, now: int) -> None:
-        """Raise Refused unless a frame of the peer is later than all before it, and not old."""
+        """Raise Refused unless a frame of the peer is new, of no sender that ended, and not old."""
         self._window.judge(frame.counter, frame.sent_at)
+        if frame.counter < self._bye:
+            raise Refused(Reason.STALE, "sent before a bye")
         if frame.kind is Kind.HELLO and not self.is_good(now) and self._answers_now(frame, now):
             self._compare_clocks(greeting_of(frame.body))
         age = self.clock.age(now, frame.sent_at)
@@ -134,15 +139,16 @@ class Peer:
 
     def _note(self, frame: Frame, now: int) -> None:
         """A frame of the peer is accepted."""
-        self._window.note(frame.counter, frame.sent_at)
+        if self._window.accept(frame.counter, frame.sent_at):
+            self._newest_at = now
         self.clock.note(now, frame.sent_at, frame.echo, frame.held)
         if self.good_since is None:
             self.good_since = now
-        self._received_at = now
         self._said_at = max(self._said_at, now - (self.clock.age(now, frame.sent_at) or 0))
-        self.farewell = None
+        self.farewell, self._bye = None, 0
         if frame.kind is Kind.BYE:
             self.farewell = farewell_of(frame.body)
+            self._bye = frame.counter
             self.good_since = None
 
     # How it stands --------------------------------------------------------------------------------
@@ -176,20 +182,20 @@ class Peer:
 
     # What is sent ---------------------------------------------------------------------------------
 
-    def frame(  # noqa: PLR0913 -- a value has four fields of its own
+    def frame(  # noqa: PLR0913 -- a step has four fields of its own
         self,
         kind: Kind,
         now: int,
         *,
-        port: int = 0,
+        ports: int = 0,
         origin: int = 0,
-        sequence: int = 0,
+        step: int = 0,
         body: bytes = b"",
     ) -> Frame:
         """The next frame to the peer."""
         self._counter += 1
         window = self._window
-        echo, held = (window.sent_at, now - self._received_at) if window.highest > 0 else (0, 0)
+        echo, held = (window.sent_at, now - self._newest_at) if window.highest > 0 else (0, 0)
         return Frame(
             kind,
             self.session,
@@ -199,10 +205,10 @@ class Peer:
             echo,
             held,
             window.highest,
-            window.before,
-            port,
+            window.shown,
+            ports,
             origin,
-            sequence,
+            step,
             body,
         )
 

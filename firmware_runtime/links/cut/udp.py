@@ -161,8 +161,8 @@ class Carrier:
         if frame.peer not in {0, self._own_session}:
             raise Refused(Reason.WRONG_SESSION)
         session = self._sessions.get(frame.session) or self._new(frame, address)
-        self._judge(frame, session.window)
-        session.address = self._latest = address
+        if self._is_newest(frame, session.window):
+            session.address = self._latest = address
         self._sessions.move_to_end(frame.session)
         return plain
 
@@ -178,15 +178,18 @@ class Carrier:
         made = self._sessions[frame.session] = _Session(address)
         return made
 
-    def _judge(self, frame: Frame, window: Window) -> None:
-        """Raise Refused for what has come before, or was overtaken; the run judges the rest."""
+    def _is_newest(self, frame: Frame, window: Window) -> bool:
+        """Whether a frame is newer than all before it. Raises Refused for what came before.
+
+        What comes from a sender that is not in order is the run's to refuse: it turns outputs off.
+        """
         try:
             window.judge(frame.counter, frame.sent_at)
         except Refused as refusal:
             if refusal.reason is not Reason.WENT_BACK:
                 raise
-        else:
-            window.note(frame.counter, frame.sent_at)
+            return False
+        return window.accept(frame.counter, frame.sent_at)
 
     def _report(self) -> None:
         with suppress(OSError):  # no room: the next time, then

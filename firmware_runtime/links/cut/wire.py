@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 
 from firmware_runtime.links.cut.refusal import Reason, Refused
 
-MAGIC: Final = b"FWL1"
-LONGEST: Final = 8192
+MAGIC: Final = b"FWL2"
+LONGEST: Final = 60 * 1024
 """Bytes of the longest frame, its authentication code included."""
 TAG: Final = sha256().digest_size
 _HEADER: Final = Struct("!4sBBHQQQqqqQQqQ")
@@ -28,8 +28,8 @@ class Kind(IntEnum):
 
     HELLO = 1
     """Which cut this end belongs to; the body says it (`greeting`)."""
-    VALUE = 2
-    """A value that left the model by a port of the cut."""
+    STEP = 2
+    """The values that left the model in one step; the body has them by port (`step`)."""
     HEARTBEAT = 3
     """A sign of life, and what has arrived."""
     BYE = 4
@@ -39,7 +39,7 @@ class Kind(IntEnum):
 
 
 class Frame(NamedTuple):
-    """One frame. Fields from `port` on have a meaning in values only."""
+    """One frame. Fields from `ports` on, but for the body, have a meaning in steps only."""
 
     kind: Kind
     session: int
@@ -58,18 +58,18 @@ class Frame(NamedTuple):
     """The highest counter that the sender has accepted; 0: none yet."""
     seen_before: int = 0
     """Bit n: the frame with the counter `seen` - 1 - n has been accepted, too."""
-    port: int = 0
-    """Number of the port in the cut."""
+    ports: int = 0
+    """By how many ports values left."""
     origin: int = 0
-    """The instant at which the value left its model, by the sender's clock."""
-    sequence: int = 0
-    """Of the values of this port in this session, rising from 1; a value sent again keeps its."""
+    """The instant at which they left their model, by the sender's clock."""
+    step: int = 0
+    """Of the steps in which values left, rising from 1; what is sent again keeps its own."""
     body: bytes = b""
 
 
 def encoded(frame: Frame, key: bytes | None = None) -> bytes:
     """The bytes of a frame, with its authentication code if there is a key."""
-    plain = _HEADER.pack(MAGIC, frame.kind, 0, frame.port, *frame[1:9], *frame[10:12]) + frame.body
+    plain = _HEADER.pack(MAGIC, frame.kind, 0, frame.ports, *frame[1:9], *frame[10:12]) + frame.body
     return sealed(plain, key) if key is not None else plain
 
 
@@ -94,10 +94,10 @@ def decoded(plain: bytes) -> Frame:
         raise Refused(Reason.OVERSIZED, f"over {LONGEST} bytes")
     if len(plain) < HEADER or plain[:4] != MAGIC:
         raise Refused(Reason.MALFORMED, "no frame of this format")
-    _, kind, flags, port, *numbers = _HEADER.unpack_from(plain)
+    _, kind, flags, ports, *numbers = _HEADER.unpack_from(plain)
     if not Kind.HELLO <= kind <= Kind.REPORT or flags != 0:
         raise Refused(Reason.MALFORMED, f"kind {kind}, flags {flags}")
-    frame = Frame._make((_KINDS[kind], *numbers[:8], port, *numbers[8:], plain[HEADER:]))
+    frame = Frame._make((_KINDS[kind], *numbers[:8], ports, *numbers[8:], plain[HEADER:]))
     if frame.session == 0 or frame.counter == 0:
         raise Refused(Reason.MALFORMED, "no session, or no counter")
     return frame

@@ -36,7 +36,8 @@ _LINK_COUNTERS = {
     "sent": "Values that were sent over a link",
     "repeated": "Values that were sent again",
     "received": "Values that entered the model over a link",
-    "dropped": "Values in whose place a newer one was taken",
+    "dropped": "Values in whose place a newer one was taken, or that were given up",
+    "overtaken": "Values that arrived after a newer one",
     "unsent": "Datagrams that found no room, or no other end",
     "silences": "Times the other end fell silent",
 }

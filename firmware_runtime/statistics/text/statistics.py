@@ -187,6 +187,7 @@ def link_text(link: LinkFigures) -> str:
         *([f"{_counted(link.silences, 'silence')}"] if link.silences > 0 else []),
         *([f"refused {', '.join(refused)}"] if refused else []),
         *([f"dropped {link.dropped}"] if link.dropped > 0 else []),
+        *([f"overtaken {link.overtaken}"] if link.overtaken > 0 else []),
         f"sent {link.sent}",
         f"received {link.received}",
         f"age p50 {microseconds(link.age_us.p50)} p99 {microseconds(link.age_us.p99)}",

@@ -1,0 +1,109 @@
+"""What one end of a link says: what left its model, what was lost, greetings and signs of life.
+
+Nothing waits: what finds no room is counted, and sent again where that is of use.
+"""
+
+from typing import Final
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.links.cut.channel import Channel
+from firmware_runtime.links.cut.counts import Counts
+from firmware_runtime.links.cut.departures import Departures, packed
+from firmware_runtime.links.cut.greeting import Farewell
+from firmware_runtime.links.cut.outbox import Message, Outbox
+from firmware_runtime.links.cut.peer import Peer
+from firmware_runtime.links.cut.step import body_of
+from firmware_runtime.links.cut.wire import Frame, Kind, encoded
+
+HELLO_EVERY: Final = 20 * MILLISECOND
+"""Ns from one greeting to the next, at least."""
+SEEK_EVERY: Final = 100 * MILLISECOND
+"""Ns from one greeting to the next while there is no other end."""
+ANSWER_WITHIN: Final = 20 * MILLISECOND
+"""Ns after which the peer learns what has arrived, if nothing else is sent to it; after which it is
+asked what has, where something of an ordered port is on its way."""
+_BYES: Final = 3
+
+
+class Sender:
+    """The way out of one end; `owes_answer` says that a step has arrived since it spoke."""
+
+    def __init__(
+        self, channel: Channel, peer: Peer, departures: Departures, outbox: Outbox
+    ) -> None:
+        self.departures = departures
+        self.outbox = outbox
+        self.owes_answer = False
+        self._channel = channel
+        self._peer = peer
+        self._heartbeat_every = min(peer.timeout // 5, 100 * MILLISECOND)
+        self._sent_at = self._hello_at = 0
+        self._step = 0
+
+    def collect(self, offset: int) -> None:
+        """Take up what has left; `offset` is CLOCK_MONOTONIC at instant 0 of the run."""
+        for at, left in self.departures.steps():
+            self._step += 1
+            for crossing, values, body in packed(left):
+                self.outbox.put(self._step, crossing.number, offset + at, values, body)
+
+    def send_steps(self, clock: int, counts: Counts) -> None:
+        """Send what waits and what was lost."""
+        for messages in self.outbox.take(clock, self._peer.clock.round_trip or 0):
+            self._send_step(messages, clock, counts)
+
+    def show_presence(self, clock: int, counts: Counts, *, is_good: bool) -> None:
+        """Greet, or show that this end lives, where nothing else has."""
+        greets = self._peer.wants_hello or not is_good
+        if greets and clock - self._hello_at >= self._hello_every:
+            self._hello_at = clock
+            self._send(self._peer.hello(clock), counts)
+        elif is_good and clock - self._sent_at >= self._speak_every:
+            self._send(self._peer.frame(Kind.HEARTBEAT, clock), counts)
+
+    def say_goodbye(self, clock: int, farewell: Farewell, counts: Counts) -> None:
+        """Let the other end know that this one ends; more than once, one may be lost."""
+        if self._peer.session_of_peer != 0:
+            for _ in range(_BYES):
+                self._send(self._peer.bye(clock, farewell), counts)
+
+    # ----------------------------------------------------------------------------------------------
+
+    @property
+    def _hello_every(self) -> int:
+        return HELLO_EVERY if self._peer.wants_hello else SEEK_EVERY
+
+    @property
+    def _speak_every(self) -> int:
+        asks = self.owes_answer or self.outbox.wants_answer
+        return ANSWER_WITHIN if asks else self._heartbeat_every
+
+    def _send_step(self, messages: list[Message], clock: int, counts: Counts) -> None:
+        first = messages[0]
+        frame = self._peer.frame(
+            Kind.STEP,
+            clock,
+            ports=len(messages),
+            origin=first.origin,
+            step=first.step,
+            body=body_of(each.entry for each in messages),
+        )
+        if not self._send(frame, counts):
+            return
+        for message in messages:
+            if message.sent_at == 0:
+                counts.sent += message.values
+            else:
+                counts.repeated += message.values
+            message.counter, message.sent_at = frame.counter, clock
+
+    def _send(self, frame: Frame, counts: Counts) -> bool:
+        """Send a frame; whether there was room for it, and an end to take it."""
+        try:
+            self._channel.send(encoded(frame))
+        except OSError:
+            counts.unsent += 1
+            return False
+        self._sent_at = frame.sent_at
+        self.owes_answer = False
+        return True
