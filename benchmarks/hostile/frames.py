@@ -5,7 +5,7 @@ import hmac
 import struct
 from typing import Final, NamedTuple
 
-HELLO, VALUE, HEARTBEAT, BYE, REPORT = 1, 2, 3, 4, 5
+HELLO, STEP, HEARTBEAT, BYE, REPORT = 1, 2, 3, 4, 5
 KEY: Final = hashlib.sha256(b"a key").digest()
 OTHER_KEY: Final = hashlib.sha256(b"another key").digest()
 NAN, INFINITY = float("nan"), float("inf")
@@ -22,12 +22,12 @@ class Fields(NamedTuple):
     sent_at: int
     echo: int = 0
     held: int = 0
-    port: int = 0
+    ports: int = 0
     origin: int = 0
-    sequence: int = 0
+    step: int = 0
     body: bytes = b""
     flags: int = 0
-    magic: bytes = b"FWL1"
+    magic: bytes = b"FWL2"
 
 
 def frame(fields: Fields, key: bytes | None = KEY) -> bytes:
@@ -36,7 +36,7 @@ def frame(fields: Fields, key: bytes | None = KEY) -> bytes:
         (
             fields.magic,
             bytes((fields.kind, fields.flags)),
-            fields.port.to_bytes(2, "big"),
+            fields.ports.to_bytes(2, "big"),
             fields.session.to_bytes(8, "big"),
             fields.peer.to_bytes(8, "big"),
             fields.counter.to_bytes(8, "big"),
@@ -45,7 +45,7 @@ def frame(fields: Fields, key: bytes | None = KEY) -> bytes:
             fields.held.to_bytes(8, "big", signed=True),
             bytes(16),
             fields.origin.to_bytes(8, "big", signed=True),
-            fields.sequence.to_bytes(8, "big"),
+            fields.step.to_bytes(8, "big"),
             fields.body,
         )
     )
@@ -59,14 +59,14 @@ def tag(plain: bytes, key: bytes = KEY) -> bytes:
 
 def fields_of(plain: bytes) -> Fields | None:
     """What the bytes of a frame say; None if they are none."""
-    if len(plain) < 88 or plain[:4] != b"FWL1":
+    if len(plain) < 88 or plain[:4] != b"FWL2":
         return None
     words = [int.from_bytes(plain[at : at + 8], "big") for at in range(8, 88, 8)]
     signed = [word - (1 << 64) if word >> 63 else word for word in words]
     found = Fields(
         kind=plain[4],
         flags=plain[5],
-        port=int.from_bytes(plain[6:8], "big"),
+        ports=int.from_bytes(plain[6:8], "big"),
         session=words[0],
         peer=words[1],
         counter=words[2],
@@ -74,11 +74,51 @@ def fields_of(plain: bytes) -> Fields | None:
         echo=signed[4],
         held=signed[5],
         origin=signed[8],
-        sequence=words[9],
+        step=words[9],
         body=plain[88:],
     )
     is_sound = 1 <= found.kind <= 5 and found.flags == 0 and 0 not in (found.session, found.counter)
     return found if is_sound else None
+
+
+# The body of a step ------------------------------------------------------------------------------
+
+
+class Entry(NamedTuple):
+    """What left by a port."""
+
+    port: int
+    sequence: int
+    after: int
+    values: bytes
+
+
+def step(*entries: Entry) -> bytes:
+    """The body of a step."""
+    return b"".join(
+        entry.port.to_bytes(2, "big")
+        + entry.sequence.to_bytes(8, "big")
+        + entry.after.to_bytes(8, "big")
+        + len(entry.values).to_bytes(4, "big")
+        + entry.values
+        for entry in entries
+    )
+
+
+def entries_of(fields: Fields) -> list[Entry] | None:
+    """What left by each port; None if that cannot be read."""
+    found, rest = [], fields.body
+    while rest:
+        length = int.from_bytes(rest[18:22], "big")
+        if len(rest) < 22 + length:
+            return None
+        port, sequence, after = (
+            int.from_bytes(rest[begin:end], "big") for begin, end in ((0, 2), (2, 10), (10, 18))
+        )
+        found.append(Entry(port, sequence, after, rest[22 : 22 + length]))
+        rest = rest[22 + length :]
+    each_once = len({entry.port for entry in found}) == len(found) == fields.ports > 0
+    return found if each_once and all(entry.after < entry.sequence for entry in found) else None
 
 
 # Bodies, in MessagePack --------------------------------------------------------------------------
@@ -118,13 +158,15 @@ MOTIONS: Final[dict[bytes, tuple[float, float]]] = {
     array(number(1e300), number(-0.0)): (1e300, -0.0),
     array(number(3.0), b"\x07"): (3.0, 7),
 }
-"""Bodies of the port `motion`, a named tuple of two floats, and the values they are."""
+"""Values of the port `motion`, a named tuple of two floats, and what they are."""
+TURNS: Final[dict[bytes, str]] = {text("left"): "left", text("stop"): "stop"}
+"""Values of the port `turn`, which is ordered, and what they are."""
 YAWS: Final[dict[bytes, float]] = {
     number(0.5): 0.5,
     number(-YAW_LIMIT): -YAW_LIMIT,
     b"\x01": 1,
 }
-"""Bodies of the port `yaw`, a float from -1 to 1."""
+"""Values of the port `yaw`, a float from -1 to 1."""
 
 _DEEP: Final = b"\x91" * 5000 + b"\x00"
 _MALFORMED: Final = (
@@ -157,7 +199,7 @@ BAD_MOTIONS: Final[dict[bytes, str]] = {
     array(number(0.5), number(INFINITY)): "not_finite",
     array(number(-INFINITY), number(0.5)): "not_finite",
 }
-"""Bodies that the port `motion` refuses, and the reasons."""
+"""What the port `motion` refuses, and the reasons."""
 BAD_YAWS: Final[dict[bytes, str]] = {
     **dict.fromkeys(_MALFORMED, "malformed"),
     array(number(0.5)): "malformed",

@@ -6,7 +6,7 @@ ill.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from random import Random
 
@@ -15,23 +15,33 @@ from benchmarks.hostile.frames import (
     BAD_MOTIONS,
     BAD_YAWS,
     BYE,
+    GOOD_BYE,
     HEARTBEAT,
     HELLO,
     KEY,
     MOTIONS,
     OTHER_KEY,
     REPORT,
-    VALUE,
+    STEP,
+    TURNS,
     YAWS,
+    Entry,
     Fields,
     array,
     frame,
     hello,
+    step,
     tag,
 )
 from benchmarks.hostile.link_rules import MS, LinkRules
 from benchmarks.hostile.robot_end import TIMEOUT, RobotEnd
 from benchmarks.hostile.sweep import ACCEPTED, NO_VALUE, Attempt
+
+OWN_PORTS = array(b"\x00", b"\x01", b"\x02")
+"""The numbers of what the peer sends: motion, turn and yaw."""
+TURN = 1
+OLD = (TIMEOUT + 50 * MS, 10**13)
+"""How much older what is too old can be, ns."""
 
 
 class LinkTarget:
@@ -44,11 +54,11 @@ class LinkTarget:
         self._stack = ExitStack()
         self._end = RobotEnd(self._stack)
         link = self._end.link
-        fits = hello(link.cut.digest, array(b"\x00", b"\x01"))
+        fits = hello(link.cut.digest, OWN_PORTS)
         self._hellos = {
             fits: "",
-            hello(bytes(32), array(b"\x00", b"\x01")): "other_cut",
-            hello(link.cut.digest, array(b"\x02")): "other_cut",
+            hello(bytes(32), OWN_PORTS): "other_cut",
+            hello(link.cut.digest, array(b"\x03")): "other_cut",
             fits[:-1]: "malformed",
             fits + b"\x00": "malformed",
             b"": "malformed",
@@ -59,7 +69,6 @@ class LinkTarget:
         self._found: list[tuple[str, object]] = []
         self._refused: Counter[str] = Counter()
         self._recorded: list[bytes] = []
-        self._sequences = [0, 0]
         self._begin_session()
 
     # What comes -----------------------------------------------------------------------------------
@@ -90,10 +99,11 @@ class LinkTarget:
 
     def _begin_session(self) -> None:
         self._session = self._random.getrandbits(64) or 1
-        self._counter = 0
-        self._sequences = [0, 0]
+        self._counter = self._sent_at = self._steps = 0
+        self._sequences = [0, 0, 0]
+        self._held_back: list[bytes] = []
         self._ahead = self._random.choice((0, 10**12, -(10**11), 123_456_789_123))
-        self._rules.clock_ahead = self._ahead
+        self._rules.ahead[self._session] = self._ahead
 
     def _ways(self) -> list[tuple[str, Callable[[], bytes]]]:
         random, honest, value = self._random, self._honest, self._value
@@ -103,18 +113,26 @@ class LinkTarget:
             ("bit flipped", lambda: self._flipped(value())),
             ("cut short", lambda: (d := value())[: random.randrange(len(d))]),
             ("made longer", lambda: value() + random.randbytes(random.randrange(1, 40))),
-            ("oversized", lambda: value() + bytes(random.randrange(8192, 9000))),
-            ("oversized, signed", lambda: honest(VALUE, body=bytes(random.randrange(8073, 9000)))),
+            ("oversized", lambda: value() + bytes(random.randrange(61_440, 62_000))),
+            ("oversized, signed", lambda: honest(STEP, body=bytes(61_440 - 88))),
             ("noise", lambda: random.randbytes(random.randrange(300))),
             ("noise, signed", self._noise),
             ("said before", self._again),
+            ("held back", self._held),
             ("overtaken", self._overtaken),
-            ("went back", lambda: value(counter=max(1, self._counter - random.randrange(1, 200)))),
-            ("stale frame", lambda: value(late=random.randrange(TIMEOUT + 50 * MS, 10**13))),
-            ("stale value", lambda: value(old=random.randrange(TIMEOUT + 50 * MS, 10**13))),
-            ("value again", lambda: value(sequence_back=random.randrange(1, 5))),
-            ("wrong port", lambda: value(port=random.choice((2, 3, 77, 65535)))),
+            ("overtaken for long", lambda: self._overtaken(random.randrange(900, 1200))),
+            ("overtaken and old", lambda: self._overtaken(late=random.randrange(*OLD))),
+            ("recorded long before", lambda: self._overtaken(2000, late=random.randrange(*OLD))),
+            ("went back", lambda: value(counter=max(1, self._counter - random.randrange(1, 2000)))),
+            ("sent before the one before", lambda: value(late=random.randrange(*OLD))),
+            ("old values", lambda: value(old=random.randrange(*OLD))),
+            ("values again", lambda: value(sequence_back=random.randrange(1, 2000))),
+            ("wrong port", self._wrong_port),
             ("not what the port carries", self._bad_value),
+            ("no step", self._no_step),
+            ("a turn that comes after none", lambda: self._turn(gap=random.randrange(1, 4))),
+            ("a turn that comes after another", self._turn),
+            ("a turn that waits for none that comes", lambda: self._turn(skip=1)),
             ("for another session", lambda: value(peer=self._word())),
             ("for none", lambda: value(peer=0)),
             ("from nowhere", lambda: value(session=self._word())),
@@ -123,8 +141,9 @@ class LinkTarget:
             ("another's greeting", self._another_s_greeting),
             ("a report", lambda: honest(REPORT, body=b"\x80")),
             ("kind", lambda: honest(random.choice((0, 6, 255)))),
-            ("flags", lambda: honest(VALUE, flags=random.choice((1, 128)))),
+            ("flags", lambda: honest(STEP, flags=random.choice((1, 128)))),
             ("no counter", lambda: value(counter=0)),
+            ("a bye", lambda: honest(BYE, body=GOOD_BYE)),
             ("a bad bye", lambda: honest(BYE, body=random.choice(BAD_BYES))),
             ("heartbeat", lambda: honest(HEARTBEAT)),
         ]
@@ -140,29 +159,32 @@ class LinkTarget:
         session: int | None = None,
         peer: int | None = None,
         body: bytes = b"",
-        port: int = 0,
+        ports: int = 0,
         old: int = 0,
-        sequence: int = 0,
         flags: int = 0,
     ) -> bytes:
         """A frame of the peer, about a millisecond on its way; `late` ns more, if that is said."""
+        now = self._end.now
+        sent_at = max(now - self._random.randrange(200_000, MS), self._sent_at)
+        if counter is None and late == 0:
+            self._sent_at = sent_at
         if counter is None:
-            self._counter += self._random.choice((1, 1, 1, 1, 3, 100))
+            self._counter += self._random.choice((1, 1, 1, 1, 3, 30))
             counter = self._counter
-        now, way = self._end.now, self._random.randrange(200_000, MS)
-        sent_at = now - way - late + self._ahead
-        held = self._random.randrange(0, 20 * MS)
+        way, held = now - sent_at + late, self._random.randrange(0, 20 * MS)
+        sent_at += self._ahead - late
+        self._steps += 1
         fields = Fields(
             kind,
             self._session if session is None else session,
             self._rules.session if peer is None else peer,
             counter,
             sent_at,
-            now - way - late - held - self._random.randrange(200_000, MS),
+            now - 2 * way - held,
             held,
-            port,
+            ports,
             sent_at - old - self._random.randrange(2 * MS),
-            sequence,
+            self._steps,
             body,
             flags,
         )
@@ -174,8 +196,7 @@ class LinkTarget:
     def _value(  # noqa: PLR0913 -- likewise
         self,
         *,
-        port: int | None = None,
-        body: bytes | None = None,
+        entries: Sequence[Entry] | None = None,
         sequence_back: int = 0,
         key: bytes | None = KEY,
         counter: int | None = None,
@@ -184,28 +205,77 @@ class LinkTarget:
         session: int | None = None,
         peer: int | None = None,
     ) -> bytes:
-        number = self._random.randrange(2) if port is None else port
-        if number < 2:
-            self._sequences[number] += 1
-        sequence = self._sequences[number] if number < 2 else 1
-        if body is None:
-            body = self._random.choice(list((MOTIONS, YAWS)[number % 2]))
+        """A step, as a rule of one or two ports of which the newest counts."""
+        if entries is None:
+            numbers = self._random.choice(((0,), (2,), (0, 2), (2, 0)))
+            entries = [self._entry(number, back=sequence_back) for number in numbers]
         return self._honest(
-            VALUE,
+            STEP,
             key=key,
             counter=counter,
             late=late,
             session=session,
             peer=peer,
-            body=body,
-            port=number,
+            body=step(*entries),
+            ports=len(entries),
             old=old,
-            sequence=max(1, sequence - sequence_back),
         )
 
+    def _entry(self, number: int, *, back: int = 0, values: bytes | None = None) -> Entry:
+        self._sequences[number] += 1
+        if values is None:
+            some = list((MOTIONS, TURNS, YAWS)[number])
+            values = array(*self._random.choices(some, k=self._random.choice((1, 1, 1, 3))))
+        return Entry(number, max(1, self._sequences[number] - back), 0, values)
+
+    def _turn(self, *, gap: int = 0, skip: int = 0) -> bytes:
+        """A step with a turn and a yaw; `gap` turns were given up, `skip` are still to come."""
+        before = self._sequences[TURN]
+        self._sequences[TURN] += gap + skip
+        turn = self._entry(TURN)._replace(after=before + skip)
+        return self._value(entries=[turn, self._entry(2)])
+
+    def _held(self) -> bytes:
+        """What was held back comes, or something is."""
+        if self._held_back and self._random.random() < 0.7:
+            at = self._random.randrange(len(self._held_back))
+            return self._held_back.pop(at)
+        self._held_back.append(self._turn() if self._random.random() < 0.5 else self._value())
+        return self._value()
+
+    def _wrong_port(self) -> bytes:
+        wrong = Entry(self._random.choice((3, 4, 77, 65535)), 1, 0, array(b"\x00"))
+        return self._value(entries=self._random.choice(([wrong], [self._entry(0), wrong])))
+
     def _bad_value(self) -> bytes:
-        port = self._random.randrange(2)
-        return self._value(port=port, body=self._random.choice(list((BAD_MOTIONS, BAD_YAWS)[port])))
+        number = self._random.choice((0, 2))
+        value = self._random.choice(list((BAD_MOTIONS, {}, BAD_YAWS)[number]))
+        good = self._random.choice(list((MOTIONS, {}, YAWS)[number]))
+        bad = self._entry(number, values=self._random.choice((array(value), array(good, value))))
+        good_one = self._entry(2 - number)
+        return self._value(entries=self._random.choice(([bad], [bad, good_one], [good_one, bad])))
+
+    def _no_step(self) -> bytes:
+        """A step whose body is none, or none of this many ports."""
+        one, other = self._entry(0), self._entry(2)
+        body, ports = self._random.choice(
+            (
+                (step(one, other), 1),
+                (step(one, other), 3),
+                (step(one, other)[:-1], 2),
+                (step(one, other)[:30], 2),
+                (step(one)[:21], 1),
+                (step(one) + b"\x00", 1),
+                (b"", 0),
+                (step(one, one), 2),
+                (step(one._replace(sequence=0)), 1),
+                (step(one._replace(after=one.sequence)), 1),
+                (step(one._replace(values=b"")), 1),
+                (step(one._replace(values=b"\x90")), 1),
+                (step(other._replace(values=next(iter(YAWS)))), 1),
+            )
+        )
+        return self._honest(STEP, body=body, ports=ports)
 
     def _noise(self) -> bytes:
         plain = self._random.randbytes(self._random.randrange(300))
@@ -214,10 +284,11 @@ class LinkTarget:
     def _again(self) -> bytes:
         return self._random.choice(self._recorded) if self._recorded else b""
 
-    def _overtaken(self) -> bytes:
-        """A frame that was sent long before, and had been lost until now."""
-        counter = max(1, self._counter - self._random.randrange(1, 200))
-        return self._value(counter=counter, late=self._random.randrange(60_000 * MS, 10**13))
+    def _overtaken(self, most: int = 200, *, late: int = 0) -> bytes:
+        """A frame that was sent before, and had been lost until now."""
+        counter = max(1, self._counter - self._random.randrange(1, most))
+        late = late or self._random.randrange(MS, 300 * MS)
+        return self._value(counter=counter, late=late, old=0)
 
     def _another_s_greeting(self) -> bytes:
         return self._honest(HELLO, peer=0, session=self._word(), body=self._fits)
@@ -239,7 +310,7 @@ class LinkTarget:
         self._found += values
         before, self._refused = self._refused, self._end.refused()
         new = self._refused - before
-        if new.total() > 1 or (new and values):
+        if new.total() > 1:
             return f"{dict(new)} and {values}"
         return next(iter(new), ACCEPTED if values else NO_VALUE)
 
@@ -249,8 +320,11 @@ class LinkTarget:
 
     def taken(self) -> tuple[object, object]:
         """What entered, and what should have."""
-        names = ("controller:motion", "controller:yaw")
-        return self._found, [(names[port], value) for port, value in self._rules.values]
+        names = ("controller:motion", "controller:turn", "controller:yaw")
+        order = self._rules.order
+        values = [(names[port], value) for port, value in order.values]
+        expected = {"overtaken": order.overtaken, "dropped": order.dropped}
+        return (self._found, self._end.counted()), (values, expected)
 
     def counted(self) -> dict[str, int]:
         """By reason."""

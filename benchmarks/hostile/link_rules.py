@@ -4,32 +4,23 @@ The reference knows how far the peer's clock is ahead, which the link has to est
 is as old as the limit to a few milliseconds.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
 from benchmarks.hostile.frames import (
     BAD_BYES,
-    BAD_MOTIONS,
-    BAD_YAWS,
     BYE,
     HELLO,
-    MOTIONS,
     REPORT,
-    VALUE,
-    YAWS,
+    STEP,
     Fields,
     fields_of,
     tag,
 )
+from benchmarks.hostile.order_rules import OrderRules
 from benchmarks.hostile.sweep import ACCEPTED, NO_VALUE
 
 MS: Final = 1_000_000
-PORTS: Final[dict[int, tuple[Mapping[bytes, object], Mapping[bytes, str]]]] = {
-    0: (MOTIONS, BAD_MOTIONS),
-    1: (YAWS, BAD_YAWS),
-}
-"""Bodies by port: those that are taken with their values, those that are not with the reason."""
 
 
 @dataclass
@@ -41,17 +32,20 @@ class Received:
     counters: set[int] = field(default_factory=set)
 
     def fault(self, fields: Fields) -> str:
-        """Why a frame is not the next; empty if it is."""
-        if fields.counter > self.highest:
-            return ""
-        if fields.sent_at > self.sent_at:
+        """Why a frame is refused by counter and instant; empty if it is not."""
+        behind, older = self.highest - fields.counter, self.sent_at - fields.sent_at
+        if behind < 0:
+            return "went_back" if self.highest and older > 0 else ""
+        if older < 0:
             return "went_back"
-        is_known = fields.counter in self.counters and self.highest - fields.counter <= 64
-        return "replayed" if is_known else "stale"
+        if behind > 1024:
+            return "went_back" if older < 200 * MS else "stale"
+        return "replayed" if fields.counter in self.counters else ""
 
     def note(self, fields: Fields) -> None:
         """It is let through."""
-        self.highest, self.sent_at = fields.counter, fields.sent_at
+        if fields.counter > self.highest:
+            self.highest, self.sent_at = fields.counter, fields.sent_at
         self.counters.add(fields.counter)
 
 
@@ -63,9 +57,8 @@ class LinkRules:
     hellos: dict[bytes, str]
     """Bodies of hellos, and why they are refused; empty if they fit."""
     timeout: int
-    clock_ahead: int = 0
-    """Of the honest peer's clock, ns."""
-    values: list[tuple[int, object]] = field(default_factory=list)
+    ahead: dict[int, int] = field(default_factory=dict)
+    """Of the honest peer's clock by its session, ns."""
     _carried: dict[int, Received] = field(default_factory=dict)
     _greeted_at: int = -1 << 62
     _peer: int = 0
@@ -74,10 +67,22 @@ class LinkRules:
     _received: Received = field(default_factory=Received)
     _received_at: int | None = None
     """When the last frame of the peer came; None while the link is bad."""
-    _sequences: dict[int, int] = field(default_factory=dict)
+    _bye: int = 0
+    """The counter of the peer's bye; 0 while there is none."""
+
+    def __post_init__(self) -> None:
+        self.order = OrderRules(self.timeout)
 
     def verdict(self, datagram: bytes, now: int) -> str:
-        """What is to become of a datagram."""
+        """What is to become of a datagram; steps that have waited too long are given up with it."""
+        entered = len(self.order.values)
+        found = self._verdict(datagram, now)
+        self.order.expire(self._clock(now))
+        if self.order.has_lost():
+            self._received_at = None
+        return ACCEPTED if found == NO_VALUE and len(self.order.values) > entered else found
+
+    def _verdict(self, datagram: bytes, now: int) -> str:
         if len(datagram) > 8192:
             return "oversized"
         plain, said_tag = datagram[:-32], datagram[-32:]
@@ -113,7 +118,7 @@ class LinkRules:
 
     # The run --------------------------------------------------------------------------------------
 
-    def _run(self, fields: Fields, now: int) -> str:  # noqa: PLR0911 -- a rule, a return
+    def _run(self, fields: Fields, now: int) -> str:  # noqa: C901, PLR0911 -- a rule, a return
         if fields.kind == HELLO:
             fault = self._hello(fields)
             if fault or fields.peer == 0:
@@ -126,14 +131,18 @@ class LinkRules:
             if fault == "went_back":
                 self._received_at = None
             return fault
-        if self._age(fields.sent_at, now) > self.timeout:
+        if fields.counter < self._bye:
+            return "stale"
+        if self._clock(now) - fields.sent_at > self.timeout:
             return "too_old"
         self._received.note(fields)
         self._received_at = now
+        self._bye = 0
         if fields.kind == BYE:
-            self._received_at = None if fields.body not in BAD_BYES else now
-            return "malformed" if fields.body in BAD_BYES else NO_VALUE
-        return self._value(fields, now) if fields.kind == VALUE else NO_VALUE
+            if fields.body in BAD_BYES:
+                return "malformed"
+            self._received_at, self._bye = None, fields.counter
+        return self._step(fields, now) if fields.kind == STEP else NO_VALUE
 
     def _hello(self, fields: Fields) -> str:
         fault = self.hellos[fields.body]
@@ -155,23 +164,16 @@ class LinkRules:
             return "too_old"
         self._former |= {self._peer} - {0}
         self._peer, self._candidate = fields.session, 0
-        self._received, self._received_at, self._sequences = Received(), None, {}
+        self._received, self._received_at, self._bye = Received(), None, 0
+        self.order.begin_again()
         return ""
 
-    def _value(self, fields: Fields, now: int) -> str:
-        if fields.port not in PORTS:
-            return "unknown_port"
-        good, bad = PORTS[fields.port]
-        if fields.sequence <= self._sequences.get(fields.port, 0):
-            return NO_VALUE
-        if self._age(fields.origin, now) > self.timeout:
+    def _step(self, fields: Fields, now: int) -> str:
+        fault = self.order.take(fields, self._clock(now))
+        if fault == "too_old":
             self._received_at = None
-            return "too_old"
-        if fields.body not in good:
-            return bad[fields.body]
-        self._sequences[fields.port] = fields.sequence
-        self.values.append((fields.port, good[fields.body]))
-        return ACCEPTED
+        return fault or NO_VALUE
 
-    def _age(self, instant: int, now: int) -> int:
-        return now + self.clock_ahead - instant
+    def _clock(self, now: int) -> int:
+        """What the peer's clock shows."""
+        return now + self.ahead.get(self._peer, 0)

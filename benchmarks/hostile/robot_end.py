@@ -19,11 +19,13 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links.cut import udp
 from firmware_runtime.links.cut.cut import cut_of
-from firmware_runtime.links.cut.link import Link, Terms
+from firmware_runtime.links.cut.link import Link
+from firmware_runtime.links.cut.terms import Terms
 from firmware_runtime.models.motion import Motion
 
 TIMEOUT: Final = 500 * MS
 LIMITS: Final = (-YAW_LIMIT, YAW_LIMIT)
+ORDERED: Final = ("controller.turn",)
 
 
 class Controller(Atomic):
@@ -33,6 +35,7 @@ class Controller(Atomic):
         super().__init__("controller")
         self.forces = self.in_port("forces", float)
         self.motion = self.out_port("motion", Motion)
+        self.turn = self.out_port("turn", str)
         self.yaw = self.out_port("yaw", float)
 
 
@@ -42,6 +45,7 @@ class Robot(Atomic):
     def __init__(self) -> None:
         super().__init__("robot")
         self.motion = self.in_port("motion", Motion)
+        self.turn = self.in_port("turn", str)
         self.yaw = self.in_port("yaw", float)
         self.forces = self.out_port("forces", float)
 
@@ -53,6 +57,7 @@ class Board(Coupled):
         super().__init__("board")
         controller, robot = self.add(Controller()), self.add(Robot())
         self.couple(controller.motion, robot.motion)
+        self.couple(controller.turn, robot.turn)
         self.couple(controller.yaw, robot.yaw)
         self.couple(robot.forces, controller.forces)
 
@@ -70,7 +75,7 @@ class Pair:
     def receive(self) -> bytes | None:
         """The next frame, if there is one."""
         try:
-            return self._socket.recv(16384)
+            return self._socket.recv(1 << 16)
         except BlockingIOError:
             return None
 
@@ -98,10 +103,10 @@ class RobotEnd:
         part = part_of(Board(), ["robot"])
         self.link = Link(
             Executive(part.model, MonotonicClock(), configuration=Configuration(has_link=True)),
-            cut_of(part, [*part.entering, *part.leaving], {"controller.yaw": LIMITS}),
+            cut_of(part, [*part.entering, *part.leaving], {"controller.yaw": LIMITS}, ORDERED),
             part.entering,
             Pair(run),
-            Terms(timeout=TIMEOUT),
+            Terms(timeout=TIMEOUT, ordered=frozenset(ORDERED)),
             board="board",
             role="robot",
             takes_old=False,
@@ -117,8 +122,13 @@ class RobotEnd:
         both.update(self.carrier.carried.refused)
         return Counter({reason.value: count for reason, count in both.items() if count})
 
+    def counted(self) -> dict[str, int]:
+        """Values that arrived and did not enter, by what became of them."""
+        self.link.between_steps(0, 0)
+        return {"overtaken": self.link.counts.overtaken, "dropped": self.link.counts.dropped}
+
     def take(self, datagram: bytes) -> list[tuple[str, object]]:
         """Let a datagram come; the values that enter the model."""
         self._network.send(datagram)
         self.carrier.work()
-        return [(port.name, value) for port, value in self.link.receive()]
+        return [(port.name, value) for bag in self.link.events() for port, value in bag]

@@ -32,7 +32,7 @@ class End:
         """Send a frame; return when."""
         self.counter += 1
         at = monotonic_ns()
-        frame = Frame(kind, self.session, peer, self.counter, at, port=1, sequence=1, body=BODY)
+        frame = Frame(kind, self.session, peer, self.counter, at, ports=1, step=1, body=BODY)
         self.channel.send(encoded(frame))
         return at
 

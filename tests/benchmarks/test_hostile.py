@@ -36,10 +36,14 @@ def test_every_datagram_is_judged_as_the_document_says(
         ("firmware_runtime.links.cut.window.Window.judge", lambda *_: None),
         ("firmware_runtime.links.cut.peer_clock.PeerClock.age", lambda *_: 0),
         ("firmware_runtime.links.cut.packed._check", lambda *_: None),
+        ("firmware_runtime.links.cut.window.Seen.has", lambda *_: False),
+        ("firmware_runtime.links.cut.window.SIZE", 64),
+        ("firmware_runtime.links.cut.delivery.Step.waits", False),
+        ("firmware_runtime.links.cut.delivery.Delivery._give_up", lambda *_: None),
     ],
 )
 def test_a_link_without_one_of_its_checks_is_found_out(
-    monkeypatch: pytest.MonkeyPatch, function: str, instead: Callable[..., object]
+    monkeypatch: pytest.MonkeyPatch, function: str, instead: object
 ) -> None:
     monkeypatch.setattr(function, instead)
     assert not sweep(LinkTarget(1), 3_000).is_clean

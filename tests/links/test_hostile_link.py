@@ -139,7 +139,7 @@ def broken(datagrams: list[bytes], random: Random) -> list[bytes]:
     longer = [datagram + b"\0" for datagram in datagrams]
     forged = [datagram[:-32] + random.randbytes(32) for datagram in datagrams]
     plain = [datagram[:-32] for datagram in datagrams]
-    large = [datagram + bytes(9000) for datagram in datagrams]
+    large = [datagram + bytes(61_440) for datagram in datagrams]
     noise = [random.randbytes(random.randrange(300)) for _ in datagrams]
     return [*flipped, *cut, *longer, *forged, *plain, *large, *noise]
 
