@@ -68,6 +68,8 @@ def test_without_a_key_nothing_that_is_broken_crashes_or_enters_as_no_number() -
         if port == "controller:yaw":
             assert isinstance(value, int | float)
             assert -YAW_LIMIT <= value <= YAW_LIMIT
+        elif port == "controller:turn":
+            assert isinstance(value, str)
         else:
             assert isinstance(value, Motion)
             assert {type(part) for part in value} <= {int, float}
