@@ -1,0 +1,144 @@
+"""Zero-crossing detection: the instant at which an expression of wires changes its sign."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from math import inf
+from typing import Final, Literal
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import NEVER, format_time
+from firmware_runtime.models.qss.evaluation import Wires, leaves_side, side_of
+from firmware_runtime.models.qss.expression import parse
+from firmware_runtime.models.qss.program import Condition, Layout, compile_expression
+from firmware_runtime.models.qss.segment import NANO, Segment, whole_after
+
+__all__ = ["Crossing", "Direction"]
+
+Direction = Literal["rising", "falling", "both"]
+
+_ZENO_GAP: Final = 1000
+_SHRINKS: Final = 0.999
+"""Gaps in ns that are as short, each by this factor or more shorter than the last, vanish."""
+
+
+class Crossing(Atomic):
+    """Says when an expression crosses zero: `event` at the instant, `out` on which side it is.
+
+    watching (until the crossing) --out!--> watching --NAME?--> watching
+
+    `out` is 1 above zero and 0 below, sent at the start and at each change; `event` carries True
+    for a rise and False for a fall, only those of `direction`. The instant is the root of the
+    polynomial, rounded up to whole ns, so that the crossing has happened. Inputs may bring up to
+    four coefficients: a port `state` of an integrator, without the error of its quantization.
+    Events that come ever closer, less than 1 us apart, accumulate (Zeno): a ModelError.
+    """
+
+    def __init__(  # noqa: PLR0913 -- most of them have defaults
+        self,
+        name: str,
+        expression: str,
+        inputs: Sequence[str],
+        *,
+        direction: Direction = "both",
+        longest_s: float = 0.1,
+        parameters: Mapping[str, float] | None = None,
+        counts: Mapping[str, int] | None = None,
+    ) -> None:
+        super().__init__(name)
+        if direction not in {"rising", "falling", "both"}:
+            raise ModelError(
+                f"{self.path}: direction {direction!r}; expected rising, falling, both"
+            )
+        counts = {each: (counts or {}).get(each, 4) for each in inputs}
+        layout = Layout(counts, parameters or {})
+        program = compile_expression(parse(expression), layout, 6)
+        self.expression, self.direction = expression, direction
+        self.inputs = {each: self.in_port(each, Segment) for each in inputs}
+        self.event = self.out_port("event", bool)
+        self.out = self.out_port("out", Segment)
+        self._wires = Wires(counts, {})
+        self._difference = Condition(program.value, at_zero=True, is_exact=program.is_linear)
+        self._inner, self._inner_sides = program.conditions, [False] * len(program.conditions)
+        self._longest_s = longest_s
+        self._at = 0
+        self._side: bool | None = None
+        self._has_crossed = False
+        self._is_first = True
+        self._leaves = inf
+        self._events: dict[bool, list[int]] = {True: [], False: []}
+
+    def initialize(self) -> None:
+        """Look at once if there is no input to wait for."""
+        if self._wires.missing:
+            self.passivate("watching")
+        else:
+            self._look()
+
+    def output(self) -> None:
+        """Send the side, and the event unless it is the first look."""
+        if not self._has_crossed or self._side is None:
+            return
+        if not self._is_first and self.direction in {"both", _WORDS[self._side]}:
+            self.event.send(self._side)
+        self.out.send(Segment(1.0 if self._side else 0.0))
+
+    def internal(self) -> None:
+        """Go on after an event, or see whether it is one."""
+        if self._has_crossed:
+            self._has_crossed = self._is_first = False
+            self.sigma = whole_after(self._leaves)
+            return
+        self._at += self.sigma
+        self._wires.advance(self.sigma * NANO)
+        self._look()
+
+    def external(self, elapsed: int) -> None:
+        """Take new segments in."""
+        self._at += elapsed
+        self._wires.advance(elapsed * NANO)
+        for name, port in self.inputs.items():
+            if port:
+                self._wires.put(self, name, port[-1])
+        if self._wires.missing:
+            self.sigma = NEVER
+        else:
+            self._look()
+
+    def _look(self) -> None:
+        t, flat, sides = self._at * NANO, self._wires.flat, self._inner_sides
+        leaves = inf
+        for number, condition in enumerate(self._inner):
+            inner = condition.code(t, sides, flat)
+            sides[number] = side_of(condition, inner)
+            leaves = min(leaves, leaves_side(condition, inner, self._longest_s, side=sides[number]))
+        g = self._difference.code(t, sides, flat)
+        side = side_of(self._difference, g)
+        leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
+        self._leaves = leaves
+        if side is self._side and not self._has_crossed:
+            self.sigma = whole_after(leaves)
+            return
+        if self._side is not None and side is not self._side:
+            self._note_event(rises=side)
+        self._side, self._has_crossed, self.sigma = side, True, 0
+
+    def _note_event(self, *, rises: bool) -> None:
+        """Refuse events of one direction whose gaps shrink to nothing: time would stand still."""
+        past = self._events[rises]
+        past[:] = [*past[-3:], self._at]
+        gaps = [later - sooner for sooner, later in pairwise(past)]
+        if (
+            len(gaps) == 3
+            and gaps[2] < _ZENO_GAP
+            and gaps[2] < _SHRINKS * gaps[1]
+            and gaps[1] < _SHRINKS * gaps[0]
+        ):
+            raise ModelError(
+                f"{self.path}: {self.expression} crosses zero ever faster, at "
+                f"{format_time(self._at)} {gaps[2]} ns after the last time; "
+                "expected events that do not accumulate"
+            )
+
+
+_WORDS: Final = {True: "rising", False: "falling"}

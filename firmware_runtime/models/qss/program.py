@@ -1,0 +1,300 @@
+"""An expression compiled: its Taylor coefficients, its conditions, and its sensitivities.
+
+The text becomes straight-line code once, before the run; an evaluation is then one call. Every
+comparison of what changes between events is a condition: code of its own for the difference of its
+sides, so that the instant at which it changes can be found, and a flag that the expression reads.
+"""
+
+import ast
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+from firmware_runtime.models.qss.expression import (
+    CONSTANTS,
+    TIME,
+    ExpressionError,
+    names_of,
+)
+from firmware_runtime.models.qss.series import Series, Writer, is_flat
+
+Code: TypeAlias = Callable[[float, Sequence[bool], Sequence[float]], tuple[float, ...]]
+"""Called with time in s, the conditions' sides, and the inputs' coefficients one after another."""
+
+_USABLE: Final = {
+    name: getattr(math, name)
+    for name in (
+        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+        *("exp", "log", "sqrt", "pow", "inf", "nan"),
+    )
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """True while `code`'s value is above zero, or is zero without change and `at_zero` says so."""
+
+    code: Code
+    at_zero: bool
+    is_exact: bool
+    """Whether four coefficients are all there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What an expression may read: variables by name, and how many coefficients each brings."""
+
+    variables: Mapping[str, int]
+    parameters: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """`value` gives the coefficients, lowest first; `conditions` inner ones first."""
+
+    value: Code
+    conditions: tuple[Condition, ...]
+    is_linear: bool
+    """Whether no coefficient beyond those of the inputs can occur."""
+    reads_time: bool
+
+
+def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
+    """Compile to so many coefficients. Raises ExpressionError for what cannot be."""
+    _check_names(tree, layout)
+    conditions: list[Condition] = []
+    body = _Body(layout, length, conditions)
+    result = body.series(tree)
+    value = body.code(result)
+    return Program(value, tuple(conditions), body.writer.is_linear, TIME in names_of(tree))
+
+
+@dataclass(frozen=True, slots=True)
+class Quanta:
+    """How far off each input may be, as absolute and relative quantum, and what that allows."""
+
+    of_inputs: Mapping[str, tuple[float, float]]
+    least: float
+    """An error of the result that is allowed anyway, in its unit."""
+    relative: float = 0.0
+    """The same as a share of the result."""
+
+
+def compile_allowance(tree: ast.expr, layout: Layout, quanta: Quanta) -> Code:
+    """The error that the result may have beside the one that the inputs' quanta cause anyway.
+
+    A quarter of that, to first order: the sum of |partial derivative| times quantum.
+    """
+    body = _Body(layout, 2, [])
+    total = "0.0"
+    for name, (absolute, relative) in quanta.of_inputs.items():
+        if name not in names_of(tree):
+            continue
+        body.moving = name
+        slope = body.series(tree)[1]
+        width = f"max({absolute!r}, {relative!r} * abs({name}_0))" if relative else repr(absolute)
+        total = body.writer.assign(f"{total} + abs({slope}) * {width}")
+    allowances = [repr(quanta.least), f"0.25 * {total}"]
+    if quanta.relative > 0.0:
+        body.moving = ""
+        allowances.append(f"{quanta.relative!r} * abs({body.series(tree)[0]})")
+    return body.code([f"max({', '.join(allowances)})"])
+
+
+class _Body:
+    """The code of one function; conditions found on the way get functions of their own."""
+
+    def __init__(self, layout: Layout, length: int, conditions: list[Condition]) -> None:
+        self.writer = Writer(length)
+        self.moving: str | None = None
+        """For a partial derivative: the one variable that changes, at rate 1."""
+        self._layout = layout
+        self._conditions = conditions
+
+    def code(self, result: Series) -> Code:
+        """The function whose lines have been written."""
+        variables = self._layout.variables
+        unpacked = [f"{name}_{k}" for name, count in variables.items() for k in range(count)]
+        lines = ["def code(t, s, z):"]
+        if unpacked:
+            lines.append(f"    {', '.join(unpacked)}, = z")
+        answer = ", ".join(str(each) for each in result)
+        lines += [*self.writer.lines, f"    return ({answer},)"]
+        space: dict[str, Any] = {**_USABLE, "abs": abs, "max": max, "__builtins__": {}}
+        exec("\n".join(lines), space)  # noqa: S102 -- written here, of names and numbers alone
+        compiled: Code = space["code"]
+        return compiled
+
+    def series(self, node: ast.expr) -> Series:  # noqa: PLR0911 -- one for each kind of node
+        """Write the lines for a tree; return where its coefficients are."""
+        match node:
+            case ast.Constant(value=value):
+                return self.writer.constant(float(value))  # type: ignore[arg-type]  # parsed
+            case ast.Name(id=name):
+                return self._variable(name)
+            case ast.UnaryOp(op=ast.Not()) | ast.BoolOp() | ast.Compare():
+                return self._choice(self._test(node), _ONE, _NOUGHT)  # a truth is 1 or 0
+            case ast.UnaryOp(op=op, operand=operand):
+                inner = self.series(operand)
+                return self.writer.negative(inner) if isinstance(op, ast.USub) else inner
+            case ast.BinOp():
+                return self._operation(node)
+            case ast.IfExp(test=test, body=body, orelse=otherwise):
+                return self._choice(self._test(test), body, otherwise)
+            case ast.Call():
+                return self._call(node)
+        raise ExpressionError(f"{ast.unparse(node)}: not understood")
+
+    def _variable(self, name: str) -> Series:
+        length, variables = self.writer.length, self._layout.variables
+        if name in variables:
+            count = 1 if self.moving is not None else min(variables[name], length)
+            series: Series = [*(f"{name}_{k}" for k in range(count)), *[0.0] * (length - count)]
+            if name == self.moving:
+                series[1] = 1.0
+            return series
+        if name == TIME:
+            rate = 0.0 if self.moving is not None else 1.0
+            time: Series = ["t", rate, *[0.0] * (length - 2)]
+            return time[:length]
+        known = self._layout.parameters.get(name, CONSTANTS.get(name))
+        return self.writer.constant(float(known if known is not None else math.nan))
+
+    def _operation(self, node: ast.BinOp) -> Series:
+        writer, left, right = self.writer, self.series(node.left), self.series(node.right)
+        try:
+            match node.op:
+                case ast.Add():
+                    return writer.add(left, right)
+                case ast.Sub():
+                    return writer.add(left, right, sign=-1.0)
+                case ast.Mult():
+                    return writer.multiply(left, right)
+                case ast.Div():
+                    return writer.divide(left, right)
+            return writer.power(left, right)
+        except (ArithmeticError, ValueError) as error:
+            raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
+
+    def _call(self, node: ast.Call) -> Series:
+        name, arguments = node.func.id, node.args  # type: ignore[attr-defined]  # parsed
+        match name:
+            case "abs":
+                (one,) = arguments
+                return self._choice(self._compared(one, _NOUGHT, ast.GtE()), one, _minus(one))
+            case "sign":
+                (one,) = arguments
+                above = self._compared(one, _NOUGHT, ast.Gt())
+                below = self._compared(one, _NOUGHT, ast.Lt())
+                return self._choice(above, _ONE, ast.IfExp(_Flag(below), _minus(_ONE), _NOUGHT))
+            case "min" | "max":
+                return self._extreme(name, arguments)
+            case "pow":
+                return self.series(ast.BinOp(arguments[0], ast.Pow(), arguments[1]))
+            case "atan2":
+                return self.writer.atan2(*(self.series(each) for each in arguments))
+        try:
+            return self.writer.function(name, self.series(arguments[0]))
+        except (ArithmeticError, ValueError) as error:
+            raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
+
+    def _extreme(self, name: str, arguments: Sequence[ast.expr]) -> Series:
+        first, second, *rest = arguments
+        order = ast.LtE() if name == "min" else ast.GtE()
+        if rest:
+            second = ast.Call(ast.Name(name), [second, *rest], [])
+        return self._choice(self._compared(first, second, order), first, second)
+
+    # Conditions ---------------------------------------------------------------------------------
+
+    def _choice(self, test: str, body: ast.expr, otherwise: ast.expr) -> Series:
+        """Code that computes one of two, and leaves it in the same variables."""
+        writer, length = self.writer, self.writer.length
+        names: list[str] = [writer.assign("0.0") for _ in range(length)]
+        flat = True
+        for opening, branch in ((f"if {test}:", body), ("else:", otherwise)):
+            writer.lines.append(f"{writer.indent}{opening}")
+            outer, writer.indent = writer.indent, f"{writer.indent}    "
+            result = self.series(branch)
+            flat = flat and is_flat(result)
+            writer.lines += [
+                f"{writer.indent}{name} = {value}"
+                for name, value in zip(names, result, strict=True)
+            ]
+            writer.indent = outer
+        return [names[0], *[0.0] * (length - 1)] if flat else list(names)
+
+    def _test(self, node: ast.expr) -> str:
+        match node:
+            case _Flag(text=text):
+                return text
+            case ast.BoolOp(op=op, values=values):
+                word = " and " if isinstance(op, ast.And) else " or "
+                return f"({word.join(self._test(each) for each in values)})"
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return f"(not {self._test(operand)})"
+            case ast.Compare(left=left, ops=ops, comparators=others):
+                sides = [left, *others]
+                pairs = zip(sides, others, ops, strict=False)
+                return f"({' and '.join(self._compared(*pair) for pair in pairs)})"
+        if not self._is_steady(node):
+            raise ExpressionError(f"{ast.unparse(node)}: expected a comparison, such as x > 0")
+        return f"({self.series(node)[0]} != 0.0)"
+
+    def _compared(self, left: ast.expr, right: ast.expr, op: ast.cmpop) -> str:
+        sign = _COMPARISONS[type(op)]
+        if self._is_steady(left) and self._is_steady(right):
+            return f"({self.series(left)[0]} {sign} {self.series(right)[0]})"
+        if sign in {"==", "!="}:
+            shown = f"{ast.unparse(left)} {sign} {ast.unparse(right)}"
+            raise ExpressionError(f"{shown}: compares what changes in between; expected < or >")
+        if sign in {"<", "<="}:
+            left, right = right, left
+        difference = ast.BinOp(left, ast.Sub(), right)
+        if self.moving is not None:
+            return f"({self.series(difference)[0]} > 0.0)"
+        body = _Body(self._layout, 6, self._conditions)
+        code = body.code(body.series(difference))
+        at_zero, is_exact = sign in {"<=", ">="}, body.writer.is_linear
+        self._conditions.append(Condition(code, at_zero=at_zero, is_exact=is_exact))
+        return f"s[{len(self._conditions) - 1}]"
+
+    def _is_steady(self, node: ast.expr) -> bool:
+        """Whether it changes at events only."""
+        counts = self._layout.variables
+        return all(name != TIME and counts.get(name, 1) == 1 for name in names_of(node))
+
+
+class _Flag(ast.expr):
+    """A test that has been written already."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.text = text
+
+
+_ONE: Final = ast.Constant(1.0)
+_NOUGHT: Final = ast.Constant(0.0)
+_COMPARISONS: Final[dict[type[ast.cmpop], str]] = {
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+}
+
+
+def _minus(node: ast.expr) -> ast.expr:
+    return ast.UnaryOp(ast.USub(), node)
+
+
+def _check_names(tree: ast.expr, layout: Layout) -> None:
+    known = {*layout.variables, *layout.parameters, TIME}
+    unknown = [name for name in names_of(tree) if name not in known]
+    if unknown:
+        expected = ", ".join(sorted(known - {TIME})) or "no name"
+        raise ExpressionError(
+            f"{ast.unparse(tree)}: {', '.join(unknown)} is not known; expected {expected}, or t"
+        )

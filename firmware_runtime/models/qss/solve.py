@@ -1,0 +1,96 @@
+"""A system solved: its blocks simulated, and its outputs read from their polynomials."""
+
+from collections.abc import Mapping, Sequence
+
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import seconds as whole_ns
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss.evaluation import side_of
+from firmware_runtime.models.qss.model import SystemModel
+from firmware_runtime.models.qss.program import Layout, Program, compile_expression
+from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment
+from firmware_runtime.models.qss.system import System
+
+
+class Simulation:
+    """A system under way; `advance` brings it to an instant, `values` are its outputs there."""
+
+    def __init__(self, system: System, *, checked: bool = False) -> None:
+        self.system = system
+        self.model = SystemModel(system)
+        self.simulator = Simulator(self.model, checked=checked)
+        self.now = 0
+        self._others: dict[str, tuple[int, Segment]] = {}
+        for name, port in self.model.wires.items():
+            if name not in self.model.integrators:
+                self._keep(name, port)
+        self._layout = Layout(
+            dict.fromkeys((*self.model.integrators, *self._others), 1), system.parameters
+        )
+        self._outputs = {text: self._output(text) for text in system.shown}
+
+    def advance(self, until: int) -> None:
+        """Work off everything up to an instant, in ns."""
+        self.simulator.run(until)
+        self.now = until
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The outputs now, by their expressions."""
+        now = self.now
+        flat = [each.value_at(now) for each in self.model.integrators.values()]
+        flat += [segment.at((now - since) * NANO) for since, segment in self._others.values()]
+        return {text: _value(program, now * NANO, flat) for text, program in self._outputs.items()}
+
+    def _keep(self, name: str, port: OutPort[Segment]) -> None:
+        def listener(at: int, segment: Segment) -> None:
+            self._others[name] = (at, segment)
+
+        self._others[name] = (0, ZERO_SEGMENT)
+        self.simulator.listen(port, listener)
+
+    def _output(self, text: str) -> Program:
+        return compile_expression(self.system.tree_of(text), self._layout, 1)
+
+
+def solve(
+    system: System, until: float, *, samples: int = 1001, times: Sequence[float] | None = None
+) -> tuple[list[float], dict[str, list[float]]]:
+    """Times in s and, by output, the values then: `samples` of them evenly spread, or at `times`.
+
+    The values are those of the states' polynomials, not interpolated. Raises ConfigError for times
+    that do not ascend from 0 on; ModelError where the equations cannot be gone on with.
+    """
+    at = list(times) if times is not None else _spread(until, samples)
+    instants = [whole_ns(each) for each in at]
+    if instants != sorted(instants) or any(each < 0 for each in instants):
+        raise ConfigError.of_one("solve", "times do not ascend; expected instants from 0 s on")
+    simulation = Simulation(system)
+    values: dict[str, list[float]] = {text: [] for text in system.shown}
+    for instant in instants:
+        simulation.advance(instant)
+        for text, value in simulation.values.items():
+            values[text].append(value)
+    return at, values
+
+
+def _spread(until: float, samples: int) -> list[float]:
+    if samples < 2 or not 0.0 < until < float("inf"):
+        fault = f"until {until!r} s, {samples!r} samples; expected more than 0 s, 2 samples or more"
+        raise ConfigError.of_one("solve", fault)
+    return [until * number / (samples - 1) for number in range(samples)]
+
+
+def _value(program: Program, t: float, flat: Sequence[float]) -> float:
+    sides: list[bool] = []
+    for condition in program.conditions:
+        sides.append(side_of(condition, condition.code(t, sides, flat)))
+    return program.value(t, sides, flat)[0]
+
+
+def columns(times: Sequence[float], values: Mapping[str, Sequence[float]]) -> str:
+    """Times and values as CSV text, a header first."""
+    rows = zip(times, *values.values(), strict=True)
+    header = ",".join(("t", *(f'"{name}"' if "," in name else name for name in values)))
+    return "\n".join((header, *(",".join(repr(each) for each in row) for row in rows))) + "\n"

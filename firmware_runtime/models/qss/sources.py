@@ -1,0 +1,229 @@
+"""Sources: constant, step, ramp, pulse, square wave, sine, and samples from a file.
+
+All but the sine are exact. Instants and durations are in seconds from the start of the run, the
+units of values are the signal's.
+"""
+
+import csv
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from itertools import count, pairwise
+from math import isfinite
+from pathlib import Path
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import seconds as whole_ns
+from firmware_runtime.models.qss.function import Function
+from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment
+
+
+class Schedule(Atomic):
+    """Sends segments at instants known beforehand: subclasses list them, in order of time.
+
+    sending (0) --out!--> waiting (until the next) --> sending
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.out = self.out_port("out", Segment)
+        self._plan: Iterator[tuple[int, Segment]] = iter(())
+        self._at = 0
+        self._next: tuple[int, Segment] = (0, ZERO_SEGMENT)
+
+    def initialize(self) -> None:
+        """Take the first of its segments."""
+        self._at, self._plan = 0, self._segments()
+        self._take()
+
+    def output(self) -> None:
+        """Send the segment that begins now."""
+        self.out.send(self._next[1])
+
+    def internal(self) -> None:
+        """Wait for the next."""
+        self._at = self._next[0]
+        self._take()
+
+    def _take(self) -> None:
+        self._next = next(self._plan, (NEVER, ZERO_SEGMENT))
+        self.sigma = NEVER if self._next[0] >= NEVER else self._next[0] - self._at
+
+    @abstractmethod
+    def _segments(self) -> Iterator[tuple[int, Segment]]:
+        """Instants in ns, ascending, and what begins there; the first at 0."""
+
+    def _require(self, name: str, value: float, *, is_met: bool, expected: str) -> None:
+        if not (isfinite(value) and is_met):
+            raise ModelError(f"{self.path}: {name} is {value!r}; expected {expected}")
+
+
+class Step(Schedule):
+    """`before` until `at_s`, `after` from then on."""
+
+    def __init__(
+        self, name: str, at_s: float = 0.0, *, before: float = 0.0, after: float = 1.0
+    ) -> None:
+        super().__init__(name)
+        self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        self.at_s, self.before, self.after = at_s, before, after
+
+    def _segments(self) -> Iterator[tuple[int, Segment]]:
+        if self.at_s > 0.0:
+            yield 0, Segment(self.before)
+        yield whole_ns(self.at_s), Segment(self.after)
+
+
+class Constant(Step):
+    """One value for good."""
+
+    def __init__(self, name: str, value: float) -> None:
+        super().__init__(name, after=value)
+
+
+class Ramp(Schedule):
+    """`start` until `at_s`, then with `slope`, a unit a second, until `until_s` if it is given."""
+
+    def __init__(
+        self,
+        name: str,
+        slope: float,
+        *,
+        at_s: float = 0.0,
+        until_s: float | None = None,
+        start: float = 0.0,
+    ) -> None:
+        super().__init__(name)
+        self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        if until_s is not None:
+            self._require("until_s", until_s, is_met=until_s > at_s, expected=f"more than {at_s}")
+        self.slope, self.at_s, self.until_s, self.start = slope, at_s, until_s, start
+
+    def _segments(self) -> Iterator[tuple[int, Segment]]:
+        if self.at_s > 0.0:
+            yield 0, Segment(self.start)
+        yield whole_ns(self.at_s), Segment(self.start, self.slope)
+        if self.until_s is not None:
+            end = self.start + self.slope * (self.until_s - self.at_s)
+            yield whole_ns(self.until_s), Segment(end)
+
+
+class Pulse(Schedule):
+    """`high` for `duration_s` from `at_s` on, `low` before and after."""
+
+    def __init__(
+        self, name: str, at_s: float, duration_s: float, *, low: float = 0.0, high: float = 1.0
+    ) -> None:
+        super().__init__(name)
+        self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        self._require("duration_s", duration_s, is_met=duration_s > 0.0, expected="more than 0")
+        self.at_s, self.duration_s, self.low, self.high = at_s, duration_s, low, high
+
+    def _segments(self) -> Iterator[tuple[int, Segment]]:
+        if self.at_s > 0.0:
+            yield 0, Segment(self.low)
+        yield whole_ns(self.at_s), Segment(self.high)
+        yield whole_ns(self.at_s + self.duration_s), Segment(self.low)
+
+
+class Square(Schedule):
+    """`high` for the share `duty` of each period, from its beginning, then `low`."""
+
+    def __init__(
+        self,
+        name: str,
+        period_s: float,
+        *,
+        duty: float = 0.5,
+        low: float = 0.0,
+        high: float = 1.0,
+    ) -> None:
+        super().__init__(name)
+        self._require("period_s", period_s, is_met=period_s >= 4e-9, expected="4e-9 or more")
+        self._require("duty", duty, is_met=0.0 <= duty <= 1.0, expected="0 to 1")
+        self.period_s, self.duty, self.low, self.high = period_s, duty, low, high
+
+    def _segments(self) -> Iterator[tuple[int, Segment]]:
+        period, on = self.period_s * SECOND, self.duty * self.period_s * SECOND
+        for number in count():
+            begin = number * period
+            if on >= 1.0:
+                yield round(begin), Segment(self.high)
+            if on < period - 1.0:
+                yield round(begin + on), Segment(self.low)
+
+
+class Sine(Function):
+    """`offset + amplitude * sin(2 pi frequency_hz t + phase_rad)`, off by `tolerance` at most."""
+
+    def __init__(  # noqa: PLR0913 -- all but two have defaults
+        self,
+        name: str,
+        frequency_hz: float,
+        *,
+        amplitude: float = 1.0,
+        phase_rad: float = 0.0,
+        offset: float = 0.0,
+        order: int = 2,
+        tolerance: float = 1e-4,
+    ) -> None:
+        parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
+        super().__init__(
+            name,
+            "c + a * sin(tau * f * t + p)",
+            order=order,
+            tolerance=tolerance,
+            longest_s=0.125 / abs(frequency_hz) if frequency_hz else 1.0,
+            parameters=parameters,
+        )
+
+
+class Samples(Schedule):
+    """Values at instants: straight lines between them, or each held until the next (`holds`).
+
+    The first value holds from the start, the last one to the end.
+    """
+
+    def __init__(
+        self, name: str, samples: Sequence[tuple[float, float]], *, holds: bool = False
+    ) -> None:
+        super().__init__(name)
+        instants = [at_s for at_s, _ in samples]
+        fits = samples and instants[0] >= 0.0
+        if not fits or any(later <= sooner for sooner, later in pairwise(instants)):
+            raise ModelError(f"{self.path}: expected instants of 0 s or more, each after the last")
+        self.samples, self.holds = tuple(samples), holds
+
+    def _segments(self) -> Iterator[tuple[int, Segment]]:
+        first_s, first = self.samples[0]
+        if first_s > 0.0:
+            yield 0, Segment(first)
+        for (at_s, value), (next_s, following) in pairwise(self.samples):
+            slope = 0.0 if self.holds else (following - value) / (next_s - at_s)
+            yield whole_ns(at_s), Segment(value, slope)
+        yield whole_ns(self.samples[-1][0]), Segment(self.samples[-1][1])
+
+
+class FromFile(Samples):
+    """Samples from a CSV file: seconds and value in the first two columns, a header or none."""
+
+    def __init__(self, name: str, path: Path | str, *, holds: bool = False) -> None:
+        super().__init__(name, _read(Path(path)), holds=holds)
+
+
+def _read(path: Path) -> list[tuple[float, float]]:
+    try:
+        rows = [row for row in csv.reader(path.read_text("utf-8").splitlines()) if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ModelError(f"{path}: cannot be read ({error}); expected a CSV file") from error
+    samples = []
+    for number, row in enumerate(rows):
+        try:
+            samples.append((float(row[0]), float(row[1])))
+        except (ValueError, IndexError) as error:
+            if number == 0:
+                continue
+            line = f"{path}: line {number + 1} is {','.join(row)!r}"
+            raise ModelError(f"{line}; expected seconds and a value") from error
+    return samples

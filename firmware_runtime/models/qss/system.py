@@ -1,0 +1,226 @@
+"""A system by its states' names and equations, as text: what becomes a model of blocks.
+
+System(
+    states={"x": 1.0, "v": 0.0},
+    equations={"x": "v", "v": "-9.81"},
+    events=[When("x crosses 0 falling", v="-0.8 * v")],
+)
+"""
+
+import ast
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Final
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss.crossing import Direction
+from firmware_runtime.models.qss.expression import (
+    CONSTANTS,
+    FUNCTIONS,
+    TIME,
+    ExpressionError,
+    names_of,
+    parse,
+)
+from firmware_runtime.models.qss.integrator import Integrator
+from firmware_runtime.models.qss.liqss2 import LIQSS2
+from firmware_runtime.models.qss.qss1 import QSS1
+from firmware_runtime.models.qss.qss2 import QSS2
+from firmware_runtime.models.qss.qss3 import QSS3
+
+METHODS: Final[dict[str, type[Integrator]]] = {
+    "QSS1": QSS1,
+    "QSS2": QSS2,
+    "QSS3": QSS3,
+    "LIQSS2": LIQSS2,
+}
+DELAY: Final = "delay"
+
+_TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY, "trigger"}
+_NAME = re.compile(r"[A-Za-z]\w*")
+_CROSSES = re.compile(r"(.+?)\bcrosses\b(.+?)\b(rising|falling)?\s*$", re.DOTALL)
+
+
+class When:
+    """What happens when an expression crosses another: states and discrete variables change.
+
+    `event` is `"x crosses 0"`, with `rising` or `falling` behind it for one direction only, or a
+    comparison such as `"x <= 0"`, for the instant at which it becomes true. The values are
+    expressions, of what holds just before; with `only_if` nothing happens while that is false.
+    """
+
+    def __init__(self, event: str, *, only_if: str | None = None, **values: str | float) -> None:
+        self.event = event
+        self.only_if = only_if
+        self.values = {name: str(value) for name, value in values.items()}
+
+    def crossing(self) -> tuple[str, Direction]:
+        """The expression that crosses zero, and in which direction. Raises ExpressionError."""
+        found = _CROSSES.fullmatch(self.event.strip())
+        if found is not None:
+            left, right, direction = found.groups()
+            text = f"({left.strip()}) - ({right.strip()})"
+            if direction == "rising":
+                return text, "rising"
+            return text, "falling" if direction == "falling" else "both"
+        match parse(self.event):
+            case ast.Compare(left=left, ops=[ast.Gt() | ast.GtE()], comparators=[right]):
+                return f"({ast.unparse(left)}) - ({ast.unparse(right)})", "rising"
+            case ast.Compare(left=left, ops=[ast.Lt() | ast.LtE()], comparators=[right]):
+                return f"({ast.unparse(right)}) - ({ast.unparse(left)})", "rising"
+        raise ExpressionError(
+            f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
+        )
+
+
+@dataclass(frozen=True)
+class System:
+    """States, equations, and what else there is; raises ConfigError with every fault found.
+
+    `equations` gives each state's derivative, in its unit by s. `t` is time in s. `definitions` are
+    named expressions that others may use; `parameters` numbers; `discrete` values that change at
+    events only; `inputs` sources by name, atomic models with a port `out`. In equations and
+    definitions, `delay(x, 0.1)` is a state, a discrete variable or an input as it was 0.1 s before,
+    and its initial value before the start; a third argument is another value before the start.
+
+    `method` is QSS1, QSS2, QSS3 or LIQSS2. `quantum`, in the unit of each state, and
+    `relative_quantum` are one number for all states or a mapping; the larger one counts. Within
+    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum.
+    """
+
+    states: Mapping[str, float]
+    equations: Mapping[str, str]
+    method: str = "QSS2"
+    quantum: float | Mapping[str, float] = 1e-3
+    relative_quantum: float | Mapping[str, float] = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    discrete: Mapping[str, float] = field(default_factory=dict)
+    definitions: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, Atomic] = field(default_factory=dict)
+    events: Sequence[When] = ()
+    outputs: Sequence[str] = ()
+    name: str = "system"
+    horizon_s: float = 100.0
+
+    def __post_init__(self) -> None:
+        faults = list(dict.fromkeys([*self._name_faults(), *self._number_faults(), *self._texts()]))
+        if faults:
+            raise ConfigError(self.name, faults)
+
+    @property
+    def integrator(self) -> type[Integrator]:
+        """The class of its integrators."""
+        return METHODS[self.method]
+
+    def quantum_of(self, state: str) -> float:
+        """The absolute quantum of a state."""
+        return _of(self.quantum, state, 0.0)
+
+    def relative_quantum_of(self, state: str) -> float:
+        """The relative quantum of a state."""
+        return _of(self.relative_quantum, state, 0.0)
+
+    def tree_of(self, text: str) -> ast.expr:
+        """An expression with its definitions put in. Raises ExpressionError."""
+        return self._put_in(parse(text, {DELAY}), ())
+
+    @property
+    def shown(self) -> Sequence[str]:
+        """The outputs; without any, the states."""
+        return self.outputs or list(self.states)
+
+    # Faults -------------------------------------------------------------------------------------
+
+    def _name_faults(self) -> Iterator[str]:
+        known: dict[str, str] = {}
+        groups = ("states", "discrete", "inputs", "definitions", "parameters")
+        for group in groups:
+            for name in getattr(self, group):
+                if not _NAME.fullmatch(name) or name in _TAKEN:
+                    yield f"{group}: {name!r} is no name for it; expected one such as x, not taken"
+                if name in known:
+                    yield f"{group}: {name!r} is one of {known[name]} too"
+                known[name] = group
+        yield from (
+            f"equations: none for {name}" for name in sorted(self.states.keys() - self.equations)
+        )
+        yield from (
+            f"equations: {name} is no state" for name in sorted(self.equations.keys() - self.states)
+        )
+        for name, source in self.inputs.items():
+            if "out" not in getattr(source, "out_ports", {}):
+                yield f"inputs: {name} is {source!r}; expected an atomic model with a port out"
+        if not self.states:
+            yield "states: none; expected one or more"
+
+    def _number_faults(self) -> Iterator[str]:
+        if self.method not in METHODS:
+            yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
+        if not 0.0 < self.horizon_s < float("inf"):
+            yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
+        for group in ("states", "discrete", "parameters"):
+            for name, value in getattr(self, group).items():
+                if not isinstance(value, float | int) or not isfinite(value):
+                    yield f"{group}: {name} is {value!r}; expected a finite number"
+        for name in self.states:
+            if not 0.0 < self.quantum_of(name) < float("inf"):
+                yield f"quantum of {name} is {self.quantum_of(name)!r}; expected more than 0"
+            if not 0.0 <= self.relative_quantum_of(name) < 1.0:
+                relative = self.relative_quantum_of(name)
+                yield f"relative_quantum of {name} is {relative!r}; expected 0 or more, below 1"
+
+    def _texts(self) -> Iterator[str]:
+        texts = [(f"equations: {name}", text) for name, text in self.equations.items()]
+        texts += [(f"definitions: {name}", text) for name, text in self.definitions.items()]
+        texts += [("outputs", text) for text in self.outputs]
+        for number, event in enumerate(self.events, 1):
+            yield from self._event_faults(f"events: {number}", event)
+        for where, text in texts:
+            yield from self._text_faults(where, text)
+
+    def _event_faults(self, where: str, event: When) -> Iterator[str]:
+        try:
+            crossing, _ = event.crossing()
+        except ExpressionError as error:
+            yield f"{where}: {error}"
+        else:
+            yield from self._text_faults(where, crossing)
+        for name, text in event.values.items():
+            if name not in self.states and name not in self.discrete:
+                yield f"{where}: {name} is neither a state nor discrete"
+            yield from self._text_faults(where, text)
+        if event.only_if is not None:
+            yield from self._text_faults(where, event.only_if)
+
+    def _text_faults(self, where: str, text: str) -> Iterator[str]:
+        known = {*self.states, *self.discrete, *self.inputs, *self.parameters, TIME}
+        try:
+            tree = self.tree_of(text)
+        except ExpressionError as error:
+            yield f"{where}: {error}"
+            return
+        unknown = [name for name in names_of(tree) if name not in known]
+        if unknown:
+            yield f"{where}: {', '.join(unknown)} in {text!r} is not known"
+
+    def _put_in(self, tree: ast.expr, above: tuple[str, ...]) -> ast.expr:
+        system = self
+
+        class _Definitions(ast.NodeTransformer):
+            def visit_Name(self, node: ast.Name) -> ast.expr:
+                text = system.definitions.get(node.id)
+                if text is None:
+                    return node
+                if node.id in above:
+                    raise ExpressionError(f"{node.id} is defined by itself")
+                return system._put_in(parse(text, {DELAY}), (*above, node.id))
+
+        changed: ast.expr = _Definitions().visit(tree)
+        return changed
+
+
+def _of(given: float | Mapping[str, float], name: str, otherwise: float) -> float:
+    return given.get(name, otherwise) if isinstance(given, Mapping) else given

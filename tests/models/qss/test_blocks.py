@@ -1,0 +1,237 @@
+"""The blocks around the integrators, each wired as any atomic model."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.diagram.draw import diagram
+from firmware_runtime.models.qss import (
+    Assignment,
+    Constant,
+    Crossing,
+    FromFile,
+    Function,
+    Gain,
+    Held,
+    Hold,
+    Hysteresis,
+    Product,
+    Pulse,
+    Quantizer,
+    Ramp,
+    SampleHold,
+    Samples,
+    Segment,
+    SegmentDelay,
+    Simulation,
+    Sine,
+    Square,
+    Step,
+    Sum,
+    Switch,
+    System,
+    VariableDelay,
+    When,
+)
+from firmware_runtime.runs.model_alone import run
+
+
+class Diagram:
+    """Blocks in one model; `at` reads the wire of one of them."""
+
+    def __init__(self) -> None:
+        self.top = Coupled("top")
+        self.sent: list[tuple[int, Segment]] = []
+
+    def add(self, block: Atomic, **feeds: Atomic) -> Atomic:
+        self.top.add(block)
+        for port, source in feeds.items():
+            name = port.removesuffix("_")
+            self.top.couple(source.out_ports["out"], block.in_ports[name])
+        return block
+
+    def run(self, watched: Atomic, until: int = 5 * SECOND) -> Callable[[float], float]:
+        simulator = Simulator(self.top, checked=True)
+        port: OutPort[Segment] = watched.out_ports["out"]
+        simulator.listen(port, lambda at, segment: self.sent.append((at, segment)))
+        simulator.run(until)
+
+        def at(seconds: float) -> float:
+            since, segment = [each for each in self.sent if each[0] <= round(seconds * SECOND)][-1]
+            return segment.at(seconds - since / SECOND)
+
+        return at
+
+
+def alone(source: Atomic, until: int = 5 * SECOND) -> Callable[[float], float]:
+    diagram = Diagram()
+    return diagram.run(diagram.add(source), until)
+
+
+def test_sources_send_what_their_names_say() -> None:
+    assert [alone(Constant("c", 2.5))(t) for t in (0.0, 3.0)] == [2.5, 2.5]
+    assert [alone(Step("s", 1.0, before=-1.0))(t) for t in (0.0, 0.999, 1.0)] == [-1.0, -1.0, 1.0]
+    ramp = alone(Ramp("r", 2.0, at_s=1.0, until_s=2.0, start=5.0))
+    assert [ramp(t) for t in (0.5, 1.5, 4.0)] == [5.0, 6.0, 7.0]
+    pulse = alone(Pulse("p", 1.0, 0.5))
+    assert [pulse(t) for t in (0.0, 1.2, 1.5)] == [0.0, 1.0, 0.0]
+    square = alone(Square("q", 2.0, duty=0.25, low=-1.0))
+    assert [square(t) for t in (0.0, 0.4, 0.5, 1.9, 2.1)] == [1.0, 1.0, -1.0, -1.0, 1.0]
+    assert [alone(Square("q", 1.0, duty=duty))(2.7) for duty in (0.0, 1.0)] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_sine_is_never_further_off_than_its_tolerance(order: int) -> None:
+    sine = Sine("s", 0.5, amplitude=2.0, phase_rad=0.3, offset=1.0, order=order, tolerance=1e-2)
+    at, far = alone(sine), []
+    for tick in range(500):
+        exact = 1.0 + 2.0 * math.sin(math.pi * tick / 100 + 0.3)
+        far.append(abs(at(tick / 100) - exact))
+    assert 1e-3 < max(far) <= 1.05e-2
+
+
+def test_a_file_is_followed_by_straight_lines_or_held(tmp_path: Path) -> None:
+    path = tmp_path / "samples.csv"
+    path.write_text("t,u\n0.5,1\n1.5,3\n2.5,0\n")
+    lines, held = alone(FromFile("f", path)), alone(FromFile("f", path, holds=True))
+    assert [lines(t) for t in (0.0, 1.0, 2.0, 4.0)] == [1.0, 2.0, 1.5, 0.0]
+    assert [held(t) for t in (0.0, 1.0, 2.0, 4.0)] == [1.0, 1.0, 3.0, 0.0]
+    path.write_text("0,1\n1,x\n")
+    with pytest.raises(ModelError, match=r"line 2 is 1,x; expected seconds and a value|line 2"):
+        FromFile("f", path)
+    with pytest.raises(ModelError, match="each after the last"):
+        Samples("s", [(1.0, 0.0), (1.0, 2.0)])
+
+
+def test_gain_and_sum_are_exact_and_a_product_is_within_its_tolerance() -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", 2.0, start=1.0))
+    step = diagram.add(Step("step", 1.0, after=3.0))
+    gain = diagram.add(Gain("gain", -2.0), in0=ramp)
+    total = diagram.add(Sum("sum", [1.0, 0.5]), in0=gain, in1=step)
+    assert [diagram.run(total)(t) for t in (0.5, 2.0)] == [-4.0, -8.5]
+    other = Diagram()
+    one, two = other.add(Ramp("one", 1.0)), other.add(Ramp("two", -2.0, start=1.0))
+    product = other.run(other.add(Product("product", tolerance=1e-2), in0=one, in1=two))
+    assert [product(t) for t in (0.7, 3.3)] == pytest.approx([-0.28, -18.48], abs=1e-2)
+
+
+def test_a_hysteresis_changes_at_its_two_levels() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (2.0, 2.0), (4.0, 0.0)]))
+    relay = diagram.add(Hysteresis("relay", 0.5, 1.5, low=-1.0), in_=triangle)
+    diagram.run(relay)
+    assert [(at, each.value) for at, each in diagram.sent] == [
+        (0, -1.0),
+        (round(1.5 * SECOND), 1.0),
+        (round(3.5 * SECOND), -1.0),
+    ]
+
+
+def test_a_switch_passes_one_wire_or_the_other() -> None:
+    diagram = Diagram()
+    control = diagram.add(Ramp("control", 1.0, start=-1.0))
+    above, below = diagram.add(Ramp("above", 10.0)), diagram.add(Step("below", 0.5, after=7.0))
+    switch = diagram.add(Switch("switch"), in_=control, above=above, below=below)
+    at = diagram.run(switch)
+    assert [at(t) for t in (0.2, 0.7, 1.0, 2.0)] == pytest.approx([0.0, 7.0, 10.0, 20.0])
+
+
+def test_a_quantizer_sends_each_step_at_its_edge() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (3.0, -1.0)]))
+    quantizer = diagram.add(Quantizer("quantizer", 0.25), in_=triangle)
+    at = diagram.run(quantizer)
+    levels = [(t, math.floor((t if t < 1 else 2 - t) * 4) / 4) for t in (0.1, 0.3, 0.9, 1.4, 2.6)]
+    assert [(t, at(t)) for t, _ in levels] == levels
+    steps = [round(each.value / 0.25) for _, each in diagram.sent]
+    assert steps == [0, 1, 2, 3, 2, 1, 0, -1, -2, -3, -4]
+
+
+def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", 1.0))
+    hold = diagram.run(diagram.add(Hold("hold", 300 * MILLISECOND), in_=ramp))
+    assert [hold(t) for t in (0.0, 0.29, 0.3, 1.0)] == pytest.approx([0.0, 0.0, 0.3, 0.9])
+    other = Diagram()
+    ramp = other.add(Ramp("ramp", 1.0))
+    crossing = other.top.add(Crossing("crossing", "x - 2", ["x"]))
+    other.top.couple(ramp.out_ports["out"], crossing.inputs["x"])
+    sample = other.top.add(SampleHold("sample", -1.0))
+    other.top.couple(ramp.out_ports["out"], sample.entrance)
+    other.top.couple(crossing.event, sample.trigger)
+    at = other.run(sample)
+    assert [at(t) for t in (1.9, 2.5)] == pytest.approx([-1.0, 2.0])
+
+
+def test_delays_give_what_was_then() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    at = diagram.run(diagram.add(SegmentDelay("late", 500 * MILLISECOND, -3.0), in_=triangle))
+    assert [at(t) for t in (0.4, 1.0, 2.0, 4.0)] == pytest.approx([-3.0, 0.5, 0.5, 0.0])
+
+
+def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    growing = diagram.add(Ramp("delay", 0.5, start=0.1))
+    late = diagram.add(VariableDelay("late", 5.0, initial=-3.0), in_=triangle, delay=growing)
+    at = diagram.run(late)
+
+    def exact(t: float) -> float:
+        seen = t - 0.1 - 0.5 * t
+        return -3.0 if seen < 0 else max(0.0, seen if seen < 1 else 2.0 - seen)
+
+    for t in (0.1, 0.19, 0.21, 1.0, 2.1, 2.3, 4.1, 4.3):
+        assert at(t) == pytest.approx(exact(t), abs=1e-8)
+
+
+def test_a_held_value_changes_by_an_assignment_that_may_be_kept_back() -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", 1.0))
+    crossing = diagram.top.add(Crossing("crossing", "x - 2", ["x"]))
+    then = diagram.top.add(Assignment("then", {"y": "3 * x"}, ["x"], only_if="x < 5"))
+    held = diagram.top.add(Held("held", 1.0))
+    diagram.top.couple(ramp.out_ports["out"], crossing.inputs["x"])
+    diagram.top.couple(ramp.out_ports["out"], then.inputs["x"])
+    diagram.top.couple(crossing.event, then.trigger)
+    diagram.top.couple(then.outputs["y"], held.set)
+    at = diagram.run(held)
+    assert [at(t) for t in (1.0, 3.0)] == pytest.approx([1.0, 6.0])
+
+
+def test_a_function_waits_until_each_input_has_a_value() -> None:
+    diagram = Diagram()
+    late = diagram.add(Function("late", "1 / x", ["x"]))
+    diagram.run(late)
+    assert diagram.sent == []
+
+
+@pytest.mark.real_time
+def test_the_blocks_run_in_real_time_and_give_the_values_of_virtual_time() -> None:
+    system = System({"x": 1.0, "v": 0.0}, {"x": "v", "v": "-40 * x"}, quantum=1e-2)
+    simulation = Simulation(system)
+    simulation.advance(SECOND // 2)
+    live = Simulation(system).model
+    run(live, for_s=0.5)
+    assert live.integrators["x"].steps == simulation.model.integrators["x"].steps
+
+
+def test_a_system_is_drawn_with_its_blocks_and_wires() -> None:
+    system = System(
+        {"x": 1.0, "v": 0.0},
+        {"x": "v", "v": "-9.81 - 0.1 * v * abs(v)"},
+        events=[When("x crosses 0 falling", v="-0.8 * v")],
+    )
+    picture = diagram(Simulation(system).model)
+    for name in ("x", "v", "when 1", "then 1"):
+        assert f">{name}<" in picture
+    assert "system.v.out → system.x.derivative" in picture

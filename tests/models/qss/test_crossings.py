@@ -1,0 +1,174 @@
+import math
+import random
+from fractions import Fraction
+
+import pytest
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.qss import Crossing, Segment, Simulation, System, When, solve
+from firmware_runtime.models.qss.roots import (
+    falls_below_zero,
+    leaves_band,
+    leaves_band_cubic,
+)
+
+
+class Watched:
+    """A crossing of `x` alone, fed from outside."""
+
+    def __init__(self, expression: str = "x") -> None:
+        top = Coupled("top")
+        crossing = top.add(Crossing("crossing", expression, ["x"]))
+        self.entrance = top.in_port("x", Segment)
+        top.couple(self.entrance, crossing.inputs["x"])
+        self.simulator = Simulator(top, checked=True)
+        self.events: list[tuple[int, bool]] = []
+        self.sides: list[float] = []
+        self.simulator.listen(crossing.event, lambda at, rises: self.events.append((at, rises)))
+        self.simulator.listen(crossing.out, lambda _at, side: self.sides.append(side.value))
+
+    def feed(self, at: int, *coefficients: float) -> None:
+        self.simulator.inject(self.entrance, Segment(*coefficients))
+        self.simulator.advance(at)
+
+
+def first_crossing(coefficients: tuple[float, ...], until: int) -> int | None:
+    """In whole ns, from exact arithmetic: the first at which the sign has changed."""
+    exact = [Fraction(each) for each in coefficients]
+
+    def is_above(at: int) -> bool:
+        t = Fraction(at, SECOND)
+        return sum(each * t**power for power, each in enumerate(exact)) > 0
+
+    above = is_above(0)
+    step = SECOND // 50
+    for end in range(step, until + 1, step):
+        if is_above(end) is not above:
+            before, after = end - step, end
+            while after - before > 1:
+                middle = (before + after) // 2
+                before, after = (middle, after) if is_above(middle) is above else (before, middle)
+            return after
+    return None
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_polynomial_crosses_zero_at_the_very_nanosecond(degree: int) -> None:
+    generator, found = random.Random(degree), 0  # noqa: S311
+    for _ in range(60):
+        coefficients = tuple(generator.uniform(-3.0, 3.0) for _ in range(degree + 1))
+        expected = first_crossing(coefficients, 5 * SECOND)
+        watched = Watched()
+        watched.feed(0, *coefficients)
+        watched.simulator.run(5 * SECOND)
+        if expected is None:
+            continue
+        found += 1
+        at, rises = watched.events[0]
+        assert abs(at - expected) <= 1
+        assert rises is (coefficients[0] < 0.0)
+    assert found > 15
+
+
+def test_both_sides_are_sent_and_each_crossing_once() -> None:
+    watched = Watched()
+    watched.feed(0, -1.0, 3.0, -2.0)  # above zero between 0.5 s and 1 s
+    watched.simulator.run(3 * SECOND)
+    assert watched.events == [(SECOND // 2, True), (SECOND, False)]
+    assert watched.sides == [0.0, 1.0, 0.0]
+
+
+def test_a_jump_over_zero_is_a_crossing_at_that_instant() -> None:
+    watched = Watched()
+    watched.feed(0, -1.0)
+    watched.feed(SECOND, 2.0)
+    assert watched.events == [(SECOND, True)]
+
+
+def test_a_value_that_touches_zero_and_turns_back_has_not_crossed() -> None:
+    watched = Watched()
+    watched.feed(0, 1.0, -2.0, 1.0)
+    watched.simulator.run(3 * SECOND)
+    assert watched.events == []
+
+
+@pytest.mark.parametrize(
+    ("expression", "at_s"),
+    [
+        ("sin(t) - 0.5 + 0 * x", math.pi / 6),
+        ("x * x * x * x - 2", 2**0.25),
+        ("exp(x) - 20", math.log(20)),
+    ],
+)
+def test_a_function_without_exact_roots_crosses_within_two_nanoseconds(
+    expression: str, at_s: float
+) -> None:
+    watched = Watched(expression)
+    watched.feed(0, 0.0, 1.0)
+    watched.simulator.run(4 * SECOND)
+    assert watched.events[0] == (pytest.approx(at_s * SECOND, abs=2.0), True)
+
+
+BALL = {"x": "v", "v": "-9.81"}
+BOUNCE = When("x crosses 0 falling", v="-0.8 * v")
+
+
+@pytest.mark.parametrize(("method", "slack_ns"), [("QSS2", 3.0), ("QSS3", 3.0), ("LIQSS2", 30.0)])
+def test_a_ball_bounces_where_it_must(method: str, slack_ns: float) -> None:
+    simulation = Simulation(System({"x": 1.0, "v": 0.0}, BALL, method, 1e-3, events=[BOUNCE]))
+    bounces: list[int] = []
+    crossing = simulation.model.components["when 1"]
+    assert isinstance(crossing, Crossing)
+    simulation.simulator.listen(crossing.event, lambda at, _rises: bounces.append(at))
+    simulation.advance(3 * SECOND)
+    fall_s = math.sqrt(2.0 / 9.81)
+    at_s = fall_s
+    for number, bounce in enumerate(bounces):
+        assert bounce == pytest.approx(at_s * SECOND, abs=slack_ns * (number + 1))
+        at_s += 2.0 * fall_s * 0.8 ** (number + 1)
+    assert len(bounces) == 6
+
+
+@pytest.mark.parametrize("share", [0.9, 0.5, 0.1])
+def test_bounces_without_end_are_an_error_and_the_ball_does_not_fall_through(share: float) -> None:
+    event = When("x crosses 0 falling", v=f"-{share} * v")
+    simulation = Simulation(System({"x": 1.0, "v": 0.0}, BALL, "QSS2", 1e-3, events=[event]))
+    with pytest.raises(ModelError, match="ever faster"):
+        simulation.advance(10 * SECOND)
+
+
+def test_an_expression_changes_where_its_condition_does() -> None:
+    ramp = System({"x": -1.0, "y": 0.0}, {"x": "1", "y": "abs(x) + (2 if x > 0.5 else 0)"})
+    _, values = solve(ramp, 2.0, samples=3)
+    assert values["y"][1:] == pytest.approx([0.5, 1.0 + 2.0 * 0.5], abs=1e-3)
+
+
+def test_leaving_a_band_is_found_for_lines_parabolas_and_cubics() -> None:
+    generator = random.Random(5)  # noqa: S311
+    for _ in range(300):
+        a, b, c, d = (generator.uniform(-1.0, 1.0) for _ in range(4))
+        for found, third in (
+            (leaves_band(a, b, c, 1.0), 0.0),
+            (leaves_band_cubic(a, b, c, d, 1.0), d),
+        ):
+
+            def value(
+                t: float, a: float = a, b: float = b, c: float = c, d: float = third
+            ) -> float:
+                return abs(a + t * (b + t * (c + t * d)))
+
+            assert value(found) == pytest.approx(1.0, abs=1e-9)
+            assert max(value(found * share / 200) for share in range(200)) <= 1.0 + 1e-12
+
+
+def test_a_fall_below_zero_is_found_or_is_not_there() -> None:
+    assert falls_below_zero(1.0, -1.0) == 1.0
+    assert falls_below_zero(-1.0, 1.0) == math.inf
+    assert falls_below_zero(0.0, -1.0) == 0.0
+    assert falls_below_zero(0.0, 0.0) == math.inf
+    assert falls_below_zero(-1.0, 3.0, -2.0) == 1.0
+    assert falls_below_zero(1.0, 0.0, 0.0, -1.0) == pytest.approx(1.0)
+    assert falls_below_zero(-1.0, -1.0, 5.0) == 0.0

@@ -1,0 +1,127 @@
+"""Compiled expressions: their Taylor coefficients against numbers, and what is refused."""
+
+import ast
+import math
+import random
+from collections.abc import Callable
+
+import pytest
+
+from firmware_runtime.models.qss.expression import FUNCTIONS, ExpressionError, parse
+from firmware_runtime.models.qss.program import (
+    Layout,
+    Quanta,
+    compile_allowance,
+    compile_expression,
+)
+
+TEXTS = [
+    *(f"{name}(0.3 + 0.2 * x)" for name, (least, _) in FUNCTIONS.items() if least == 1),
+    "atan2(y + 0.5, x - 2)",
+    "x * y",
+    "x / (1 + y * y)",
+    "x ** 3 - 2 * x ** 2 + x - 7",
+    "x ** -2",
+    "(2 + x) ** 2.5",
+    "(2 + x) ** y",
+    "2 ** x",
+    "pow(x, 2)",
+    "min(x, y, 2 * x)",
+    "max(x * x, y)",
+    "x if x > y else -y",
+    "exp(-x) * sin(3 * t) / sqrt(1 + t)",
+    "log(2 + tanh(x)) ** 2",
+    "k * x - (-y) + 3 / k",
+    "sinh(x) * cosh(y) - tan(x * y / 4)",
+    "(x > 0) * x + (not x > 0 and y > 0) * y",
+]
+
+
+def value_of(text: str) -> Callable[[float, float, float], float]:
+    """The expression by Python itself."""
+    names = {name: getattr(math, name) for name in FUNCTIONS if hasattr(math, name)}
+    names |= {"abs": abs, "min": min, "max": max, "sign": lambda a: math.copysign(1.0, a)}
+    code = compile(ast.parse(text, mode="eval"), text, "eval")
+    return lambda t, x, y: float(eval(code, {**names, "t": t, "x": x, "y": y, "k": 4.0}))  # noqa: S307
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_the_coefficients_are_those_of_the_function_along_its_inputs(text: str) -> None:
+    generator = random.Random(text)  # noqa: S311
+    x = [generator.uniform(0.2, 0.9) for _ in range(3)]
+    y = [generator.uniform(0.2, 0.9) for _ in range(3)]
+    t = generator.uniform(0.0, 2.0)
+    layout = Layout({"x": 3, "y": 3}, {"k": 4.0})
+    program = compile_expression(parse(text), layout, 5)
+    sides: list[bool] = []
+    for condition in program.conditions:
+        sides.append(condition.code(t, sides, [*x, *y])[0] > 0.0)
+    coefficients = program.value(t, sides, [*x, *y])
+    exact = value_of(text)
+    for step in (1e-2, -1e-2, 2e-2):
+        at = exact(
+            t + step, x[0] + x[1] * step + x[2] * step**2, y[0] + y[1] * step + y[2] * step**2
+        )
+        series = sum(each * step**power for power, each in enumerate(coefficients))
+        assert series == pytest.approx(at, abs=3e-6)
+        assert sum(coefficients[:2]) != pytest.approx(coefficients[0]) or text.startswith("sign")
+
+
+@pytest.mark.parametrize(
+    "text", ["3 * x - y / 4", "k * x", "x if y > 0 else 2 * x", "x - sin(0.5)", "m * x", "t + x"]
+)
+def test_what_is_linear_is_known_to_be(text: str) -> None:
+    layout = Layout({"x": 3, "y": 3, "m": 1}, {"k": 4.0})
+    assert compile_expression(parse(text), layout, 5).is_linear
+
+
+@pytest.mark.parametrize("text", ["x * y", "sin(x)", "1 / x", "x ** 2", "sqrt(t)", "abs(x) * x"])
+def test_what_is_not_linear_is_not_taken_for_it(text: str) -> None:
+    assert not compile_expression(parse(text), Layout({"x": 3, "y": 3}, {}), 5).is_linear
+
+
+def test_the_allowance_is_a_quarter_of_what_the_quanta_of_the_inputs_cause() -> None:
+    tree, layout = parse("3 * x - y * x"), Layout({"x": 2, "y": 2}, {})
+    quanta = Quanta({"x": (0.1, 0.0), "y": (0.01, 0.5)}, least=1e-9)
+    (allowed,) = compile_allowance(tree, layout, quanta)(0.0, [], [2.0, 0.0, -4.0, 0.0])
+    assert allowed == pytest.approx(0.25 * (0.1 * abs(3.0 + 4.0) + 2.0 * 2.0))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "x +",
+        "x; y",
+        "__import__('os').system('true')",
+        "x.real",
+        "x[0]",
+        "lambda: 0",
+        "[x for x in y]",
+        "'text'",
+        "1j",
+        "x % 2",
+        "x // 2",
+        "~x",
+        "sin(x, y)",
+        "sin()",
+        "sin(x=1)",
+        "foo(x)",
+        "(sin)(*x)",
+        "x in y",
+        "x := 1",
+        "1e999",
+        "(" * 500 + "x" + ")" * 500,
+        "-" * 20_000 + "x",
+    ],
+)
+def test_anything_but_arithmetic_is_refused_with_a_sentence(text: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        compile_expression(parse(text), Layout({"x": 2, "y": 2}, {}), 3)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["z", "x + zeta", "x == y", "1 / 0", "log(0)", "3 if x else 4"])
+def test_what_cannot_be_compiled_is_refused_too(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        compile_expression(parse(text), Layout({"x": 2, "y": 2}, {}), 3)

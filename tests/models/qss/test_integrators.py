@@ -1,0 +1,230 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+from firmware_runtime.devs.classic import ClassicSimulator
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.models.qss import (
+    LIQSS2,
+    QSS1,
+    QSS2,
+    QSS3,
+    Function,
+    Integrator,
+    Ramp,
+    Segment,
+    Simulation,
+    Step,
+    System,
+    error_bound,
+    solve,
+)
+
+METHODS = ("QSS1", "QSS2", "QSS3", "LIQSS2")
+OSCILLATOR = {"x": "v", "v": "-x - 0.2 * v"}
+
+
+def oscillation(method: str, quantum: float, *, checked: bool = False) -> Simulation:
+    system = System({"x": 1.0, "v": 0.0}, OSCILLATOR, method, quantum)
+    return Simulation(system, checked=checked)
+
+
+def worst_error(simulation: Simulation) -> float:
+    """Of x, over 20 s."""
+    frequency, worst = math.sqrt(0.99), 0.0
+    for tick in range(1, 201):
+        t = 0.1 * tick
+        simulation.advance(tick * 100 * MILLISECOND)
+        turn = math.cos(frequency * t) + 0.1 / frequency * math.sin(frequency * t)
+        worst = max(worst, abs(simulation.values["x"] - math.exp(-0.1 * t) * turn))
+    return worst
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_error_of_a_linear_system_is_within_its_bound(method: str) -> None:
+    quantum = 1e-3
+    bound, _ = error_bound([[0.0, 1.0], [-1.0, -0.2]], [quantum, quantum])
+    assert 0.0 < worst_error(oscillation(method, quantum)) <= bound
+
+
+@pytest.mark.parametrize(
+    ("method", "order"), [("QSS1", 1), ("QSS2", 2), ("QSS3", 3), ("LIQSS2", 2)]
+)
+def test_an_eighth_of_the_quantum_takes_as_many_steps_more_as_the_order_says(
+    method: str, order: int
+) -> None:
+    steps, errors = [], []
+    for quantum in (8e-3, 1e-3):
+        simulation = oscillation(method, quantum)
+        errors.append(worst_error(simulation))
+        steps.append(simulation.model.steps)
+    assert steps[1] / steps[0] == pytest.approx(8.0 ** (1.0 / order), rel=0.2)
+    assert errors[0] / errors[1] > 4.0  # the error is of the order of the quantum
+
+
+@pytest.mark.slow
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.sampled_from(METHODS[1:]))
+def test_random_stable_linear_systems_stay_within_their_bound(
+    seed: int, size: int, method: str
+) -> None:
+    generator = np.random.default_rng(seed)
+    matrix = generator.normal(size=(size, size))
+    matrix -= (max(np.linalg.eigvals(matrix).real) + 0.3) * np.eye(size)
+    start, quanta = generator.normal(size=size), generator.uniform(1e-4, 1e-2, size)
+    names = [f"x{number}" for number in range(size)]
+    terms = [
+        " + ".join(f"({factor!r}) * {name}" for factor, name in zip(row, names, strict=True))
+        for row in matrix.tolist()
+    ]
+    system = System(
+        dict(zip(names, start.tolist(), strict=True)),
+        dict(zip(names, terms, strict=True)),
+        method,
+        dict(zip(names, quanta.tolist(), strict=True)),
+    )
+    times, values = solve(system, 4.0, samples=41)
+    bound = error_bound(matrix.tolist(), quanta.tolist())
+    for index, t in enumerate(times):
+        exact = expm(matrix * t) @ start
+        for name, value, most in zip(names, exact, bound, strict=True):
+            assert abs(values[name][index] - value) <= most * (1.0 + 1e-9) + 1e-9
+
+
+STIFF = {"x": "0.01 * y", "y": "-100 * x - 100 * y + 2020"}
+
+
+@pytest.mark.slow
+def test_a_stiff_system_takes_few_steps_under_liqss2_and_thousands_under_qss2() -> None:
+    steps = {}
+    for method in ("QSS2", "LIQSS2"):
+        simulation = Simulation(System({"x": 0.0, "y": 20.0}, STIFF, method, 0.1))
+        simulation.advance(100 * SECOND)
+        steps[method] = simulation.model.steps
+        exact = expm(np.array([[0.0, 0.01], [-100.0, -100.0]]) * 100.0)
+        resting = np.array([20.2, 0.0])
+        end = exact @ (np.array([0.0, 20.0]) - resting) + resting
+        assert simulation.values["x"] == pytest.approx(end[0], abs=0.2)
+    assert steps["LIQSS2"] < 100
+    assert steps["QSS2"] > 5000
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e7])
+def test_the_steps_of_liqss2_do_not_grow_with_the_stiffness(stiffness: float) -> None:
+    equations = {"fast": f"{stiffness} * (slow - fast)", "slow": "-slow"}
+    simulation = Simulation(System({"fast": 0.0, "slow": 1.0}, equations, "LIQSS2", 1e-3))
+    simulation.advance(3 * SECOND)
+    assert simulation.model.steps < 400
+    assert simulation.values["fast"] == pytest.approx(math.exp(-3.0), abs=3e-3)
+
+
+@pytest.mark.parametrize("method", [QSS1, QSS2, QSS3, LIQSS2])
+def test_the_quantized_state_is_never_further_off_than_the_quantum(
+    method: type[Integrator],
+) -> None:
+    quantum, far = 1e-2, []
+    top = Coupled("top")
+    x = top.add(method("x", 1.0, quantum))
+    f = top.add(Function("f", "sin(3 * t) - 2 * x", ["x"], order=method.order))
+    top.couple(x.out, f.inputs["x"])
+    top.couple(f.out, x.derivative)
+    simulator = Simulator(top)
+    sent: list[tuple[int, Segment]] = []
+    simulator.listen(x.out, lambda at, segment: sent.append((at, segment)))
+    for at in range(0, SECOND, SECOND // 500):
+        simulator.run(at)
+        since, segment = sent[-1]
+        far.append(abs(x.value_at(at) - segment.at((at - since) * 1e-9)))
+    assert 0.4 * quantum < max(far) <= quantum * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_checked_mode_finds_nothing_and_changes_nothing(method: str) -> None:
+    plain, checked = oscillation(method, 1e-2), oscillation(method, 1e-2, checked=True)
+    plain.advance(3 * SECOND)
+    checked.advance(3 * SECOND)
+    assert plain.values == checked.values
+
+
+def test_a_classic_simulator_gives_the_same_within_the_bound() -> None:
+    simulation = oscillation("QSS2", 1e-3)
+    simulation.simulator = ClassicSimulator(simulation.model)
+    assert worst_error(simulation) < 1e-2
+
+
+@pytest.mark.parametrize("method", [QSS1, QSS2, QSS3])
+def test_a_step_of_less_than_a_nanosecond_is_refused(method: type[Integrator]) -> None:
+    system = System({"x": 1.0}, {"x": "-1e9 * x"}, method.__name__, 1e-12)
+    with pytest.raises(ModelError, match=r"system\.x: a step of .* expected 1 ns or more"):
+        Simulation(system).advance(SECOND)
+
+
+def test_a_derivative_of_too_high_a_degree_is_refused() -> None:
+    top = Coupled("top")
+    x = top.add(QSS1("x", 0.0, 1e-3))
+    ramp = top.add(Ramp("ramp", 1.0))
+    top.couple(ramp.out, x.derivative)
+    with pytest.raises(ModelError, match="order=1"):
+        Simulator(top).run(SECOND)
+
+
+@pytest.mark.parametrize("method", [QSS1, QSS2, QSS3, LIQSS2])
+def test_a_reset_sets_the_state_and_sends_it_at_that_instant(method: type[Integrator]) -> None:
+    top = Coupled("top")
+    x = top.add(method("x", 0.0, 1e-3))
+    slope = top.add(Step("slope", after=2.0))
+    top.couple(slope.out, x.derivative)
+    reset = top.in_port("reset", Segment)
+    top.couple(reset, x.reset)
+    simulator = Simulator(top)
+    sent: list[tuple[int, float]] = []
+    simulator.listen(x.out, lambda at, segment: sent.append((at, segment.value)))
+    simulator.run(SECOND)
+    simulator.inject(reset, Segment(-5.0))
+    simulator.advance(SECOND)
+    assert sent[-1] == (SECOND, -5.0)
+    simulator.run(2 * SECOND)
+    assert x.value_at(2 * SECOND) == pytest.approx(-3.0)
+
+
+def test_a_relative_quantum_makes_the_steps_of_a_decay_equally_many_for_each_decade() -> None:
+    top = Coupled("top")
+    x = top.add(QSS2("x", 1.0, 1e-12, relative_quantum=1e-3))
+    f = top.add(Function("f", "-x", ["x"]))
+    top.couple(x.out, f.inputs["x"])
+    top.couple(f.out, x.derivative)
+    simulator, counts = Simulator(top), []
+    for decade in range(5):
+        simulator.run(round(decade * math.log(10.0) * SECOND))
+        counts.append(x.steps)
+    grown = [later - sooner for sooner, later in pairwise(counts)]
+    assert max(grown) - min(grown) <= 3 < min(grown)
+
+
+def test_a_state_at_rest_has_no_more_events() -> None:
+    simulation = Simulation(System({"x": 1.0}, {"x": "0"}))
+    simulation.advance(SECOND)
+    assert simulation.simulator.next_at == NEVER
+
+
+@pytest.mark.parametrize(
+    "arguments", [(math.inf, 1e-3), (0.0, 0.0), (0.0, -1.0), (0.0, math.nan), (0.0, math.inf)]
+)
+def test_a_quantum_or_an_initial_value_that_is_none_is_refused(
+    arguments: tuple[float, float],
+) -> None:
+    with pytest.raises(ModelError, match="expected"):
+        QSS2("x", *arguments)
+
+
+def test_a_state_that_grows_beyond_all_numbers_is_an_error_and_no_livelock() -> None:
+    with pytest.raises(ModelError):
+        Simulation(System({"x": 1.0}, {"x": "x * x"}, "QSS2", 1e-2)).advance(3 * SECOND)
