@@ -2,7 +2,7 @@
 
 import ast
 from copy import deepcopy
-from typing import Any
+from typing import Any, Final
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
@@ -23,7 +23,8 @@ from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
 from firmware_runtime.models.qss.system import DELAY, System
 
-_OF_A_SOURCE = 3
+_HORIZON_S: Final = 100.0
+_OF_A_SOURCE: Final = 3
 """How many coefficients a source may send."""
 
 
@@ -36,6 +37,7 @@ class SystemModel(Coupled):
     def __init__(self, system: System) -> None:
         super().__init__(system.name)
         self.system = system
+        self._horizon_s = _HORIZON_S if system.horizon_s is None else system.horizon_s
         self._order = system.integrator.order
         self.wires: dict[str, OutPort[Segment]] = {}
         """What carries each state (quantized), discrete variable, input and delayed signal."""
@@ -98,7 +100,7 @@ class SystemModel(Coupled):
         """A function whose error is allowed what the quanta of its inputs cause anyway."""
         inputs = [each for each in names_of(tree) if each in self.wires]
         counts = {each: self._counts[each] for each in inputs}
-        horizon_s, parameters = self.system.horizon_s, self.system.parameters
+        horizon_s, parameters = self._horizon_s, self.system.parameters
         quanta = {each: self._quanta[each] for each in inputs if each in self._quanta}
         allowed = Quanta(quanta, width[0] / horizon_s, width[1])
         return Function(
@@ -171,7 +173,7 @@ class SystemModel(Coupled):
                 crossed,
                 self._names(crossed),
                 direction=direction,
-                longest_s=system.horizon_s / 50.0,
+                longest_s=self._horizon_s / 50.0,
                 **options,
             )
         )

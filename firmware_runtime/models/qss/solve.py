@@ -1,6 +1,7 @@
 """A system solved: its blocks simulated, and its outputs read from their polynomials."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
@@ -55,7 +56,11 @@ class Simulation:
 
 
 def solve(
-    system: System, until: float, *, samples: int = 1001, times: Sequence[float] | None = None
+    system: System,
+    until: float | None = None,
+    *,
+    samples: int = 1001,
+    times: Sequence[float] | None = None,
 ) -> tuple[list[float], dict[str, list[float]]]:
     """Times in s and, by output, the values then: `samples` of them evenly spread, or at `times`.
 
@@ -66,6 +71,8 @@ def solve(
     instants = [whole_ns(each) for each in at]
     if instants != sorted(instants) or any(each < 0 for each in instants):
         raise ConfigError.of_one("solve", "times do not ascend; expected instants from 0 s on")
+    if system.horizon_s is None and at and at[-1] > 0.0:
+        system = replace(system, horizon_s=at[-1])
     simulation = Simulation(system)
     values: dict[str, list[float]] = {text: [] for text in system.shown}
     for instant in instants:
@@ -75,8 +82,8 @@ def solve(
     return at, values
 
 
-def _spread(until: float, samples: int) -> list[float]:
-    if samples < 2 or not 0.0 < until < float("inf"):
+def _spread(until: float | None, samples: int) -> list[float]:
+    if until is None or samples < 2 or not 0.0 < until < float("inf"):
         fault = f"until {until!r} s, {samples!r} samples; expected more than 0 s, 2 samples or more"
         raise ConfigError.of_one("solve", fault)
     return [until * number / (samples - 1) for number in range(samples)]

@@ -88,7 +88,8 @@ class System:
 
     `method` is QSS1, QSS2, QSS3 or LIQSS2. `quantum`, in the unit of each state, and
     `relative_quantum` are one number for all states or a mapping; the larger one counts. Within
-    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum.
+    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum;
+    without one that is 100 s, or as long as `solve` solves.
     """
 
     states: Mapping[str, float]
@@ -103,7 +104,7 @@ class System:
     events: Sequence[When] = ()
     outputs: Sequence[str] = ()
     name: str = "system"
-    horizon_s: float = 100.0
+    horizon_s: float | None = None
 
     def __post_init__(self) -> None:
         faults = list(dict.fromkeys([*self._name_faults(), *self._number_faults(), *self._texts()]))
@@ -159,7 +160,7 @@ class System:
     def _number_faults(self) -> Iterator[str]:
         if self.method not in METHODS:
             yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
-        if not 0.0 < self.horizon_s < float("inf"):
+        if self.horizon_s is not None and not 0.0 < self.horizon_s < float("inf"):
             yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
         for group in ("states", "discrete", "parameters"):
             for name, value in getattr(self, group).items():
