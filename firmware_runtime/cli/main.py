@@ -63,6 +63,7 @@ VERBS = {
     "bench": "bench",
     "experiment": "experiment",
     "identify": "identify",
+    "sweep": "sweep",
     "doctor": "doctor",
     "deploy": "deploy",
     "new": "new",

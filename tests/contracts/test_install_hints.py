@@ -29,6 +29,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         "top",
         "plot",
         "tuning",
+        "sweep",
         "ros",
     }
     assert set(project["dependency-groups"]) == {"test", "bench"}
@@ -37,7 +38,13 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
 
 @pytest.mark.parametrize(
     ("extra", "package"),
-    [("plot", "resvg-py"), ("gpio", "gpiod"), ("top", "rich"), ("metrics", "prometheus-client")],
+    [
+        ("plot", "resvg-py"),
+        ("sweep", "distributed"),
+        ("gpio", "gpiod"),
+        ("top", "rich"),
+        ("metrics", "prometheus-client"),
+    ],
 )
 def test_an_extra_is_installed_by_what_it_lists(extra: str, package: str) -> None:
     command = install_command(extra)

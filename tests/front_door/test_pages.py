@@ -7,6 +7,7 @@ from tests.support.pages import Example, examples, printed
 FIRST, *OTHERS = examples("first-model.md")
 (README,) = examples("../README.md")
 WITH_ROBOTS = examples("notebooks-and-tests.md")
+(SWEEP,) = examples("sweeps.md")
 
 
 def lines_of_code(program: str) -> int:
@@ -51,3 +52,8 @@ def test_every_robot_does_what_the_page_says(example: Example) -> None:
 
 def test_every_program_with_a_text_after_it_is_run() -> None:
     assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 4)
+
+
+@pytest.mark.slow
+def test_the_sweep_of_the_page_prints_what_it_says() -> None:
+    assert printed(SWEEP.program) == SWEEP.output

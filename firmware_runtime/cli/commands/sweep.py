@@ -1,0 +1,252 @@
+"""`firmware-runtime sweep BOARD`, `sweep show FILE`, `sweep rerun FILE ROW`: many runs, a table."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from time import monotonic
+
+import msgspec
+
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.progress_line import OwnTerminal
+from firmware_runtime.cli.readers_gone import print_line
+from firmware_runtime.cli.written import write_text
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.status import Status
+from firmware_runtime.sweeps.distributions import FORMS
+from firmware_runtime.sweeps.page import sweep_page
+from firmware_runtime.sweeps.plan import SAMPLINGS, Sweep
+from firmware_runtime.sweeps.row import run_row
+from firmware_runtime.sweeps.summary import summary
+from firmware_runtime.sweeps.sweeping import carry_out
+from firmware_runtime.sweeps.table import Table, read_table, sweep_of
+from firmware_runtime.sweeps.text import text_of
+from firmware_runtime.system.exit_on_signals import exit_on_signals
+
+_SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
+_ABOUT = f"""
+Distributions: {"; ".join(FORMS.values())}. Grids (range, linspace) are gone through in all
+combinations, the key named last the fastest; the others are drawn anew in every row. --runs is the
+number of rows: by default each point of the grid once; with more the grid begins again, with fewer
+it is left early. `sweep show FILE [--json | -o PAGE.html]` sums a table up, `sweep rerun FILE ROW`
+runs one of its rows again and says whether it is the same. A run that fails is a row. Exit status
+0: done, 1: a row that was run again is another.
+"""
+_EVERY_S = 1.0
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    verb = add_verb(verbs, "sweep", _SUMMARY, execute)
+    verb.epilog = _ABOUT
+    add_board(verb, about="a board's name or file; or `show`, or `rerun`")
+    verb.add_argument("file", metavar="FILE", nargs="?", type=Path, help="of show and rerun")
+    verb.add_argument("row", metavar="ROW", nargs="?", type=int, help="of rerun")
+    verb.add_argument("--json", action="store_true", help="print one JSON object")
+    verb.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="FILE.parquet or FILE.csv; show: a page"
+    )
+    _add_values(verb)
+    _add_how(verb)
+
+
+def _add_values(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="KEY=DISTRIBUTION",
+        help="such as 'world.mass_kg=uniform(2, 4)'; may be repeated",
+    )
+    verb.add_argument("--runs", type=int, metavar="N", help="how many rows; default: the grid's")
+    verb.add_argument(
+        "--seed", type=int, default=0, metavar="S", help="chooses what is drawn; default 0"
+    )
+    verb.add_argument(
+        "--sampling",
+        choices=SAMPLINGS,
+        default="random",
+        help="lhs: Latin hypercube, each of N parts of every key once",
+    )
+    verb.add_argument(
+        "--for",
+        type=positive,
+        metavar="SECONDS",
+        dest="for_s",
+        help="how long each run takes; default: what the board or the experiment says",
+    )
+    verb.add_argument(
+        "--experiment", metavar="NAME", help="a step of the board, such as yaw-step: its figures"
+    )
+
+
+def _add_how(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument(
+        "--workers", type=int, metavar="N", help="processes; default: one for each core"
+    )
+    verb.add_argument(
+        "--scheduler", metavar="ADDRESS", help="run on a cluster, by Dask's scheduler there"
+    )
+    verb.add_argument(
+        "--resume", action="store_true", help="go on with a sweep that was interrupted"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run, show or run again."""
+    if arguments.board == "show":
+        return _show(arguments)
+    if arguments.board == "rerun":
+        return _rerun(arguments)
+    return _sweep(arguments)
+
+
+def _sweep(arguments: argparse.Namespace) -> int:
+    faults = [] if arguments.file is None else [f"{arguments.file}: expected options only"]
+    if arguments.output is None:
+        faults.append("-o: no file for the table; expected -o FILE.parquet or FILE.csv")
+    vary: dict[str, str] = {}
+    for word in arguments.vary:
+        key, separator, words = word.partition("=")
+        if not (key.strip() and separator):
+            faults.append(f"--vary {word}: expected KEY=DISTRIBUTION")
+        elif key.strip() in vary:
+            faults.append(f"--vary {key.strip()}: stated twice; expected once")
+        else:
+            vary[key.strip()] = words.strip()
+    if faults:
+        raise ConfigError("sweep", faults)
+    sweep = Sweep(
+        board=arguments.board,
+        vary=vary,
+        assignments=arguments.assignments,
+        runs=arguments.runs,
+        seed=arguments.seed,
+        for_s=arguments.for_s,
+        experiment=arguments.experiment,
+        sampling=arguments.sampling,
+    )
+    with exit_on_signals():
+        table = _carried_out(sweep, arguments)
+    return _told(sweep, table, arguments)
+
+
+def _carried_out(sweep: Sweep, arguments: argparse.Namespace) -> Table:
+    progress = _Progress()
+    try:
+        return carry_out(
+            sweep,
+            arguments.output,
+            workers=arguments.workers,
+            scheduler=arguments.scheduler,
+            resume=arguments.resume,
+            progress=progress,
+        )
+    finally:
+        progress.close()
+
+
+def _told(sweep: Sweep, table: Table, arguments: argparse.Namespace) -> int:
+    found = summary(table, str(arguments.output))
+    if sweep.has_grid_left_over:
+        left = f"{sweep.size} runs do not go through the grid of {sweep.grid_size} a whole number"
+        print_line(f"firmware-runtime: {left} of times", sys.stderr)
+    if arguments.json:
+        told = {"file": str(arguments.output), "rows": found.rows, "outcomes": found.outcomes}
+        print(json.dumps(told))
+        return Status.OK
+    outcomes = ", ".join(f"{count} {name}" for name, count in found.outcomes.items())
+    print(f"{arguments.output}: {found.rows} runs: {outcomes}")
+    return Status.OK
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    _demand(arguments, "show FILE", has_row=False)
+    table = read_table(arguments.file)
+    found = summary(table, str(arguments.file))
+    if arguments.output is not None:
+        write_text(sweep_page(table, found), arguments.output)
+    elif arguments.json:
+        print(msgspec.json.encode(found).decode())
+    else:
+        for line in text_of(found):
+            print(line)
+    return Status.OK
+
+
+def _rerun(arguments: argparse.Namespace) -> int:
+    _demand(arguments, "rerun FILE ROW", has_row=True)
+    table = read_table(arguments.file)
+    before = table.row(arguments.row)
+    now = run_row(sweep_of(before), 0)
+    others = {
+        name: (before.get(name), now.get(name))
+        for name in table.columns
+        if name not in {"row", "seed", *table.varied} and before.get(name) != now.get(name)
+    }
+    if arguments.json:
+        print(json.dumps({"row": {**before, **now, "row": arguments.row}, "is_same": not others}))
+    else:
+        _print_row(now, arguments.row)
+        for name, (then, found) in others.items():
+            print(f"{name} is another: {then} in the table, {found} now")
+        if not others:
+            print("the same as in the table")
+    return Status.MODEL_ERROR if others else Status.OK
+
+
+def _print_row(row: dict[str, bool | int | float | str | None], number: int) -> None:
+    error = row["error"]
+    print(f"row {number}: {row['outcome']}{'' if error is None else f': {error}'}")
+    for name, value in row.items():
+        if "." in name:
+            print(f"{name} {value}")
+
+
+def _demand(arguments: argparse.Namespace, form: str, *, has_row: bool) -> None:
+    """Refuse what does not belong to this form of the verb."""
+    faults = [] if arguments.file is not None else [f"no FILE; expected sweep {form}"]
+    if has_row != (arguments.row is not None):
+        faults.append(f"{'no ROW' if has_row else arguments.row}; expected sweep {form}")
+    if arguments.vary or arguments.assignments:
+        faults.append(f"--vary and --set belong to a sweep of a board; expected sweep {form}")
+    if faults:
+        raise ConfigError("sweep", faults)
+
+
+class _Progress:
+    """How far it is, on standard error: over and over on a terminal, once a tenth elsewhere."""
+
+    def __init__(self) -> None:
+        self._terminal = OwnTerminal.of(sys.stderr)
+        self._began: float | None = None
+        self._first = self._said = 0
+        self._due = 0.0
+
+    def __call__(self, done: int, size: int, failed: int) -> None:
+        """So many rows are there."""
+        now = monotonic()
+        if self._began is None:
+            self._began, self._first = now, done
+        line = self._line(done, size, failed, now - self._began)
+        if self._terminal is not None and now >= self._due:
+            self._due = now + _EVERY_S / 4
+            self._terminal.show(line)
+        elif self._terminal is None and (done == size or 10 * (done - self._said) >= size):
+            self._said = done
+            print_line(line, sys.stderr)
+
+    def close(self) -> None:
+        """Take the line away."""
+        if self._terminal is not None:
+            self._terminal.close()
+
+    def _line(self, done: int, size: int, failed: int, spent_s: float) -> str:
+        words = [f"{done} of {size} runs"]
+        if failed:
+            words.append(f"{failed} failed")
+        if spent_s > 0 and done > self._first:
+            rate = (done - self._first) / spent_s
+            words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
+        return ", ".join(words)

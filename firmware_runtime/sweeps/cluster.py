@@ -1,0 +1,85 @@
+"""Rows on a cluster: the same function, sent through a scheduler of Dask distributed.
+
+A worker that is lost costs the rows under way there; the scheduler has others run them. Workers
+need this project, the board's package, and for a board by path that file at the same place.
+"""
+
+from collections.abc import Generator, Sequence
+from types import ModuleType
+from typing import Any, Final, TypeAlias
+
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.extras import module_of_extra
+from firmware_runtime.sweeps.plan import Sweep
+from firmware_runtime.sweeps.row import Row, lost, run_row
+
+Client: TypeAlias = Any
+"""distributed has no types."""
+CONNECT_S: Final = 10.0
+_AHEAD: Final = 4
+"""Rows that wait for each thread of the cluster."""
+
+
+def run_on_cluster(sweep: Sweep, rows: Sequence[int], address: str) -> Generator[Row, None, None]:
+    """Run rows and yield each as it ends, in any order. Raises ConfigError without a scheduler."""
+    distributed = module_of_extra("distributed", "sweep")
+    with _client(distributed, address) as client:
+        yield from _rows(distributed, client, sweep, rows)
+
+
+def _client(distributed: ModuleType, address: str) -> Client:
+    try:
+        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        expected = "expected the address of a scheduler of Dask, such as tcp://10.0.0.1:8786"
+        fault = f"{address}: cannot be reached; {expected}"
+        raise ConfigError.of_one("--scheduler", fault) from error
+
+
+def _rows(
+    distributed: ModuleType, client: Client, sweep: Sweep, rows: Sequence[int]
+) -> Generator[Row, None, None]:
+    to_come, under_way = iter(rows), {}
+    ended = distributed.as_completed(loop=client.loop)
+
+    def send() -> bool:
+        row = next(to_come, None)
+        if row is None:
+            return False
+        future = client.submit(run_row, sweep, row, pure=False)
+        under_way[future.key] = row
+        ended.add(future)
+        return True
+
+    for _ in range(_AHEAD * _threads(client)):
+        if not send():
+            break
+    for future in ended:
+        yield _result(distributed, future, sweep, under_way.pop(future.key))
+        send()
+
+
+def _threads(client: Client) -> int:
+    """How many rows the cluster can run at once. Raises ConfigError if it stays none."""
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError as error:
+        fault = f"{client.scheduler.address} has no workers; expected one or more"
+        raise ConfigError.of_one("--scheduler", fault) from error
+    return max(sum(client.nthreads().values()), 1)
+
+
+def _result(distributed: ModuleType, future: Client, sweep: Sweep, row: int) -> Row:
+    """A row's result; one that was under way on several workers that were lost is given up."""
+    try:
+        found: Row = future.result()
+    except distributed.scheduler.KilledWorker:
+        return lost(sweep, row, "the workers that ran it were lost")
+    except (distributed.CancelledError, OSError) as error:
+        fault = f"the scheduler was lost ({error}); finished rows are kept, see --resume"
+        raise ConfigError.of_one("--scheduler", fault) from error
+    except Exception as error:  # not of the row: it raises nothing
+        fault = f"a worker cannot run a row: {type(error).__name__}: {error}"
+        expected = "expected this version of the project and the board's package there"
+        raise ConfigError.of_one("--scheduler", f"{fault}; {expected}") from error
+    return found
