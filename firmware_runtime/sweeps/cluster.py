@@ -66,7 +66,8 @@ def _threads(client: Client) -> int:
     except TimeoutError as error:
         fault = f"{client.scheduler.address} has no workers; expected one or more"
         raise ConfigError.of_one("--scheduler", fault) from error
-    return max(sum(client.nthreads().values()), 1)
+    threads: int = sum(client.nthreads().values())
+    return max(threads, 1)
 
 
 def _result(distributed: ModuleType, future: Client, sweep: Sweep, row: int) -> Row:

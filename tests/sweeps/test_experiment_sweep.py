@@ -17,6 +17,7 @@ def test_a_row_has_the_figures_of_its_step() -> None:
     points: list[tuple[float, float]] = []
     with open_board("tachobot", doubles=True, clock="virtual", set=changed) as robot:
         assert robot.rig is not None
+        assert robot.rig.shown is not None
         robot.listen(robot.rig.shown, lambda at, yaw: points.append((at / 1e9 - 3.0, yaw)))
         robot.plan(3.0, robot.model.in_ports["yaw_reference"], 1.0)
         robot.run(13.0)
