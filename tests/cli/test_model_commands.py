@@ -42,6 +42,10 @@ def test_a_model_file_is_drawn(command: Command, tmp_path: Path) -> None:
     assert "BUF-PROC" in (tmp_path / "top.svg").read_text()
 
 
+def test_a_model_file_has_a_tree(command: Command) -> None:
+    assert "PROC" in command("tree", TOP).out
+
+
 def test_what_is_there_is_not_written_over(command: Command, tmp_path: Path) -> None:
     mine = tmp_path / "mine.py"
     mine.write_text("mine")
