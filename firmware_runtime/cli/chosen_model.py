@@ -13,6 +13,7 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 
 SUFFIX = ".ma"
 ABOUT = "a board whose model takes event files, a FILE.ma, or MODULE:CLASS"
+ANY = "any board, a FILE.ma, or MODULE:CLASS"
 
 
 def is_model(word: str) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.chosen_model import ABOUT, chosen_model, is_model
+from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.devs.component import Component
 from firmware_runtime.diagram.draw import Form, diagram
 from firmware_runtime.errors import ConfigError
@@ -20,7 +20,7 @@ def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     summary = "Draw a board's couplings, or one model's states, as SVG or Mermaid."
     verb = add_verb(verbs, "diagram", summary, execute)
-    add_board(verb, about=f"any board; or {ABOUT}")
+    add_board(verb, about=ANY)
     verb.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.svg or FILE.mmd"
     )

@@ -5,7 +5,7 @@ import argparse
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.chosen_model import ABOUT, chosen_model, is_model
+from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.devs.tree import tree
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.status import Status
@@ -14,7 +14,7 @@ from firmware_runtime.status import Status
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     verb = add_verb(verbs, "tree", "Show a board's model: components, ports, couplings.", execute)
-    add_board(verb, about=f"any board; or {ABOUT}")
+    add_board(verb, about=ANY)
 
 
 def execute(arguments: argparse.Namespace) -> int:
