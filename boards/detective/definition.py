@@ -127,6 +127,7 @@ BOARD = BoardDefinition(
     faults=faults,
     event_model=event_model,
     experiments=EXPERIMENTS,
+    optional_components=("model.Out4",),  # with mission.avoid_obstacles
     retunable=("treads.speed", "radar_motor.duty"),
     doubles_run_s=240.0,  # at most; it ends in front of the target
 )

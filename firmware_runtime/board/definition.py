@@ -79,7 +79,10 @@ class BoardDefinition(Generic[S]):
     retunable: Sequence[str] = ()
     """Keys that a running robot takes up by `Robot.retune`; `*` stands for any word."""
     optional_components: Sequence[str] = ()
-    """Components that the top model has with some settings only; [roles] may name them."""
+    """Components that the top model has with some settings only; [roles] may name them.
+
+    Also ports of components, such as `model.Out4`, which [link] may name.
+    """
     doubles_run_s: float = DOUBLES_RUN_S
     """How long a run on doubles takes unless `--for` says."""
     experiments: Mapping[str, Experiment] = field(default_factory=dict)

@@ -50,7 +50,7 @@ def role_faults(
 ) -> list[str]:
     """Everything wrong with who runs what, and with what is stated of the ports in between.
 
-    `elsewise` are components that the model has with other settings only.
+    `elsewise` are components, and ports of components, that the model has with other settings only.
     """
     known = {*model.components, *elsewise}
     misnamed = [*_names(roles, known), *_doubled(roles)]
@@ -100,7 +100,7 @@ def _no_crossings(
     stated = {"limits": link.limits, "retain": link.retain, "ordered": link.ordered}
     for key, names in stated.items():
         for name in names:
-            if name not in crossing and name.partition(".")[0] not in elsewise and roles:
+            if roles and not {name, name.partition(".")[0]} & {*crossing, *elsewise}:
                 known = ", ".join(sorted(crossing)) or "none"
                 yield f"link.{key}: {name!r} crosses no cut between roles; expected some of {known}"
 
