@@ -211,7 +211,7 @@ def own_faults(defined: BoardDefinition[Any], settings: BoardSettings) -> Sequen
 
 def _assigned(assignments: Sequence[str]) -> set[str]:
     """The keys that assignments name, and the tables these are in."""
-    keys = [each.partition("=")[0].strip().split(".") for each in assignments]
+    keys = [strict.key_path(each.partition("=")[0].strip()) for each in assignments]
     return {".".join(key[:depth]) for key in keys for depth in range(1, len(key) + 1)}
 
 

@@ -55,7 +55,10 @@ def bounded(table: Table, faults: list[str]) -> Table:
 
 
 def override(table: Table, assignments: Sequence[str], faults: list[str]) -> None:
-    """Apply `KEY=VALUE` assignments; keys are dotted, values are TOML or else plain strings."""
+    """Apply `KEY=VALUE` assignments; keys are dotted as in TOML, values TOML or else plain strings.
+
+    A key in quotes may have dots of its own: `link.limits."controller.forces"=[-1, 1]`.
+    """
     for assignment in assignments:
         key, separator, value = assignment.partition("=")
         if not (key.strip() and separator):
@@ -69,7 +72,7 @@ def override(table: Table, assignments: Sequence[str], faults: list[str]) -> Non
 
 
 def _assign(table: Table, key: str, value: str, faults: list[str]) -> None:
-    *parents, leaf = key.split(".")
+    *parents, leaf = key_path(key)
     target: Any = table
     for parent in parents:
         target = target.setdefault(parent, {}) if isinstance(target, dict) else None
@@ -77,6 +80,20 @@ def _assign(table: Table, key: str, value: str, faults: list[str]) -> None:
         target[leaf] = _toml_value(key, value, faults)
     else:
         faults.append(f"{key}: unknown key; {'.'.join(parents)} is a value, not a table")
+
+
+def key_path(key: str) -> list[str]:
+    """The names of which a dotted key is made; one in quotes may have dots of its own."""
+    try:
+        found: object = tomllib.loads(f"{key} = 0")
+    except (ValueError, RecursionError):
+        return key.split(".")
+    path: list[str] = []
+    while isinstance(found, dict) and len(found) == 1:
+        (name,) = found
+        path.append(name)
+        found = found[name]
+    return path if found == 0 else key.split(".")
 
 
 def _toml_value(key: str, text: str, faults: list[str]) -> object:

@@ -4,7 +4,7 @@ Outputs go off while the link is bad, and are driven again once it has been good
 the task of one end is over, both end; an end that was stopped is waited for.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
     from firmware_runtime.links.cut.greeting import Farewell
     from firmware_runtime.links.cut.link import Link
+    from firmware_runtime.links.cut.refusal import Reason
 
 
 def way_of(stated: str | None) -> "OpenChannel | None":
@@ -104,7 +105,12 @@ class LinkedEnd:
 
     def unready(self) -> str | None:
         """Why this end has controlled nothing."""
-        return None if self.link.peer.greeting is not None else "has met no other end"
+        if self.link.peer.greeting is not None:
+            return None
+        if self.link.peer.is_taken:
+            return "has met an end only that has another peer"
+        refused = {reason: count for reason, count in self.link.counts.refused.items() if count > 0}
+        return f"has met no other end{_came(refused)}"
 
     def say_goodbye(self, outcome: Outcome, ending: Ending | None) -> None:
         """The run is over: let the other end know why, unless it said so itself."""
@@ -128,6 +134,17 @@ class LinkedEnd:
         if farewell.is_over and not self._other_end_is_over:
             self._other_end_is_over = True
             self._end_with(Ending(farewell.reason, farewell.failed))
+
+
+def _came(refused: "Mapping[Reason, int]") -> str:
+    """What came all the same, and was refused."""
+    if not refused:
+        return ""
+    total = sum(refused.values())
+    counts = ", ".join(f"{reason} {count}" for reason, count in refused.items())
+    if len(refused) == 1 and "forged" in refused:
+        return f": {total} datagrams came, and none was signed with this key"
+    return f": {total} datagrams came, and all were refused ({counts})"
 
 
 def _open_link(

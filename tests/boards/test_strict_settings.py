@@ -82,6 +82,9 @@ def test_malformed_toml_is_one_fault_with_its_line() -> None:
         ("name=free", {"gains": {}, "name": "free"}),
         ("name=a=b", {"gains": {}, "name": "a=b"}),
         ("new.table.key=[1, 2]", {"gains": {}, "new": {"table": {"key": [1, 2]}}}),
+        ('limits."a.b" = [-1, 1]', {"gains": {}, "limits": {"a.b": [-1, 1]}}),
+        ("limits.'a.b'.c = 1", {"gains": {}, "limits": {"a.b": {"c": 1}}}),
+        ('limits."a = 1', {"gains": {}, "limits": {'"a': 1}}),
     ],
 )
 def test_an_override_sets_one_key(assignment: str, expected: dict[str, Any]) -> None:

@@ -7,7 +7,9 @@ import pytest
 import firmware_runtime
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.key_file import write_key
+from firmware_runtime.runs import linking
 
 
 @pytest.mark.slow
@@ -54,6 +56,23 @@ def test_an_end_that_met_no_other_has_failed(
     link = ["--link", f"unix:{tmp_path}/link", "--statistics", f"{tmp_path}/run.stats"]
     assert main(["run", "tachobot", *words.split(), *link, "--for", "0.3"]) == 1
     assert "link was never ready: it has met no other end" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("refused", "said"),
+    [
+        ({}, ""),
+        ({Reason.FORGED: 3}, ": 3 datagrams came, and none was signed with this key"),
+        (
+            {Reason.FORGED: 1, Reason.OTHER_CUT: 2},
+            ": 3 datagrams came, and all were refused (forged 1, other_cut 2)",
+        ),
+    ],
+)
+def test_an_end_that_met_no_other_says_what_came_all_the_same(
+    refused: dict[Reason, int], said: str
+) -> None:
+    assert linking._came(refused) == said
 
 
 def test_a_controller_runs_alone_in_virtual_time_for_what_is_fed_by_a_program() -> None:

@@ -265,6 +265,19 @@ def test_a_new_session_comes_only_in_the_place_of_a_silent_one() -> None:
     assert second.reason(recorded) is Reason.WRONG_SESSION, "of a former session"
 
 
+def test_an_end_whose_other_end_has_another_peer_is_told_and_waits_for_that_to_end() -> None:
+    pair = Pair().meet()
+    second = replace(pair, controller=peer(3, 1))
+    second.to_robot(second.from_controller(Kind.HELLO))
+    assert not second.to_controller(second.from_robot(Kind.HELLO))
+    at = second.now + second.offset
+    assert second.controller.why_bad(at) == "the other end has another peer already"
+    second.now += 2 * TIMEOUT
+    _greet_until_good(second)
+    assert second.robot.session_of_peer == 3
+    assert not second.controller.is_taken
+
+
 def test_after_a_bye_another_session_may_come_at_once() -> None:
     pair = Pair().meet()
     farewell = Farewell("SIGTERM", is_over=False, failed=False)

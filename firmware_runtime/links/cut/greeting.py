@@ -18,6 +18,8 @@ class Greeting(msgspec.Struct, frozen=True, array_like=True):
     """The boot of the machine, so that ends on one machine know it; empty where it is not shown."""
     started_at: int
     """Instant 0 of the run, by the sender's clock."""
+    is_taken: bool = False
+    """Whether the sender has another peer, which is not silent."""
 
 
 class Farewell(msgspec.Struct, frozen=True, array_like=True):

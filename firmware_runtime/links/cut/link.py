@@ -79,6 +79,7 @@ class Link(EventSource):
         self._was_good = False
         self._meter: LinkMeter | None = None
         self._refused_cut = ""
+        self._has_said_taken = False
         self._is_closed = False
         executive.add_source(self)
         executive.hooks.insert(0, self)
@@ -165,6 +166,7 @@ class Link(EventSource):
             self.counts.carried = report_of(frame.body)
             return
         if not self.peer.accept(frame, clock):
+            self._say_if_taken()
             return
         if self.peer.session_of_peer != session:
             self._meet()
@@ -204,6 +206,11 @@ class Link(EventSource):
         self._sender.outbox.begin_again()
         if self.peer.greeting is not None:
             self._log(f"link: {self.peer.greeting.role} of {self.peer.greeting.board} is there")
+
+    def _say_if_taken(self) -> None:
+        if self.peer.is_taken and not self._has_said_taken:
+            self._log("link: the other end has another peer already: waiting for that to end")
+        self._has_said_taken = self.peer.is_taken
 
     def _refuse(self, refusal: Refused) -> None:
         self.counts.own[refusal.reason] += 1

@@ -20,6 +20,8 @@ before never comes back: what was recorded of it is worth nothing.
 from collections import deque
 from typing import Final
 
+from msgspec.structs import replace
+
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
 from firmware_runtime.links.cut.peer_clock import PeerClock
@@ -49,6 +51,8 @@ class Peer:
         self.good_since: int | None = None
         """The instant from which on it was never silent; None while it is, or there is none."""
         self.silences = 0
+        self.is_taken = False
+        """Whether the other end has said lately that it has another peer."""
         self.wants_hello = False
         """Whether a hello is to be sent at once: a greeting came."""
         self.session_of_peer = 0
@@ -76,8 +80,8 @@ class Peer:
             raise Refused(Reason.REPLAYED, "a frame of this end itself")
         if frame.kind is Kind.HELLO:
             self._meet(frame, now)
-        if frame.peer == 0 and frame.kind is Kind.HELLO:
-            return False
+            if frame.peer == 0 or (self.is_taken and frame.session != self.session_of_peer):
+                return False
         if frame.peer != self.session:
             raise Refused(Reason.WRONG_SESSION, "meant for another session")
         if frame.session != self.session_of_peer:
@@ -98,6 +102,9 @@ class Peer:
             )
         if frame.session in self._former:
             raise Refused(Reason.WRONG_SESSION, "a former session")
+        self.is_taken = greeting.is_taken and frame.peer == self.session
+        if self.is_taken:
+            return
         if frame.session != self.session_of_peer or frame.peer != self.session:
             self._candidate, self._greeted = (frame.session, greeting), (frame.sent_at, now)
             self.wants_hello = True
@@ -169,6 +176,8 @@ class Peer:
         """Why the link is not good, in a few words; None if it is."""
         if self.is_good(now):
             return None
+        if self.is_taken:
+            return "the other end has another peer already"
         if self.greeting is None:
             return "the other end has not answered yet"
         if self.farewell is not None:
@@ -219,6 +228,8 @@ class Peer:
         if self._candidate is None or not is_answer:
             return plain if self.is_good(now) else plain._replace(peer=0)
         sent_at, arrived_at = self._greeted
+        if self._candidate[0] != self.session_of_peer and self.is_good(now):
+            plain = plain._replace(body=encode(replace(self.own, is_taken=True)))
         return plain._replace(
             peer=self._candidate[0], echo=sent_at, held=now - arrived_at, seen=0, seen_before=0
         )

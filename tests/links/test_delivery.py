@@ -1,0 +1,246 @@
+"""Two ends of a link over a bad network, by a seed: what enters is what the rules of delivery say.
+
+The network delays, reorders, loses and duplicates datagrams. What left is held against what
+entered, step by step, on one clock that the test moves.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from itertools import count
+from typing import TypeAlias
+
+import pytest
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.part import part_of
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.inbox import Bag
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.links.cut.impairment import Decisions, Impairment
+from firmware_runtime.links.cut.link import Link
+from firmware_runtime.links.cut.refusal import Reason
+from firmware_runtime.links.cut.terms import Terms
+
+NAMES = ["mind.order", "mind.sample", "mind.state", "body.turned"]
+TERMS = Terms(timeout=2 * SECOND, ordered=frozenset({"mind.order"}), retain=frozenset({NAMES[2]}))
+TICK = 5 * MILLISECOND
+Event: TypeAlias = list[tuple[str, object]]
+
+
+class Mind(Atomic):
+    def __init__(self) -> None:
+        super().__init__("mind")
+        self.turned = self.in_port("turned", int)
+        self.order = self.out_port("order", str)
+        self.sample = self.out_port("sample", int)
+        self.state = self.out_port("state", int)
+
+
+class Body(Atomic):
+    def __init__(self) -> None:
+        super().__init__("body")
+        self.order = self.in_port("order", str)
+        self.sample = self.in_port("sample", int)
+        self.state = self.in_port("state", int)
+        self.turned = self.out_port("turned", int)
+
+
+def whole() -> Coupled:
+    model = Coupled("rover")
+    mind, body = model.add(Mind()), model.add(Body())
+    model.couple(mind.order, body.order)
+    model.couple(mind.sample, body.sample)
+    model.couple(mind.state, body.state)
+    model.couple(body.turned, mind.turned)
+    return model
+
+
+@dataclass
+class Network:
+    """One way: datagrams arrive when `Decisions` says."""
+
+    decisions: Decisions
+    waiting: list[tuple[int, int, bytes]] = field(default_factory=list)
+    sent: int = 0
+
+    def send(self, datagram: bytes, now: int) -> None:
+        self.sent += 1
+        for delay in self.decisions.next():
+            heappush(self.waiting, (now + delay, self.sent, datagram))
+
+    def arrived(self, now: int) -> Sequence[bytes]:
+        found = []
+        while self.waiting and self.waiting[0][0] <= now:
+            found.append(heappop(self.waiting)[2])
+        return found
+
+
+class End:
+    """One end, whose clock is `ahead` of the test's."""
+
+    def __init__(self, role: str, out: Network, ahead: int, terms: Terms) -> None:
+        self.now = 0
+        self.out = out
+        self.ahead = ahead
+        self.bad: list[str] = []
+        self.inbox: deque[bytes] = deque()
+        part = part_of(whole(), [role])
+        self.cut = cut_of(part, NAMES, ordered=terms.ordered)
+        configuration = Configuration(has_link=True)
+        self.link = Link(
+            Executive(part.model, VirtualClock(), configuration=configuration),
+            self.cut,
+            part.entering,
+            self,
+            terms,
+            board="rover",
+            role=role,
+            takes_old=False,
+            log=lambda _: None,
+            time=lambda: self.now + self.ahead,
+        )
+        self.link.on_bad = self.bad.append
+        self.listeners = {each.name: self.link.leaves(each) for each in self.cut.leaving}
+
+    def fileno(self) -> int:
+        raise AssertionError("nothing waits here")
+
+    def receive(self) -> bytes | None:
+        return self.inbox.popleft() if self.inbox else None
+
+    def send(self, frame: bytes) -> None:
+        self.out.send(frame, self.now)
+
+    def close(self) -> None:
+        pass
+
+    def pass_(self, now: int, arrived: Sequence[bytes]) -> list[Event]:
+        """One pass of its loop; the events that came."""
+        self.now = now
+        self.inbox.extend(arrived)
+        events: Sequence[Bag] = self.link.events()
+        self.link.between_steps(now + self.ahead, 0)
+        return [[(port.name.replace(":", "."), value) for port, value in bag] for bag in events]
+
+
+class Pair:
+    """Both ends, and what left and what entered so far."""
+
+    def __init__(self, how: Impairment, terms: Terms = TERMS) -> None:
+        self.now = SECOND
+        self.ways = (Network(Decisions(how, "out")), Network(Decisions(how, "back")))
+        self.mind = End("mind", self.ways[0], 0, terms)
+        self.body = End("body", self.ways[1], 12_345 * SECOND, terms)
+        self.left: list[Event] = []
+        self.entered: list[Event] = []
+        self.numbers = count(1)
+        while not (self.is_good_to(self.mind) and self.is_good_to(self.body)):
+            self.tick()
+            assert self.now < 60 * SECOND, "they meet"
+
+    def is_good_to(self, end: End) -> bool:
+        return end.link.peer.is_good(self.now + end.ahead)
+
+    def tick(self, *leaves: str) -> None:
+        """Let time pass; by each of these ports a value leaves, all in one step."""
+        self.now += TICK
+        if leaves:
+            number = next(self.numbers)
+            step: Event = []
+            for name in leaves:
+                value = f"order {number}" if name == "mind.order" else number
+                self.mind.listeners[name](self.now, value)
+                step.append((name, value))
+            self.left.append(step)
+        self.mind.pass_(self.now, self.ways[1].arrived(self.now))
+        self.entered += self.body.pass_(self.now, self.ways[0].arrived(self.now))
+
+    def settle(self) -> None:
+        for _ in range(400):
+            self.tick()
+
+    def of(self, name: str, events: list[Event]) -> list[object]:
+        return [value for event in events for port, value in event if port == name]
+
+
+def run(seed: int, loss: float, jitter: int, terms: Terms = TERMS) -> Pair:
+    """Two seconds of samples, every tick, with an order now and then; and a while to settle."""
+    how = Impairment(
+        delay=40 * MILLISECOND, jitter=jitter, loss=loss, reorder=0.02, duplicate=0.05, seed=seed
+    )
+    pair = Pair(how, terms)
+    for tick in range(400):
+        leaves = ["mind.sample"]
+        if (tick * 7 + seed) % 11 == 0:
+            leaves.insert(0, "mind.order")
+        if tick % 60 == seed % 60:
+            leaves.append("mind.state")
+        pair.tick(*leaves)
+    pair.settle()
+    return pair
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize(("loss", "jitter"), [(0.02, 10), (0.2, 0), (0.1, 40)])
+def test_events_all_enter_in_order_samples_rise_and_steps_stay_what_they_are(
+    seed: int, loss: float, jitter: int
+) -> None:
+    pair = run(seed, loss, jitter * MILLISECOND)
+    assert pair.body.bad == []
+    assert pair.of("mind.order", pair.entered) == pair.of("mind.order", pair.left)
+    for name in ("mind.sample", "mind.state"):
+        numbers = [int(str(value)) for value in pair.of(name, pair.entered)]
+        assert numbers == sorted(set(numbers)), "each once, and none after a newer one"
+        assert numbers[-1:] == pair.of(name, pair.left)[-1:], "the last one arrives"
+    steps = {str(step[0][1]).removeprefix("order "): step for step in pair.left}
+    for event in pair.entered:
+        numbers_in = {str(value).removeprefix("order ") for _, value in event}
+        assert len(numbers_in) == 1, "what left in two steps never enters together"
+        assert set(event) <= set(steps[numbers_in.pop()])
+    counts = pair.body.link.counts
+    entered = sum(map(len, pair.entered))
+    assert counts.received == entered
+    assert sum(counts.own.values()) == counts.own[Reason.REPLAYED], "duplicates, and nothing else"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_is_lost_or_repeated_where_the_network_only_shuffles(seed: int) -> None:
+    everything = Terms(timeout=2 * SECOND, ordered=frozenset(NAMES[:3]))
+    pair = run(seed, 0.0, 30 * MILLISECOND, everything)
+    assert [sorted(event) for event in pair.entered] == [sorted(step) for step in pair.left]
+    assert (pair.body.bad, pair.mind.link.counts.given_up) == ([], 0)
+
+
+@pytest.mark.slow
+def test_an_order_that_no_repetition_brings_is_a_failsafe_and_later_ones_enter() -> None:
+    terms = Terms(ordered=frozenset({"mind.order"}))
+    pair = Pair(Impairment(delay=MILLISECOND, seed=1), terms)
+    pair.tick("mind.order")
+    pair.settle()
+    send, lost = pair.ways[0].send, count()
+
+    def lossy(datagram: bytes, now: int) -> None:
+        if b"order 2" in datagram:
+            next(lost)
+        else:
+            send(datagram, now)
+
+    pair.ways[0].send = lossy  # type: ignore[method-assign]
+    for _ in range(3):
+        pair.tick("mind.order")
+    for _ in range(400):
+        pair.tick("mind.sample")
+    assert next(lost) > 2, "it was sent again"
+    assert len(pair.body.bad) > 0
+    assert pair.mind.link.counts.given_up > 0
+    pair.tick("mind.order")
+    pair.settle()
+    assert pair.of("mind.order", pair.entered)[-1] == pair.of("mind.order", pair.left)[-1]
