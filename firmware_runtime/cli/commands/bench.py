@@ -25,6 +25,7 @@ _BENCHES = (
     "disturbance",
     "kills",
     "ros2",
+    "qss",
 )
 
 

@@ -5,10 +5,11 @@ into stretches on which it is monotone; in the first that holds a root, Newton's
 within the bracket.
 """
 
-from math import inf, sqrt
+from math import cbrt, inf, sqrt
 
 _STEPS = 60
-_CLOSE = 4e-16
+_CLOSE = 1e-13
+"""Newton's last step, as a share of the root; the error is about its square."""
 
 
 def leaves_band(c0: float, c1: float, c2: float, band: float) -> float:
@@ -105,8 +106,9 @@ def _extrema(c1: float, c2: float, c3: float) -> tuple[float, ...]:
 
 
 def _beyond(c0: float, c1: float, c2: float, c3: float, begin: float) -> float:
-    """An instant by which the cubic has the sign of `c3` for good (Cauchy's bound)."""
-    return begin + 1.0 + max(abs(c0 / c3), abs(c1 / c3), abs(c2 / c3))
+    """An instant by which the cubic has the sign of `c3` for good (Fujiwara's bound)."""
+    farthest = 2.0 * max(abs(c2 / c3), sqrt(abs(c1 / c3)), cbrt(abs(c0 / c3)))
+    return max(farthest, begin) * 1.000001
 
 
 def _bracketed(  # noqa: PLR0913, PLR0917 -- four coefficients and two ends
@@ -114,7 +116,7 @@ def _bracketed(  # noqa: PLR0913, PLR0917 -- four coefficients and two ends
 ) -> float:
     """The root between two instants at which the values differ in sign; monotone in between."""
     rises = c0 + end * (c1 + end * (c2 + end * c3)) > 0.0
-    t = 0.5 * (begin + end)
+    t = end if begin == 0.0 or end > 4.0 * begin else 0.5 * (begin + end)
     for _ in range(_STEPS):
         value = c0 + t * (c1 + t * (c2 + t * c3))
         if (value > 0.0) is rises:

@@ -1,0 +1,1 @@
+"""Quantized state systems beside scipy's `solve_ivp`."""
