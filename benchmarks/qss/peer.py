@@ -5,24 +5,26 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy import integrate
 
 from benchmarks.qss.problems import Guard, Problem
+
+_solve_ivp: Any = integrate.solve_ivp
+"""Its stubs know no plain sequences."""
 
 
 def solved(problem: Problem, rtol: float, method: str | None = None) -> tuple[NDArray[Any], int]:
     """The states at the problem's times, a row each, and the number of steps."""
-    chosen: Any = method or problem.peer_method
     times, name, now = np.array(problem.times), problem.start, 0.0
     state = list(problem.system.states.values())
     values, steps = np.zeros((len(state), len(times))), 0
     while True:
         mode = problem.modes[name]
-        found: Any = solve_ivp(
+        found = _solve_ivp(
             mode.derivative,
             (now, problem.until_s),
             state,
-            method=chosen,
+            method=method or problem.peer_method,
             events=[_terminal(guard) for guard in mode.guards],
             rtol=rtol,
             atol=rtol * 1e-2,

@@ -86,8 +86,7 @@ def _mass() -> Problem:
             When("force crosses 5 rising", only_if="slides == 0", slides=1),
             When("force crosses -5 falling", only_if="slides == 0", slides=-1),
             When(
-                "v crosses 0",
-                only_if="slides != 0",
+                "slides*v crosses 0 falling",
                 v=0,
                 slides="0 if abs(force) <= 5 else sign(force)",
             ),

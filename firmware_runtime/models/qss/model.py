@@ -29,7 +29,9 @@ _OF_A_SOURCE: Final = 3
 
 
 class SystemModel(Coupled):
-    """The blocks of a system, wired; its output ports are the quantized states.
+    """The blocks of a system, wired.
+
+    Its output ports are the quantized states, its input ports set the discrete variables.
 
     `integrators` and `held` hold the blocks of states and discrete variables by name.
     """
@@ -71,6 +73,7 @@ class SystemModel(Coupled):
 
     def _held(self, name: str) -> Held:
         block = self.add(Held(name, self.system.discrete[name]))
+        self.couple(self.in_port(name, Segment), block.set)
         self._wire(name, block.out, 1, block.value)
         return block
 
