@@ -15,7 +15,9 @@ from firmware_runtime.recording.comparison import Comparison
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
 
-_SIDE_BY_SIDE = "display:grid;gap:1rem;grid-template-columns:repeat(auto-fit,minmax(24rem,1fr))"
+_SIDE_BY_SIDE = (
+    "display:grid;gap:1rem;grid-template-columns:repeat(auto-fit,minmax(min(24rem,100%),1fr))"
+)
 _WIDTH, _HEIGHT = 460.0, 250.0
 
 

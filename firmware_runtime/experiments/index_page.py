@@ -1,19 +1,28 @@
 """The index of a board's experiments: failures first, then each with its plot and its numbers."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.experiments.conditions import conditions
 from firmware_runtime.experiments.findings import Findings
+from firmware_runtime.experiments.line_plot import LinePlot
 from firmware_runtime.experiments.page import drawn
 from firmware_runtime.experiments.quantities import in_words, with_unit
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
 
-_CARDS = "display:grid;gap:1.5rem 2rem;grid-template-columns:repeat(auto-fit,minmax(24rem,1fr))"
+_CARDS = (
+    "display:grid;gap:1.5rem 2rem;"
+    "grid-template-columns:repeat(auto-fit,minmax(min(24rem,100%),1fr))"
+)
+
+_WIDTH, _HEIGHT = 600.0, 290.0
+_LINK = "color:var(--blue)"
+_SMALL = "font-size:.85rem;margin:.3rem 0"
+_SENTENCES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,15 +64,17 @@ def _opening(lines: Sequence[Line]) -> Iterator[Element]:
 
 
 def _card(line: Line, findings: Findings) -> Element:
-    """Its name, its figure and its first plot, leading to its page."""
+    """Its name, its figure, its first plot and what it found first, leading to its page."""
     plot = next(iter(findings.plots.values()), None)
-    picture = None if plot is None else drawn(plot)
-    title = element("a", line.name, href=f"{line.name}.html")
+    if isinstance(plot, LinePlot):
+        plot = replace(plot, width=_WIDTH, height=_HEIGHT)
+    title = element("a", line.name, href=f"{line.name}.html", style=_LINK)
     return element(
         "article",
         element("h3", title, element("span", f" {line.experiment.figure}", class_="quiet")),
         element("p", line.experiment.title),
-        picture,
+        None if plot is None else drawn(plot),
+        *(element("p", each, style=_SMALL) for each in findings.sentences[:_SENTENCES]),
     )
 
 

@@ -20,6 +20,7 @@ _MARKS = 6
 _APART = 40.0
 """Pixels from one mark to the next, at least."""
 _MOST_POINTS = 2000
+_LINE: Final = 1.6
 COLOURS: Final = ("blue", "late", "colour1", "colour4", "colour2")
 _GREY: Final = ("line", "ink", "quiet")
 
@@ -59,6 +60,8 @@ class LinePlot:
     up_ends: Ends | None = None
     width: float = WIDTH
     height: float = HEIGHT
+    is_nested: bool = False
+    """Whether each curve is thinner than the one before, so that equal ones can all be seen."""
 
     @property
     def reach(self) -> tuple[Ends, Ends]:
@@ -79,7 +82,7 @@ class LinePlot:
             element("rect", class_="lp-paper", width="100%", height="100%"),
             *(each for span in self.spans for each in _span(span, x, y)),
             *_grid(x, y, self.across, self.up),
-            *(each for n, curve in enumerate(self.curves) for each in _curve(n, curve, x, y)),
+            *(self._curve(number, x, y) for number in range(len(self.curves))),
             *_legend(self.curves, self.width),
             class_="lp",
             xmlns="http://www.w3.org/2000/svg",
@@ -92,6 +95,18 @@ class LinePlot:
     def text(self) -> str:
         """The file."""
         return tostring(self.svg(), encoding="unicode") + "\n"
+
+    def _curve(self, number: int, x: "_Axis", y: "_Axis") -> Element:
+        curve, rest = self.curves[number], self.curves[number + 1 :]
+        thinner = sum(not each.is_dashed for each in rest)
+        places = (f"{x.pixel(at):.1f},{y.pixel(value):.1f}" for at, value in _thinned(curve.points))
+        return element(
+            "polyline",
+            element("title", curve.name),
+            class_=_css(number, curve),
+            points=" ".join(places),
+            stroke_width=_LINE + thinner if self.is_nested and not curve.is_dashed else None,
+        )
 
 
 def on_common_axes(plots: Mapping[str, LinePlot]) -> dict[str, LinePlot]:
@@ -166,10 +181,9 @@ def _span(span: Span, x: _Axis, y: _Axis) -> list[Element]:
     return [shade, _text((left + right) / 2, y.end + 14, span.name, "lp-mark", "middle")]
 
 
-def _curve(number: int, curve: Curve, x: _Axis, y: _Axis) -> list[Element]:
-    places = [f"{x.pixel(at):.1f},{y.pixel(value):.1f}" for at, value in _thinned(curve.points)]
-    css = "lp-dashed" if curve.is_dashed else f"lp-{COLOURS[number % len(COLOURS)]}"
-    return [element("polyline", element("title", curve.name), class_=css, points=" ".join(places))]
+def _css(number: int, curve: Curve) -> str:
+    """The class of a curve's colour."""
+    return "lp-dashed" if curve.is_dashed else f"lp-{COLOURS[number % len(COLOURS)]}"
 
 
 def _thinned(points: Points) -> Iterator[tuple[float, float]]:
@@ -187,9 +201,10 @@ def _thinned(points: Points) -> Iterator[tuple[float, float]]:
 def _legend(curves: Sequence[Curve], width: float) -> list[Element]:
     found, at = [], width - _RIGHT
     for number, curve in reversed(list(enumerate(curves))):
-        at -= 7.0 * len(curve.name) + 12
-        css = "lp-dashed" if curve.is_dashed else f"lp-{COLOURS[number % len(COLOURS)]}"
-        found.append(element("line", class_=css, x1=at - 22, x2=at - 4, y1=14, y2=14))
+        at -= 7.0 * len(curve.name)
+        found.append(
+            element("line", class_=_css(number, curve), x1=at - 22, x2=at - 4, y1=14, y2=14)
+        )
         found.append(_text(at, 18, curve.name, "lp-name", "start"))
         at -= 30
     return found
@@ -214,7 +229,8 @@ def _style() -> str:
         ]
         sides.append(" ".join(rules))
     shapes = (
-        ".lp polyline, .lp line { fill: none; stroke-width: 1.6 } .lp .lp-grid { stroke-width: 1 } "
+        f".lp {{ stroke-width: {_LINE} }} .lp polyline, .lp line {{ fill: none }} "
+        ".lp .lp-grid { stroke-width: 1 } "
         ".lp-dashed { stroke-dasharray: 5 4 } .lp-span { fill-opacity: .18 } "
         '.lp-mark, .lp-name { font: 12px "DejaVu Sans", Verdana, system-ui, sans-serif }'
     )

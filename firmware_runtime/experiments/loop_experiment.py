@@ -35,8 +35,8 @@ PERIODS_S: Final[Mapping[Stage, float]] = {Stage.NETWORK: 0.002, Stage.REMOTE: 0
 that are closer to each other overtake each other."""
 SETTLING_S: Final = 1.0
 """After the first value that came back: sockets and processes are warm by then."""
-SHOWN_S: Final = 0.5
-"""How much of the ramp the plot shows: more, and both lines are one."""
+SHOWN: Final = 30
+"""How many values of the ramp the plot shows: many more, and both lines are one."""
 
 
 class StageDelays(Struct, frozen=True):
@@ -63,7 +63,7 @@ class LoopRuns:
         """For each stage the ramp and what came back, as in the paper, and the delay over time."""
         for stage, rounds in self.rounds.items():
             begin = rounds[0].sent_s if rounds else 0.0
-            first = [each for each in rounds if each.sent_s - begin <= SHOWN_S]
+            first = rounds[:SHOWN]
             sent = [(each.sent_s - begin, each.value) for each in first]
             back = [(each.back_s - begin, each.value) for each in first if each.back_s is not None]
             curves = Curve("sent", sent), Curve("back", back)
@@ -86,7 +86,7 @@ class LoopRuns:
     def numbers(self) -> Element:
         """A table of the figures, a row a stage."""
         head = ("stage", "published", "p50", "p99", "least", "most", "out p50", "return p50")
-        more = ("every", "sent late p50", "carried p50", "sent", "back", "between the ends")
+        more = ("every", "sent late p50", "carried p50", "sent", "back")
         rows = [
             (stage.value, f"about {each.published_ms:g} ms", *_cells(each))
             for stage, each in self.figures.items()
@@ -173,7 +173,6 @@ def _cells(figures: StageDelays) -> list[str]:
         _us(figures.carried_p50_us),
         str(delays.sent),
         str(delays.back),
-        figures.between,
     ]
 
 

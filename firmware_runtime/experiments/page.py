@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.board.experiments import Experiment
+from firmware_runtime.board.registry import Board
 from firmware_runtime.experiments.conditions import conditions
 from firmware_runtime.experiments.findings import Findings, Picture
 from firmware_runtime.experiments.line_plot import LinePlot
@@ -14,11 +15,12 @@ from firmware_runtime.statistics.page.page import page_of, section
 
 
 def experiment_page(
-    board: str, experiment: Experiment, findings: Findings, files: Sequence[str]
+    board: Board, experiment: Experiment, findings: Findings, files: Sequence[str]
 ) -> str:
     """The page's text; `files` are what lies beside it."""
-    title = f"{board}: {experiment.title}"
-    return page_of(title, _sections(title, experiment, findings, files))
+    return page_of(
+        f"{board.name}: {experiment.title}", _sections(board, experiment, findings, files)
+    )
 
 
 def plot_figure(plot: LinePlot | Picture) -> Element:
@@ -38,15 +40,16 @@ def beside_the_paper(ours: Mapping[str, float | None], paper: Mapping[str, float
 
 
 def _sections(
-    title: str, experiment: Experiment, findings: Findings, files: Sequence[str]
+    board: Board, experiment: Experiment, findings: Findings, files: Sequence[str]
 ) -> Iterator[Element]:
+    title = f"{board.name}: {experiment.title}"
     yield element("header", element("h1", title), *_opening(experiment, findings))
     yield section("Measured", *map(plot_figure, findings.plots.values()))
     if experiment.paper or experiment.published:
         yield section("Beside the paper", *_compared(experiment, findings))
     if findings.tables or findings.ours:
         yield section("Figures", *findings.tables, _numbers(findings.ours))
-    yield section("Conditions", _conditions(findings), _files(files))
+    yield section("Conditions", _conditions(board, findings), _files(files))
 
 
 def _opening(experiment: Experiment, findings: Findings) -> Iterator[Element]:
@@ -72,8 +75,13 @@ def _numbers(ours: Mapping[str, float | None]) -> Element | None:
     return element("details", element("summary", "All numbers of this experiment"), numbers)
 
 
-def _conditions(findings: Findings) -> Element:
-    rows = [*conditions().items(), *(("between the ends", each) for each in findings.between)]
+def _conditions(board: Board, findings: Findings) -> Element:
+    """Machine and versions, then settings, then what was between the ends in each stage."""
+    rows = [*conditions().items()]
+    rows.append(("settings", ", ".join(board.assignments) or "as in the board's file"))
+    for each in findings.between:
+        stage, _, words = each.partition(": ")
+        rows.append((f"stage {stage}", words))
     return table("Of this run", ("what", "value"), rows, "words")
 
 

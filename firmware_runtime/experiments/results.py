@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from firmware_runtime.board.experiments import Experiment
+from firmware_runtime.board.registry import Board
 from firmware_runtime.experiments.conditions import conditions
 from firmware_runtime.experiments.findings import Findings
 from firmware_runtime.experiments.kinds import run_experiment
@@ -21,7 +22,8 @@ class Results:
     """One experiment with one board, and what it found."""
 
     name: str
-    board: str
+    board: Board
+    """With the experiment's settings in it."""
     experiment: Experiment
     findings: Findings
 
@@ -43,7 +45,7 @@ def leave(trial: Trial) -> tuple[Results, list[str]]:
     """
     results = Results(
         name=trial.name,
-        board=trial.board.name,
+        board=trial.board,
         experiment=trial.experiment,
         findings=run_experiment(trial),
     )
@@ -78,11 +80,12 @@ def _figures(results: Results) -> Mapping[str, Any]:
     """What is in the JSON file."""
     return {
         "experiment": results.name,
-        "board": results.board,
+        "board": results.board.name,
         "title": results.experiment.title,
         **results.entry(),
         **results.findings.details,
         "published": list(results.experiment.published),
+        "settings": list(results.board.assignments),
         "conditions": conditions(),
     }
 

@@ -1,9 +1,9 @@
 """A board's step in each stage: what was shown over time, its figures, a plot and a page."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 from xml.etree.ElementTree import Element
 
 from msgspec import Struct
@@ -37,6 +37,8 @@ class StageFigures(Struct, frozen=True):
 
     response: StepResponse
     from_simulation: Difference | None
+    loop_delay_ms: float | None
+    """What the link adds to the loop, out and back, the median; None in a stage of one process."""
     between: str
 
 
@@ -46,6 +48,7 @@ class Answer(NamedTuple):
     points: Points
     beside: Mapping[str, Points]
     """By title, what is drawn as well."""
+    loop_delay_ms: float | None
     between: str
 
 
@@ -66,10 +69,10 @@ class StepRuns:
         curves = [Curve(stage.value, each.points) for stage, each in self.answers.items()]
         reference = Curve("reference", (*edges, *after), is_dashed=True)
         up = f"{experiment.quantity}, {experiment.unit}"
-        plots = {"": LinePlot(experiment.title, _ACROSS, up, [*curves, reference])}
+        plots = {"": _nested(experiment.title, up, [*curves, reference])}
         for title in experiment.beside:
             curves = [Curve(str(stage), each.beside[title]) for stage, each in self.answers.items()]
-            plots[_file_name(title)] = LinePlot(title, _ACROSS, title, curves)
+            plots[_file_name(title)] = _nested(title, title, curves)
         return on_common_axes(plots)
 
     def csv(self) -> Iterator[str]:
@@ -82,17 +85,19 @@ class StepRuns:
         """A table of the figures, a row a stage."""
         unit = self.experiment.unit
         head = ("stage", "rise time", "overshoot", f"settled within {SETTLED:.0%}", "at the end")
-        more = ("from simulation, rms", "largest", "between the ends")
+        more = ("from simulation, rms", "largest", "delay of the loop")
         rows = [
-            (stage.value, *_cells(each, unit), each.between) for stage, each in self.figures.items()
+            (stage.value, *_cells(each, unit), _milliseconds(each.loop_delay_ms))
+            for stage, each in self.figures.items()
         ]
         return table("Figures by stage", (*head, *more), rows)
 
     def ours(self) -> dict[str, float | None]:
         """The figures by name, each with its stage before it and its unit behind it."""
-        found: dict[str, float | None] = {}
+        unit = self.experiment.unit
+        found: dict[str, float | None] = {f"reference_{unit}": self.experiment.end}
         for stage, each in self.figures.items():
-            response, unit = each.response, self.experiment.unit
+            response = each.response
             found[f"{stage}_rise_s"] = response.rise_s
             over = response.overshoot
             found[f"{stage}_overshoot_percent"] = None if over is None else 100.0 * over
@@ -100,6 +105,8 @@ class StepRuns:
             found[f"{stage}_final_{unit}"] = response.final
             if each.from_simulation is not None:
                 found[f"{stage}_from_simulation_rms_{unit}"] = each.from_simulation.rms
+            if each.loop_delay_ms is not None:
+                found[f"{stage}_loop_delay_ms"] = each.loop_delay_ms
         return found
 
     def text(self) -> Iterator[str]:
@@ -126,7 +133,9 @@ def run_step(trial: Trial) -> Findings:
         apart = difference(answer.points, answers[Stage.SIMULATION].points)
         response = step_response(answer.points, experiment.begin, experiment.end)
         is_simulation = stage is Stage.SIMULATION
-        figures[stage] = StageFigures(response, None if is_simulation else apart, answer.between)
+        figures[stage] = StageFigures(
+            response, None if is_simulation else apart, answer.loop_delay_ms, answer.between
+        )
     return _findings(StepRuns(experiment, answers, figures))
 
 
@@ -150,15 +159,27 @@ def _answer(trial: Trial, experiment: StepExperiment, stage: Stage) -> Answer:
         beside = {
             title: _since(run, each, experiment.at_s) for title, each in experiment.beside.items()
         }
-        words = between(run.document)
+        delay_ms, words = _loop_delay_ms(run.document), between(run.document)
     if not found:
         raise ConfigError.of_one(f"stage {stage}", f"{port} sent nothing; expected values")
-    return Answer(found, beside, words)
+    return Answer(found, beside, delay_ms, words)
+
+
+def _nested(title: str, up: str, curves: Sequence[Curve]) -> LinePlot:
+    return LinePlot(title, _ACROSS, up, curves, is_nested=True)
 
 
 def _file_name(title: str) -> str:
     """What stands of a title in a file's name: `Angular speed, rad/s` is `angular-speed`."""
     return "-".join(re.findall(r"[a-z0-9]+", title.partition(",")[0].lower()))
+
+
+def _loop_delay_ms(document: Mapping[str, Any]) -> float | None:
+    """From run to run and back, the median."""
+    if document["link"] is None:
+        return None
+    p50_us: float | None = document["link"]["back"].get("round_trip_us", {}).get("p50")
+    return None if p50_us is None else p50_us / 1e3
 
 
 def _since(run: Traced, port: str, step_s: float) -> Points:
@@ -178,6 +199,10 @@ def _cells(figures: StageFigures, unit: str) -> list[str]:
         NOTHING if apart is None else f"{apart.rms:.4f} {unit}",
         NOTHING if apart is None else f"{apart.largest:.4f} {unit}",
     ]
+
+
+def _milliseconds(span_ms: float | None) -> str:
+    return NOTHING if span_ms is None else f"{span_ms:.3f} ms"
 
 
 def _seconds(span_s: float | None) -> str:

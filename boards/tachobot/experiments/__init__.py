@@ -21,6 +21,7 @@ YAW_STEP: Final = StepExperiment(
     unit="rad",
     beside={"Angular speed, rad/s": "world.yaw_rate_rad_s"},
     settings={"controller.yaw.reference_rad": 0.0},
+    paper={"reference_rad": 1.0},
     published=(
         f"{PAPER}, Figures 10 and 11.",
         "The reference is 1 rad, in simulation (Figure 10) and over ROS (Figure 11, about 5 s).",
@@ -32,6 +33,7 @@ NETWORK_YAW_STEP: Final = replace(
     YAW_STEP,
     title="Step of the yaw reference, with a network in the loop",
     figure="Figure 11",
+    paper={"reference_rad": 1.0, "network_loop_delay_ms": 7.0},
     stages=("network",),
 )
 _WAVE: Final = (

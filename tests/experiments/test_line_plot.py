@@ -1,0 +1,70 @@
+"""A plot keeps what it is given: its axes, its peaks, and what is shaded."""
+
+from xml.etree.ElementTree import Element
+
+import pytest
+
+from firmware_runtime.experiments.line_plot import Curve, LinePlot, Span, on_common_axes
+
+
+def polyline(plot: LinePlot, number: int = 0) -> Element:
+    return plot.svg().findall("polyline")[number]
+
+
+def heights(plot: LinePlot) -> list[float]:
+    """Of the points of the first curve, pixels from the top."""
+    return [float(each.split(",")[1]) for each in (polyline(plot).get("points") or "").split()]
+
+
+def plot(title: str, up: str, *values: float) -> LinePlot:
+    return LinePlot(title, "s", up, [Curve("value", [(float(n), v) for n, v in enumerate(values)])])
+
+
+def test_plots_of_one_quantity_have_one_axis() -> None:
+    plots = {
+        "low": plot("low", "rad", 0.0, 1.0),
+        "high": plot("high", "rad", 3.0, 5.0, 4.0),
+        "other": plot("other", "N", -100.0, 100.0),
+    }
+    common = on_common_axes(plots)
+    assert common["low"].reach == common["high"].reach
+    assert common["low"].reach[1][0] <= 0.0
+    assert common["low"].reach[1][1] >= 5.0
+    assert common["other"].reach[0] == common["low"].reach[0]
+    assert common["other"].reach[1] == plots["other"].reach[1]
+    assert heights(common["low"])[1] > heights(common["high"])[0]
+
+
+def test_a_single_peak_among_many_points_is_drawn() -> None:
+    values = [0.0] * 20_000
+    values[12_345] = 7.0
+    drawn = heights(plot("peak", "ms", *values))
+    assert len(drawn) < 5000
+    assert min(drawn) == pytest.approx(min(heights(plot("whole", "ms", 0.0, 7.0, 0.0))), abs=0.2)
+
+
+def test_a_span_is_cut_off_where_the_axis_ends() -> None:
+    shaded = LinePlot("t", "s", "m", [Curve("c", [(0.0, 0.0), (10.0, 1.0)])], [Span(8, 30, "late")])
+    plain = LinePlot("t", "s", "m", [Curve("c", [(0.0, 0.0), (10.0, 1.0)])])
+    span = next(each for each in shaded.svg().iter("rect") if each.get("class") == "lp-span")
+    end = float(span.get("x") or 0) + float(span.get("width") or 0)
+    assert end <= shaded.width
+    assert not [each for each in plain.svg().iter("rect") if each.get("class") == "lp-span"]
+    assert "late" in shaded.text()
+
+
+def test_nested_curves_grow_thinner_and_the_reference_stays_as_it_is() -> None:
+    points = [(0.0, 0.0), (1.0, 1.0)]
+    curves = [
+        Curve("first", points),
+        Curve("second", points),
+        Curve("third", points, is_dashed=True),
+    ]
+    nested = LinePlot("t", "s", "m", curves, is_nested=True)
+    first, second, third = (polyline(nested, number).get("stroke-width") for number in range(3))
+    assert float(first or 0) > float(second or 0)
+    assert third is None
+
+
+def test_a_plot_of_nothing_is_drawn() -> None:
+    assert "<svg" in LinePlot("empty", "s", "m", [Curve("none", [])]).text()
