@@ -131,11 +131,16 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
     """What is wrong with the tables that mode `track` goes by, in that mode."""
     if settings.controller.mode != "track":
         return []
-    smith = "controller.yaw.smith: has no effect; controller.mode is 'track'"
+    yaw = settings.controller.yaw
+    given = {"smith": yaw.smith, "wave": yaw.wave}
     return [
         *settings.position.faults(),
         *course_faults(settings),
-        *([] if settings.controller.yaw.smith is None else [smith]),
+        *(
+            f"controller.yaw.{key}: has no effect; controller.mode is 'track'"
+            for key, table in given.items()
+            if table is not None
+        ),
     ]
 
 
@@ -159,7 +164,7 @@ BOARD = BoardDefinition(
         "thrust_pairs.slew_per_s",
         "thrust_pairs.timeout_s",
     ),
-    optional_components=("esc", "lift"),  # where it hovers
+    optional_components=("esc", "lift", "position_input"),  # where it hovers
     doubles_run_s=10.0,
     experiments=EXPERIMENTS,
     plant=YAW,

@@ -2,6 +2,7 @@
 
 from boards.tachobot.controller import Controller
 from boards.tachobot.lift import Lift
+from boards.tachobot.position_input import PositionInput
 from boards.tachobot.settings import EscSettings, TachobotSettings, TrackSettings
 from boards.tachobot.tracking import TrackingController
 from drivers.chips.mpu9250 import Mpu9250
@@ -80,8 +81,11 @@ class Tachobot(Coupled):
         """The position, with yaw or without, comes from outside: no chip on board has it."""
         self.position = self.in_port("position", PositionFix)
         self.pose = self.in_port("pose", PoseFix)
-        self.couple(self.position, controller.position)
-        self.couple(self.pose, controller.pose)
+        self.position_input = self.add(PositionInput("position_input"))
+        self.couple(self.position, self.position_input.position_in)
+        self.couple(self.pose, self.position_input.pose_in)
+        self.couple(self.position_input.position, controller.position)
+        self.couple(self.position_input.pose, controller.pose)
 
 
 def _controller(settings: TachobotSettings) -> Controller | TrackingController:

@@ -76,20 +76,20 @@ class TachobotRig:
         robot.couple(robot.imu.sample, probe.tick)
         if isinstance(robot.controller, TrackingController):
             self._tracked = robot.controller
-            self._attach_position_sensor(robot, robot.controller)
+            self._attach_position_sensor(robot)
         elif self._settings.controller.mode == "free":
             robot.couple(probe.x, robot.controller.x_position)
             robot.couple(probe.y, robot.controller.y_position)
 
-    def _attach_position_sensor(self, robot: Tachobot, controller: TrackingController) -> None:
+    def _attach_position_sensor(self, robot: Tachobot) -> None:
         table = self._settings.world.position
         if not table.rate_hz:
             return
         sensor = robot.add(PositionSensor(_sensor_parameters(table), self._pose, self._now))
         if table.yaw:
-            robot.couple(sensor.pose, controller.pose)
+            robot.couple(sensor.pose, robot.position_input.pose_in)
         else:
-            robot.couple(sensor.position, controller.position)
+            robot.couple(sensor.position, robot.position_input.position_in)
 
     def _pose(self) -> TruePose:
         self.catch_up()

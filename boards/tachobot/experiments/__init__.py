@@ -116,10 +116,28 @@ EMBEDDED_STEP_FRICTION: Final = OwnExperiment(
     run="boards.tachobot.experiments.friction:run",
 )
 
+CIRCLE: Final = OwnExperiment(
+    title="A circle of one metre, by an external position",
+    figure="Future work",
+    published=(
+        f"{PAPER}, section 7: a position tracking control for the robot is announced.",
+        "There are no numbers of it.",
+    ),
+    settings={
+        "controller.mode": "track",
+        "trajectory.kind": "circle",
+        "world.accelerometer_noise_m_s2": 0.05,
+        "world.accelerometer_bias_m_s2": 0.05,
+    },
+    stages=("simulation",),
+    run="boards.tachobot.experiments.circle:run",
+)
+
 EXPERIMENTS: Final[Mapping[str, Experiment]] = {
     "yaw-step": YAW_STEP,
     "network-yaw-step": NETWORK_YAW_STEP,
     "square-wave": SQUARE_WAVE,
     "identification": IDENTIFICATION,
     "embedded-step-friction": EMBEDDED_STEP_FRICTION,
+    "circle": CIRCLE,
 }

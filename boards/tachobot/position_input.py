@@ -1,0 +1,36 @@
+"""Where the position of a tracking system outside comes in: on the robot's side of any link."""
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.models.position_fix import PoseFix, PositionFix
+
+
+class PositionInput(Atomic):
+    """Passes every position on, at the same instant.
+
+    waiting --position?, pose?--> sending (0) --position!, pose!--> waiting
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.position_in = self.in_port("position", PositionFix)
+        self.pose_in = self.in_port("pose", PoseFix)
+        self.position = self.out_port("position", PositionFix)
+        self.pose = self.out_port("pose", PoseFix)
+        self._positions: tuple[PositionFix, ...] = ()
+        self._poses: tuple[PoseFix, ...] = ()
+
+    def output(self) -> None:
+        """Send what came."""
+        for position in self._positions:
+            self.position.send(position)
+        for pose in self._poses:
+            self.pose.send(pose)
+
+    def internal(self) -> None:
+        """Wait for more."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:  # noqa: ARG002 -- it has no time of its own
+        """Keep what came until it is sent."""
+        self._positions, self._poses = (*self.position_in,), (*self.pose_in,)
+        self.activate("sending")
