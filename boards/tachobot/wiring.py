@@ -48,7 +48,7 @@ class Tachobot(Coupled):
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.controller.forces, self.thrust_pairs.forces)
         if isinstance(self.controller, TrackingController):
-            self._couple_position(self.controller)
+            self._couple_position(self.controller, seconds(settings.position.brake_after_s))
         else:
             self.yaw_reference = self.in_port("yaw_reference", float)
             self.couple(self.yaw_reference, self.controller.yaw_reference)
@@ -77,11 +77,11 @@ class Tachobot(Coupled):
             self.couple(self.x_position, self.controller.x_position)
             self.couple(self.y_position, self.controller.y_position)
 
-    def _couple_position(self, controller: TrackingController) -> None:
+    def _couple_position(self, controller: TrackingController, timeout: int) -> None:
         """The position, with yaw or without, comes from outside: no chip on board has it."""
         self.position = self.in_port("position", PositionFix)
         self.pose = self.in_port("pose", PoseFix)
-        self.position_input = self.add(PositionInput("position_input"))
+        self.position_input = self.add(PositionInput("position_input", timeout))
         self.couple(self.position, self.position_input.position_in)
         self.couple(self.pose, self.position_input.pose_in)
         self.couple(self.position_input.position, controller.position)

@@ -1,15 +1,18 @@
 """TachoBot in mode `track`, whole, on its doubles in virtual time."""
 
 import math
+from contextlib import suppress
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
 from boards.tachobot.tracking import TrackingController
 from drivers.thrust_pairs import Forces
+from firmware_runtime import open_board
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.models.position_fix import PositionState
 from tests.support.virtual_tachobot import VirtualTachobot, virtual_tachobot
 
@@ -79,6 +82,35 @@ def test_without_a_position_it_cannot_be_armed_and_no_propeller_turns() -> None:
     assert robot.model.controller.estimator.unready() == "has no position"
     assert robot.values("controller.allocation.forces") == []
     assert robot.rig.thrust.all_off
+
+
+def test_arming_is_refused_without_a_position_and_granted_with_one() -> None:
+    for rate_hz, armed in ((0.0, False), (20.0, True)):
+        settings = {
+            "controller.mode": "track",
+            "world.position.rate_hz": rate_hz,
+            "arming.demand_guard": False,
+            "executive.fifo_priority": 0,
+        }
+        chosen: dict[str, Any] = {"doubles": True, "supervised": True, "arm": True}
+        with open_board("tachobot", clock="virtual", set=settings, **chosen) as robot:
+            with suppress(FirmwareRuntimeError):  # a run that was never ready has failed
+                robot.run(for_s=4.0)
+            assert robot.was_armed is armed
+            assert ("has no position" in (robot.why_not_armed or "")) is not armed
+            assert ("receives no position" in (robot.why_not_armed or "")) is not armed
+
+
+def test_outputs_are_not_armed_while_no_position_is_received() -> None:
+    robot = tracking("world.position.outages_s=[[1.0, 3.0]]")
+    gate = robot.model.position_input
+    assert gate.unready() == "receives no position"
+    robot.run(1.5)
+    assert gate.unready() is None
+    robot.run(2.5)
+    assert gate.unready() == "receives no position"
+    robot.run(3.5)
+    assert gate.unready() is None
 
 
 def test_there_is_a_position_before_it_is_lifted() -> None:

@@ -1,0 +1,1 @@
+"""What a step of the position estimator costs: `python -m benchmarks.estimator`."""
