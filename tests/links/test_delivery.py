@@ -101,7 +101,7 @@ class End:
             terms,
             board="rover",
             role=role,
-            takes_old=False,
+            takes_old=role == "body",
             log=lambda _: None,
             time=lambda: self.now + self.ahead,
         )
@@ -125,7 +125,7 @@ class End:
         self.now = now
         self.inbox.extend(arrived)
         events: Sequence[Bag] = self.link.events()
-        self.link.between_steps(now + self.ahead, 0)
+        self.link.between_steps(now, 0)
         return [[(port.name.replace(":", "."), value) for port, value in bag] for bag in events]
 
 
@@ -244,3 +244,65 @@ def test_an_order_that_no_repetition_brings_is_a_failsafe_and_later_ones_enter()
     pair.tick("mind.order")
     pair.settle()
     assert pair.of("mind.order", pair.entered)[-1] == pair.of("mind.order", pair.left)[-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_an_end_that_is_started_again_takes_orders_from_then_on(seed: int) -> None:
+    how = Impairment(delay=20 * MILLISECOND, jitter=20 * MILLISECOND, loss=0.05, seed=seed)
+    pair = Pair(how)
+    for _ in range(50):
+        pair.tick("mind.order", "mind.state")
+    pair.body = End("body", pair.ways[1], 99 * SECOND, TERMS)
+    pair.entered.clear()
+    while not (pair.is_good_to(pair.mind) and pair.is_good_to(pair.body)):
+        pair.tick("mind.sample")
+        assert pair.now < 60 * SECOND, "they meet again"
+    pair.settle()
+    assert pair.of("mind.state", pair.entered) == [50], "what is retained, once"
+    begins = len(pair.left)
+    for _ in range(50):
+        pair.tick("mind.order")
+    pair.settle()
+    orders = pair.of("mind.order", pair.entered)
+    assert orders[-50:] == pair.of("mind.order", pair.left[begins:])
+    before = pair.of("mind.order", pair.left[:begins])
+    assert orders[:-50] == before[len(before) - len(orders[:-50]) :], (
+        "the last that had not arrived"
+    )
+    assert pair.body.bad == []
+
+
+@pytest.mark.slow
+def test_a_session_of_two_days_with_clocks_that_drift_stays_as_it_was() -> None:
+    pair = Pair(Impairment(delay=5 * MILLISECOND, jitter=5 * MILLISECOND, seed=3))
+    hour, drift = 3600 * SECOND, 50 * 3600 * 1000  # 50 ppm of an hour, ns
+    for peer in (pair.mind.link.peer, pair.body.link.peer):
+        peer._counter = 48 * hour // TICK
+    for _ in range(48):
+        for _ in range(20):
+            pair.tick("mind.order", "mind.sample")
+        for _ in range(900):  # an estimate is forgotten within eight seconds
+            pair.body.ahead += drift // 900
+            pair.tick()
+    pair.settle()
+    assert (pair.body.bad, pair.mind.bad) == ([], [])
+    assert pair.of("mind.order", pair.entered) == pair.of("mind.order", pair.left)
+    assert all(age < SECOND for age in pair.body.link.ages.values())
+
+
+@pytest.mark.slow
+def test_a_sender_whose_clock_goes_back_drives_nothing() -> None:
+    pair = Pair(Impairment(delay=5 * MILLISECOND, seed=1))
+    pair.mind.ahead = 30 * SECOND
+    for _ in range(100):
+        pair.tick("mind.sample")
+    pair.mind.ahead -= 5 * SECOND
+    for _ in range(10):  # what is under way
+        pair.tick()
+    pair.entered.clear()
+    for _ in range(4 * SECOND // TICK):
+        pair.tick("mind.sample", "mind.order")
+    assert len(pair.body.bad) > 0
+    assert pair.entered == []
+    assert pair.body.link.counts.own[Reason.WENT_BACK] > 0

@@ -115,9 +115,10 @@ class Outbox:
 
     def begin_again(self) -> None:
         """There is another peer: it has none of what was sent before."""
-        for port, latest in self._latest.items():
-            waiting = self._open.setdefault(port, deque())
-            if not waiting and (port not in self._ordered or port in self._retained):
+        for port, waiting in self._open.items():
+            latest = self._latest.get(port)
+            is_of_use = port not in self._ordered or port in self._retained
+            if not waiting and is_of_use and latest is not None:
                 waiting.append(latest)
             for message in waiting:
                 message.counter = 0
