@@ -49,5 +49,10 @@ def known_names() -> list[str]:
     return [*kinds.names(), *own_names()]
 
 
+def settings_place() -> Path:
+    """The directory of the settings in force."""
+    return _directory()
+
+
 def _directory() -> Path:
     return Path(os.environ.get(PLACE) or SETTINGS)

@@ -57,6 +57,8 @@ class PidLoop:
     limit: Number
     """The command is kept within plus and minus this."""
     period_s: Number
+    step: Number = _one
+    """A typical step of the reference: m, or rad."""
     delay_s: Number = _nothing
     """What the settings put between the command and the actuators, beside the plant's own."""
 

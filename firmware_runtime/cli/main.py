@@ -64,6 +64,7 @@ VERBS = {
     "experiment": "experiment",
     "identify": "identify",
     "sweep": "sweep",
+    "tune": "tune",
     "doctor": "doctor",
     "deploy": "deploy",
     "new": "new",

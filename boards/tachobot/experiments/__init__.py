@@ -133,11 +133,24 @@ CIRCLE: Final = OwnExperiment(
     run="boards.tachobot.experiments.circle:run",
 )
 
+SMITH: Final = OwnExperiment(
+    title="The loop behind 80 ms, with a Smith predictor and without",
+    published=(
+        f"{PAPER}, section 6, on the delays of Figures 12 and 13.",
+        "An almost constant delay can be compensated, as with a Smith predictor, says the text.",
+        "It shows no such loop.",
+    ),
+    settings={"controller.yaw.reference_rad": 0.0},
+    stages=("simulation",),
+    run="boards.tachobot.experiments.smith:run",
+)
+
 EXPERIMENTS: Final[Mapping[str, Experiment]] = {
     "yaw-step": YAW_STEP,
     "network-yaw-step": NETWORK_YAW_STEP,
     "square-wave": SQUARE_WAVE,
     "identification": IDENTIFICATION,
+    "smith": SMITH,
     "embedded-step-friction": EMBEDDED_STEP_FRICTION,
     "circle": CIRCLE,
 }

@@ -38,12 +38,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--from", type=Path, required=True, metavar="RUN", dest="run", help="what to identify from"
     )
-    verb.add_argument(
-        "--since",
-        type=_instant,
-        metavar="SECONDS",
-        help="leave out what was measured before this second, as while motors start",
-    )
+    add_since(verb)
     verb.add_argument(
         "-o",
         "--output",
@@ -52,6 +47,16 @@ def add_to(verbs: SubParsers) -> None:
         help="write FILE.json for `tune --plant` and programs, or FILE.html for people",
     )
     verb.add_argument("--json", action="store_true", help="print the numbers as JSON")
+
+
+def add_since(verb: argparse.ArgumentParser) -> None:
+    """Add --since, of a run that is identified from."""
+    verb.add_argument(
+        "--since",
+        type=_instant,
+        metavar="SECONDS",
+        help="leave out what was measured before this second, as while motors start",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -1,0 +1,1 @@
+"""How often the gains of `tune` are better than the shipped ones, on runs they have not seen."""
