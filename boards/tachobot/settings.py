@@ -216,6 +216,8 @@ class WorldSettings(Settings, frozen=True):
     gyro_noise_rad_s: NotNegative
     field_noise_t: NotNegative
     seed: Annotated[int, Meta(ge=0)]
+    solver: Literal["exact", "qss2", "qss3"] = "exact"
+    """In closed form, or as a DEVS model of quantized integrators: docs/qss.md."""
     accelerometer_noise_m_s2: NotNegative = 0.0
     """Standard deviation per sample on each axis."""
     accelerometer_bias_m_s2: float = 0.0

@@ -35,6 +35,11 @@ class PropellerPairs:
         self._settled: Sequence[float] = ()
         self.hold((0.0,) * MOTORS)
 
+    @property
+    def duties(self) -> Sequence[float]:
+        """What drives the motors now."""
+        return self._duties
+
     def hold(self, duties: Sequence[float]) -> None:
         """Drive the motors with these duties from now on."""
         if duties != self._duties:

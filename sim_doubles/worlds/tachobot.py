@@ -16,6 +16,7 @@ that sags, an IMU mounted off centre.
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 from firmware_runtime.devs.time import SECOND, format_time
 from sim_doubles.inertial_truth import BodyMotion, InertialTruth, Vector
@@ -45,8 +46,7 @@ class TachobotWorld:
     ) -> None:
         self._duties = duties
         self._propellers = PropellerPairs(parameters.pair_thrust_n, parameters.motor_lag_s)
-        body = Hovering if parameters.mounting == "free" else Turntable
-        self._body: Hovering | Turntable = body(parameters)
+        self._body = _body_of(parameters)
         self._gyro_bias = parameters.gyro_bias_rad_s
         self._gyro_noise = InstantNoise("gyro", parameters.seed, parameters.gyro_noise_rad_s)
         self._field_noise = InstantNoise("field", parameters.seed, parameters.field_noise_t)
@@ -129,3 +129,32 @@ class TachobotWorld:
             self._sound_duties = tuple(duties)
             self._propellers.hold(duties)
         return self._propellers
+
+
+class Body(Protocol):
+    """How TachoBot moves under its propellers, at rest at first."""
+
+    @property
+    def turn(self) -> tuple[float, float]:
+        """Yaw and its rate."""
+
+    @property
+    def state(self) -> TachobotState:
+        """Where it is now."""
+
+    def acceleration(self, driven: Callable[[], PropellerPairs], /) -> tuple[float, float]:
+        """Forward and left, in m/s2, now."""
+
+    def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
+        """Move for `elapsed_s` as these push, which stay as they are."""
+
+
+def _body_of(parameters: TachobotParameters) -> Body:
+    """The body by its mounting, and by the way in which its motion is worked out."""
+    if parameters.solver != "exact":
+        from sim_doubles.worlds.quantized import (  # noqa: PLC0415 -- few runs load its blocks
+            QuantizedBody,
+        )
+
+        return QuantizedBody(parameters, parameters.solver)
+    return Hovering(parameters) if parameters.mounting == "free" else Turntable(parameters)

@@ -5,7 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
-__all__ = ["Mounting", "TachobotParameters", "TachobotState"]
+__all__ = ["Mounting", "Solver", "TachobotParameters", "TachobotState"]
+
+Solver = Literal["exact", "qss2", "qss3"]
+"""In closed form, or as a DEVS model of quantized integrators (`quantized`)."""
 
 Mounting = Literal["platform", "free"]
 """On the rotating platform only yaw moves; free, hovering on its central propeller, all three."""
@@ -69,6 +72,7 @@ class TachobotParameters:
     seed: int = 1
     """Chooses the noise."""
     mounting: Mounting = "platform"
+    solver: Solver = "exact"
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -90,5 +94,7 @@ class TachobotParameters:
                 f"static_friction_nm is {self.static_friction_nm}, expected at least "
                 f"coulomb_friction_nm, which is {self.coulomb_friction_nm}"
             )
+        if self.solver not in get_args(Solver):
+            yield f"solver is {self.solver!r}, expected one of {get_args(Solver)}"
         if self.mounting not in get_args(Mounting):
             yield f"mounting is {self.mounting!r}, expected one of {get_args(Mounting)}"
