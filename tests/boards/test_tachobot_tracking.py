@@ -177,6 +177,7 @@ def test_a_saturated_position_command_leaves_yaw_what_it_asks_for() -> None:
     for each, command in zip(forces[-1000:], commands[-1000:], strict=True):
         f1, f2, f3, f4 = each
         assert (f1 - f2 + f3 - f4) / 2 == pytest.approx(command, abs=1e-9)
+        assert max(map(abs, each)) <= 0.4 + 1e-9
         saturated += max(map(abs, each)) > 0.4 - 1e-9
     assert saturated > 100
     assert robot.rig.world.state(round(20.1 * SECOND)).yaw_rad == pytest.approx(1.0, abs=0.1)

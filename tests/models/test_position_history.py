@@ -87,8 +87,6 @@ def test_positions_that_come_late_and_out_of_order_count_as_if_they_had_come_at_
         late.add(Span(*span))
         at_once.insert([fix for came, _, fix in fixes if came == n])
         late.insert([fix for _, came, fix in fixes if came == n])
-    for kept in (at_once, late):
-        kept.insert([])
     came = max(came for _, came, _ in fixes)
     for n in range(200, came + 1):
         span = (n * TICK, (n + 1) * TICK, spans[-1][2])
@@ -167,3 +165,18 @@ def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
         assert offset == pytest.approx(0.0, abs=0.01)
         assert kept.state.planar.position == pytest.approx(1j * y, abs=0.02)
         assert abs(kept.state.planar.bias) < 0.02
+
+
+def test_two_positions_between_two_samples_count_in_the_order_of_their_origin() -> None:
+    body, both_ways = Body(6), (history(), history())
+    for _ in range(20):
+        begin, sample = body.at, body.tick()
+        for kept in both_ways:
+            kept.add(Span(begin, begin + TICK, sample))
+    early = Taken(body.at - 6_000_000, body.seen(), may_restart=False)
+    late = Taken(body.at - 2_000_000, PositionFix(0.3, 0.1, 0.0), may_restart=False)
+    both_ways[0].insert([early, late])
+    both_ways[1].insert([late])
+    both_ways[1].insert([early])
+    assert both_ways[0].state is not None
+    assert both_ways[0].state == both_ways[1].state
