@@ -91,6 +91,8 @@ class ArenaTable(Settings, frozen=True):
     radar_compass_offset_deg: float
     body_compass_offset_deg: float
     seed: Annotated[int, Meta(ge=0)]
+    solver: Literal["exact", "qss2"] = "exact"
+    """The vehicle's motion in closed form, or as a DEVS model of quantized integrators."""
     radar_compass_stuck_s: SecondsOrNone | None = None
     body_compass_stuck_s: SecondsOrNone | None = None
     low_obstacles: tuple[tuple[float, float, float], ...] = ()

@@ -27,6 +27,8 @@ that is weakened, takes time, glances off, is shadowed or received by the other 
 """
 
 import math
+from collections.abc import Callable
+from typing import Protocol
 
 from sim_doubles.worlds.arena_compass import Compass, Direction
 from sim_doubles.worlds.arena_geometry import Beam, Shape
@@ -56,7 +58,7 @@ class Arena:
         head_drive: HeadDrive,
     ) -> None:
         self.parameters = parameters
-        self._vehicle = Vehicle(parameters, wheel_angles, wheels_change_at)
+        self._vehicle = _vehicle_of(parameters)(parameters, wheel_angles, wheels_change_at)
         self._head = RadarHead(parameters, head_drive)
         self._radar_compass = self._compass("radar", self._radar_direction_rad)
         self._body_compass = self._compass("body", self._body_direction_rad)
@@ -137,3 +139,30 @@ class Arena:
             offset_deg=getattr(parameters, f"{name}_compass_offset_deg"),
             stuck_s=getattr(parameters, f"{name}_compass_stuck_s"),
         )
+
+
+class _Drives(Protocol):
+    """How the vehicle moves under its wheels."""
+
+    @property
+    def collided(self) -> bool:
+        """Whether it has touched anything."""
+
+    def pose(self, at: int) -> Pose:
+        """Where it is, or was."""
+
+    def advance(self, at: int) -> None:
+        """Let new commands count from an instant on."""
+
+
+def _vehicle_of(
+    parameters: ArenaParameters,
+) -> Callable[[ArenaParameters, WheelAngles, WheelsChangeAt], _Drives]:
+    """The class of vehicle, by the way in which its motion is worked out."""
+    if parameters.solver == "exact":
+        return Vehicle
+    from sim_doubles.worlds.arena_quantized import (  # noqa: PLC0415 -- few runs load its blocks
+        QuantizedVehicle,
+    )
+
+    return QuantizedVehicle

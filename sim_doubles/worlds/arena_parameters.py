@@ -13,6 +13,9 @@ __all__ = ["ArenaParameters", "CompassMounting"]
 CompassMounting = Literal["inverted", "upright"]
 """Inverted, a compass lies on its face: its angles grow anticlockwise seen from above."""
 
+Solver = Literal["exact", "qss2"]
+"""The vehicle's motion in closed form, or as a DEVS model of quantized integrators."""
+
 _POSITIVE: Final = (
     "target_radius_m",
     "wheel_radius_m",
@@ -99,6 +102,7 @@ class ArenaParameters:
     body_compass_stuck_s: float = math.inf
     seed: int = 1
     """Chooses the noise and the slip."""
+    solver: Solver = "exact"
 
     def __post_init__(self) -> None:
         faults = [*self._number_faults(), *self._choice_faults(), *self._place_faults()]
@@ -160,6 +164,8 @@ class ArenaParameters:
                 f"sonar_farthest_m is {self.sonar_farthest_m}, expected more than "
                 f"sonar_nearest_m, which is {self.sonar_nearest_m}"
             )
+        if self.solver not in get_args(Solver):
+            yield f"solver is {self.solver!r}, expected one of {get_args(Solver)}"
         if self.compass_mounting not in get_args(CompassMounting):
             choice = get_args(CompassMounting)
             yield f"compass_mounting is {self.compass_mounting!r}, expected one of {choice}"

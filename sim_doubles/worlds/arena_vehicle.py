@@ -19,7 +19,7 @@ from sim_doubles.worlds.arena_parameters import ArenaParameters
 from sim_doubles.worlds.arena_past import Past
 from sim_doubles.worlds.noise import InstantNoise
 
-__all__ = ["Pose", "Vehicle", "WheelAngles", "WheelsChangeAt"]
+__all__ = ["Pose", "Vehicle", "WheelAngles", "WheelsChangeAt", "gears"]
 
 WheelAngles: TypeAlias = Callable[[int], tuple[float, float]]
 """How far the right and the left wheel have turned forward by an instant, in rad."""
@@ -83,7 +83,7 @@ class Vehicle:
         self._parameters = parameters
         self._wheel_angles = wheel_angles
         self._wheels_change_at = wheels_change_at
-        self._right_m_per_rad, self._left_m_per_rad = _gears(parameters)
+        self._right_m_per_rad, self._left_m_per_rad = gears(parameters)
         self._past: Past[_Arc] = Past()
         # The arc under way
         self._since = 0
@@ -153,7 +153,7 @@ class Vehicle:
         return self._contact_m / way_m if way_m else 0.0
 
 
-def _gears(parameters: ArenaParameters) -> tuple[float, float]:
+def gears(parameters: ArenaParameters) -> tuple[float, float]:
     """The way of the right and of the left tread for each rad of their wheels."""
     more, less, _ = InstantNoise("slip", parameters.seed, parameters.slip_std).at(0)
     radius_m = parameters.wheel_radius_m

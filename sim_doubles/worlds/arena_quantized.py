@@ -1,0 +1,161 @@
+"""The vehicle as a DEVS model of quantized integrators, a simulator of its own.
+
+The same motion as `arena_vehicle`: between two changes of the wheels both turn evenly, so the speed
+and the rate of turning are input values that hold; place and heading are integrated. Contact is the
+zero crossing of the distance to what stands about, and stops the vehicle for good. The polynomials
+that have held are remembered, for sensors that ask late.
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from typing import Final
+
+from firmware_runtime.devs.time import SECOND, format_time
+from firmware_runtime.models.qss import Segment, Simulation, System, When
+from sim_doubles.worlds.arena_geometry import Circle, Shape
+from sim_doubles.worlds.arena_parameters import ArenaParameters
+from sim_doubles.worlds.arena_past import KEPT
+from sim_doubles.worlds.arena_vehicle import Pose, WheelAngles, WheelsChangeAt, gears
+
+__all__ = ["QUANTUM", "QuantizedVehicle"]
+
+QUANTUM: Final = 1e-5
+"""Of x and y in m, of the heading in rad."""
+
+_SHORTEST: Final = 1000
+"""From a shorter time, in ns, no speed can be told."""
+
+_Log = deque[tuple[int, Segment]]
+
+
+class QuantizedVehicle:
+    """Stands at its start at instant 0; instants are ns."""
+
+    def __init__(
+        self,
+        parameters: ArenaParameters,
+        wheel_angles: WheelAngles,
+        wheels_change_at: WheelsChangeAt,
+    ) -> None:
+        self._track_m = parameters.track_width_m
+        self._gears = gears(parameters)
+        self._wheel_angles, self._wheels_change_at = wheel_angles, wheels_change_at
+        self._simulation = Simulation(_system(parameters))
+        self._logs = [self._log(name) for name in ("x", "y", "heading")]
+        self._simulation.advance(0)
+        # The even motion under way
+        self._since = 0
+        self._angles = wheel_angles(0)
+        self._has_speed = False
+
+    @property
+    def collided(self) -> bool:
+        """Whether it has touched anything, up to the latest instant read."""
+        return self._simulation.model.held["touched"].value > 0.0
+
+    def pose(self, at: int) -> Pose:
+        """Where it is, or was, at an instant."""
+        self._go_on(at)
+        return Pose(*(_value(log, at) for log in self._logs))
+
+    def advance(self, at: int) -> None:
+        """Begin another even motion at an instant. Raises ValueError if the last began later."""
+        if at < self._since:
+            raise ValueError(
+                f"arena: advanced to {format_time(at)}, expected an instant not before the last "
+                f"change at {format_time(self._since)}"
+            )
+        self._go_on(at)
+        self._end(at)
+
+    def _go_on(self, at: int) -> None:
+        if at < self._since:
+            return
+        while (change_at := self._wheels_change_at(self._since)) <= at:
+            self._end(change_at)
+        self._run(at)
+
+    def _end(self, at: int) -> None:
+        """Come to the end of an even motion."""
+        self._run(at)
+        self._since, self._angles, self._has_speed = at, self._wheel_angles(at), False
+
+    def _run(self, at: int) -> None:
+        if not self._has_speed:
+            if at - self._since < _SHORTEST:
+                return
+            self._set_speeds(at)
+        self._simulation.advance(max(at, self._simulation.now))
+
+    def _set_speeds(self, at: int) -> None:
+        """From how far the wheels have turned since they changed."""
+        elapsed_s = (at - self._since) / SECOND
+        angles = zip(self._wheel_angles(at), self._angles, self._gears, strict=True)
+        right, left = ((now - then) * gear / elapsed_s for now, then, gear in angles)
+        simulation, ports = self._simulation, self._simulation.model.in_ports
+        simulation.advance(max(self._since, simulation.now))
+        simulation.simulator.inject(ports["speed"], Segment(0.5 * (right + left)))
+        simulation.simulator.inject(ports["turning"], Segment((right - left) / self._track_m))
+        simulation.simulator.advance(simulation.now)
+        self._has_speed = True
+
+    def _log(self, name: str) -> _Log:
+        log: _Log = deque(maxlen=KEPT)
+        integrator = self._simulation.model.integrators[name]
+        integrator.sends_state = True
+        self._simulation.simulator.listen(
+            integrator.state, lambda at, segment: log.append((at, segment))
+        )
+        log.append((0, Segment(integrator.value_at(0))))
+        return log
+
+
+def _value(log: _Log, at: int) -> float:
+    for since, segment in reversed(log):
+        if since <= at:
+            return segment.at((at - since) / SECOND)
+    raise ValueError(
+        f"arena: read at {format_time(at)}, expected an instant of the run no further back "
+        f"than {KEPT} changes of a motion"
+    )
+
+
+def _system(parameters: ArenaParameters) -> System:
+    x_m, y_m = parameters.start
+    return System(
+        states={
+            "x": x_m,
+            "y": y_m,
+            "heading": math.radians(90.0 - parameters.start_bearing_deg),
+        },
+        equations={
+            "x": "0 if touched else speed * cos(heading)",
+            "y": "0 if touched else speed * sin(heading)",
+            "heading": "0 if touched else turning",
+        },
+        method="QSS2",
+        quantum=QUANTUM,
+        discrete={"speed": 0.0, "turning": 0.0, "touched": 0.0},
+        events=list(_contacts(parameters)),
+        name="vehicle",
+    )
+
+
+def _contacts(parameters: ArenaParameters) -> Iterator[When]:
+    for shape in parameters.shapes:
+        square, least = _distance(shape, parameters.body_radius_m)
+        yield When(f"{square} crosses {least * least!r} falling", touched=1)
+
+
+def _distance(shape: Shape, body_m: float) -> tuple[str, float]:
+    """The square of the centre's distance to a shape, and how small the distance may become."""
+    if isinstance(shape, Circle):
+        square = f"(x - ({shape.x_m!r})) ** 2 + (y - ({shape.y_m!r})) ** 2"
+        return square, shape.radius_m + body_m
+    dx, dy = shape.x2_m - shape.x1_m, shape.y2_m - shape.y1_m
+    from_x, from_y = f"(x - ({shape.x1_m!r}))", f"(y - ({shape.y1_m!r}))"
+    foot = f"({from_x} * ({dx!r}) + {from_y} * ({dy!r})) / {dx * dx + dy * dy!r}"
+    share = f"min(max({foot}, 0), 1)"
+    square = f"({from_x} - {share} * ({dx!r})) ** 2 + ({from_y} - {share} * ({dy!r})) ** 2"
+    return square, body_m
