@@ -28,7 +28,7 @@ KERNEL: Final = "linux-image-amd64"
 BOOT_MODULES: Final = ("virtio_pci", "virtio_blk", "ext4", "virtio_console")
 MODULES: Final = (*BOOT_MODULES, "vhci-hcd", "i2c-tiny-usb", "i2c-dev", "veth", "sch_netem")
 NOTHING_LATER: Final = ("-E", "lazy_itable_init=0,lazy_journal_init=0")
-SIZE: Final = "900M"
+SIZE: Final = "1400M"
 
 
 class Image(NamedTuple):

@@ -1,7 +1,7 @@
 """The virtual machine: QEMU started, its lines read, and ended whatever happens."""
 
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from select import select
@@ -41,13 +41,13 @@ def accelerator(image: Image) -> str:
 
 @contextmanager
 def booted(
-    image: Image, carried: Path, logs: Path, accel: str, limit_s: float
+    image: Image, carried: Sequence[Path], logs: Path, accel: str, limit_s: float
 ) -> Iterator[Iterator[str]]:
     """Boot the guest; yields the lines that its checks write, until it powers itself off.
 
-    Nothing the guest does reaches the image, but it outlives a reboot. The lines end early when
-    `limit_s` is over or none came for SILENCE_S (the first: BOOT_S); the machine ends with the
-    block.
+    `carried` are disks that it only reads. Nothing the guest does reaches the image, but it
+    outlives a reboot. The lines end early when `limit_s` is over or none came for SILENCE_S (the
+    first: BOOT_S); the machine ends with the block.
     """
     command = _command(image, carried, logs, accel)
     with (logs / "qemu.log").open("wb") as errors:
@@ -75,11 +75,12 @@ def _lines(output: IO[bytes], give_up_at: float) -> Iterator[str]:
         yield line.decode(errors="replace").rstrip("\n")
 
 
-def _command(image: Image, carried: Path, logs: Path, accel: str) -> list[str]:
+def _command(image: Image, carried: Sequence[Path], logs: Path, accel: str) -> list[str]:
+    drives = [f"if=virtio,format=raw,readonly=on,file={disk}" for disk in carried]
     return [
         *(*_machine(accel, image), "-append", KERNEL_LINE),
         *("-drive", f"if=virtio,format=raw,snapshot=on,file={image.disk}"),
-        *("-drive", f"if=virtio,format=raw,readonly=on,file={carried}"),
+        *(word for drive in drives for word in ("-drive", drive)),
         *("-serial", f"file:{logs / 'console.log'}"),
         *("-device", "virtio-serial"),
         *("-chardev", f"file,id=journal,path={logs / 'journal.log'}"),

@@ -20,7 +20,7 @@ from tests.vm.commands import Unbuildable, show
 from tests.vm.image import Image, build, image_in
 from tests.vm.machine import accelerator, booted
 from tests.vm.tally import Tally
-from tests.vm.wheels import write_carried
+from tests.vm.wheels import write_carried, write_ros
 
 HOME: Final = Path(__file__).parents[2] / "build" / "vm"
 LIMIT_S: Final = 2400.0
@@ -47,6 +47,7 @@ def main() -> int:
         image = _image()
         with _stage("wheel and checks"):
             write_carried(HOME / "carried.tar", HOME, sys.argv[1:])
+            write_ros(HOME / "ros.tar", image.python.read_text(encoding="ascii"))
     except Unbuildable as error:
         show(f"vm-test: {error}")
         return 1
@@ -101,7 +102,8 @@ def _checks(image: Image) -> int:
 
 def _boot(image: Image, logs: Path, accel: str) -> Tally:
     tally = Tally()
-    with _stage("checks"), booted(image, HOME / "carried.tar", logs, accel, LIMIT_S) as lines:
+    disks = [disk for disk in (HOME / "carried.tar", HOME / "ros.tar") if disk.exists()]
+    with _stage("checks"), booted(image, disks, logs, accel, LIMIT_S) as lines:
         for line in lines:
             tally.take(line)
     return tally

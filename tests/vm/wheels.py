@@ -43,6 +43,27 @@ def write_carried(disk: Path, work: Path, only: Sequence[str]) -> None:
         archive.add(HERE / "guest", "tests/vm/guest", filter=_is_source)
 
 
+def write_ros(disk: Path, python: str) -> None:
+    """Write what .venv-ros has as a tar archive, a second disk for the guest.
+
+    There is none where the host has no such environment for this version of Python.
+    """
+    disk.unlink(missing_ok=True)
+    environment = PROJECT / ".venv-ros"
+    if not (environment / f"lib/python{python}/site-packages/rclpy").exists():
+        return
+    with tarfile.open(disk, "w") as archive:
+        for name in ("lib", "share"):
+            if (environment / name).exists():
+                archive.add(environment / name, name, filter=_is_of_ros)
+
+
+def _is_of_ros(member: tarfile.TarInfo) -> tarfile.TarInfo | None:
+    """All but this program, which the guest lays there itself, and pip."""
+    name = member.name.partition("site-packages/")[2]
+    return None if name.startswith(("__editable__", "firmware_runtime", "pip")) else member
+
+
 def _is_source(member: tarfile.TarInfo) -> tarfile.TarInfo | None:
     return None if "__pycache__" in member.name else member
 

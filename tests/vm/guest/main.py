@@ -12,6 +12,7 @@ from tests.vm.guest import (
     journal,
     network,
     overload,
+    ros,
     service,
     setup,
 )
@@ -27,6 +28,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     *contact.BESIDE_A_RUN,
     *journal.CHECKS,
     *death.CHECKS,
+    *ros.CHECKS,
     *overload.CHECKS,
     *service.TWO_ROBOTS,
     *end.CHECKS,
