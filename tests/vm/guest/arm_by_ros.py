@@ -1,12 +1,17 @@
-"""Calls the service `arm` of TachoBot's node once; in the interpreter of the ROS environment."""
+"""Calls the service `arm` of TachoBot's node until it is armed; in the ROS environment.
+
+Starting takes long where the guest is emulated, so one process asks again and again.
+"""
 
 import sys
+from time import monotonic
 from typing import Final
 
 import rclpy
 from std_srvs.srv import Trigger
 
-PATIENCE_S: Final = 60.0
+PATIENCE_S: Final = 120.0
+ANSWER_S: Final = 20.0
 
 
 def main() -> int:
@@ -17,11 +22,16 @@ def main() -> int:
     if not client.wait_for_service(PATIENCE_S):
         sys.stdout.write("no service /tachobot/arm\n")
         return 1
-    answer = client.call_async(Trigger.Request())
-    rclpy.spin_until_future_complete(node, answer, timeout_sec=PATIENCE_S)
-    response = answer.result() if answer.done() else None
-    sys.stdout.write("no answer\n" if response is None else f"{response.message}\n")
-    return 0 if response is not None and response.success else 1
+    give_up_at, said = monotonic() + PATIENCE_S, "no answer"
+    while monotonic() < give_up_at:
+        answer = client.call_async(Trigger.Request())
+        rclpy.spin_until_future_complete(node, answer, timeout_sec=ANSWER_S)
+        if answer.done():
+            said = answer.result().message
+            if answer.result().success:
+                return 0
+    sys.stdout.write(f"{said}\n")
+    return 1
 
 
 if __name__ == "__main__":

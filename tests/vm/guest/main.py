@@ -28,11 +28,12 @@ CHECKS: Final[tuple[Check, ...]] = (
     *contact.BESIDE_A_RUN,
     *journal.CHECKS,
     *death.CHECKS,
-    *ros.CHECKS,
     *overload.CHECKS,
     *service.TWO_ROBOTS,
     *end.CHECKS,
 )
+BY_NAME: Final[tuple[Check, ...]] = ros.CHECKS
+"""Those that are carried out only where their module is named: they take minutes more."""
 NEXT: Final = Path("/var/lib/vm-checks-next")
 ONLY: Final = CARRIED / "only"
 """Names of modules of checks, where not all of them are wanted."""
@@ -49,11 +50,12 @@ def main() -> None:
 
 
 def _wanted() -> Sequence[Check]:
-    """The checks of the modules that were named, after the set-up; all where none were."""
+    """The checks of the modules that were named, after the set-up; all of CHECKS if none were."""
     names = ONLY.read_text(encoding="utf-8").split()
     if not names:
         return CHECKS
-    return [each for each in CHECKS if each.__module__.split(".")[-1] in ("setup", *names)]
+    known = (*CHECKS, *BY_NAME)
+    return [each for each in known if each.__module__.split(".")[-1] in ("setup", *names)]
 
 
 if __name__ == "__main__":
