@@ -69,7 +69,8 @@ class Function(Atomic):
         self._value, self._conditions = program.value, program.conditions
         self._sides = [False] * len(program.conditions)
         self._reads_time = program.reads_time
-        self._tolerance, self._longest_s = tolerance, longest_s
+        self._tolerance = tolerance if callable(tolerance) else float(tolerance)
+        self._longest_s = float(longest_s)
         self._at = 0
         self._segment = Segment(0.0)
         self._renewed_in = inf

@@ -67,7 +67,7 @@ def solve(
     The values are those of the states' polynomials, not interpolated. Raises ConfigError for times
     that do not ascend from 0 on; ModelError where the equations cannot be gone on with.
     """
-    at = list(times) if times is not None else _spread(until, samples)
+    at = [float(each) for each in times] if times is not None else _spread(until, samples)
     instants = [whole_ns(each) for each in at]
     if instants != sorted(instants) or any(each < 0 for each in instants):
         raise ConfigError.of_one("solve", "times do not ascend; expected instants from 0 s on")

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
+from numbers import Real
 from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
@@ -110,6 +111,10 @@ class System:
         faults = list(dict.fromkeys([*self._name_faults(), *self._number_faults(), *self._texts()]))
         if faults:
             raise ConfigError(self.name, faults)
+        for name in ("states", "discrete", "parameters", "quantum", "relative_quantum"):
+            object.__setattr__(self, name, _plain(getattr(self, name)))
+        if self.horizon_s is not None:
+            object.__setattr__(self, "horizon_s", float(self.horizon_s))
 
     @property
     def integrator(self) -> type[Integrator]:
@@ -164,7 +169,7 @@ class System:
             yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
         for group in ("states", "discrete", "parameters"):
             for name, value in getattr(self, group).items():
-                if not isinstance(value, float | int) or not isfinite(value):
+                if not isinstance(value, Real) or not isfinite(value):
                     yield f"{group}: {name} is {value!r}; expected a finite number"
         for name in self.states:
             if not 0.0 < self.quantum_of(name) < float("inf"):
@@ -225,3 +230,10 @@ class System:
 
 def _of(given: float | Mapping[str, float], name: str, otherwise: float) -> float:
     return given.get(name, otherwise) if isinstance(given, Mapping) else given
+
+
+def _plain(given: float | Mapping[str, float]) -> float | dict[str, float]:
+    """Floats in place of numbers of other kinds, such as numpy's."""
+    if isinstance(given, Mapping):
+        return {name: float(value) for name, value in given.items()}
+    return float(given)
