@@ -60,6 +60,8 @@ class LinePlot:
     up_ends: Ends | None = None
     width: float = WIDTH
     height: float = HEIGHT
+    has_equal_scales: bool = False
+    """Whether a unit is as long across as it is up, as on a map."""
     is_nested: bool = False
     """Whether each curve is thinner than the one before, so that equal ones can all be seen."""
 
@@ -72,7 +74,7 @@ class LinePlot:
 
     def svg(self) -> Element:
         """The picture."""
-        across, up = self.reach
+        across, up = self._ends()
         x = _Axis(*across, _LEFT, self.width - _RIGHT)
         y = _Axis(*up, self.height - _BOTTOM, _TOP)
         return element(
@@ -91,6 +93,15 @@ class LinePlot:
             role="img",
             aria_label=self.title,
         )
+
+    def _ends(self) -> tuple[Ends, Ends]:
+        """Where the axes end; with equal scales the shorter one shows more on both sides."""
+        across, up = self.reach
+        if not self.has_equal_scales:
+            return across, up
+        wide, high = self.width - _LEFT - _RIGHT, self.height - _BOTTOM - _TOP
+        unit = max((across[1] - across[0]) / wide, (up[1] - up[0]) / high)
+        return _around(across, unit * wide), _around(up, unit * high)
 
     def text(self) -> str:
         """The file."""
@@ -141,6 +152,12 @@ class _Axis:
     def marks(self) -> list[float]:
         first, last = ceil(self.low / self._step - 1e-9), floor(self.high / self._step + 1e-9)
         return [number * self._step for number in range(first, last + 1)]
+
+
+def _around(ends: Ends, length: float) -> Ends:
+    """An axis of this length about the middle of another."""
+    middle = (ends[0] + ends[1]) / 2
+    return middle - length / 2, middle + length / 2
 
 
 def _ends(values: Sequence[float]) -> tuple[float, float]:

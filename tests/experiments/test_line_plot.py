@@ -68,3 +68,10 @@ def test_nested_curves_grow_thinner_and_the_reference_stays_as_it_is() -> None:
 
 def test_a_plot_of_nothing_is_drawn() -> None:
     assert "<svg" in LinePlot("empty", "s", "m", [Curve("none", [])]).text()
+
+
+def test_a_map_has_equal_scales() -> None:
+    square = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
+    drawn = polyline(LinePlot("t", "m", "m", [Curve("c", square)], has_equal_scales=True))
+    places = [tuple(map(float, each.split(","))) for each in (drawn.get("points") or "").split()]
+    assert places[1][0] - places[0][0] == pytest.approx(places[1][1] - places[2][1], abs=0.2)

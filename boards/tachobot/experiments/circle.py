@@ -207,7 +207,7 @@ def _plots(runs: Mapping[str, _Run]) -> Iterator[tuple[str, LinePlot]]:
             f"{suffix}-path".strip("-"),
             LinePlot(
                 f"Path, {name}", "x, m", "y, m", [goal, true],
-                across_ends=ends, up_ends=ends, width=520.0, height=518.0,
+                across_ends=ends, up_ends=ends, width=520.0, height=518.0, has_equal_scales=True,
             ),
         )  # fmt: skip
         curves = [

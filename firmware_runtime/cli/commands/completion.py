@@ -7,8 +7,10 @@ shell offers files.
 
 import argparse
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
+from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.in_force import known_names
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
@@ -149,6 +151,8 @@ class _Place:
             return map(str, action.choices)
         if action.dest == "board":
             return known_names()
+        if action.dest == "experiment":
+            return _experiments()
         if action.dest == "chips":
             return sorted(each.name for each in installed(CHIP_DOUBLES))
         return self._keys() if action.dest == "assignments" else ()
@@ -161,6 +165,17 @@ class _Place:
             return [f"{key}=" for key in _leaves(chosen_board(self._board).table)]
         except ConfigError:
             return ()
+
+
+def _experiments() -> list[str]:
+    """The experiments of every kind of board that can be read, and the word for all."""
+    from firmware_runtime.experiments.known import experiments_of  # noqa: PLC0415 -- for this alone
+
+    found = {ALL}
+    for name in known_names():
+        with suppress(ConfigError):
+            found.update(experiments_of(chosen_board(name)))
+    return sorted(found)
 
 
 def _positionals(parser: argparse.ArgumentParser) -> list[argparse.Action]:

@@ -40,7 +40,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "experiment", _SUMMARY, execute)
     verb.epilog = _ABOUT
     verb.add_argument(
-        "name", metavar="NAME", nargs="?", help=f"such as {LOOP}, or {ALL}; see --list"
+        "experiment", metavar="NAME", nargs="?", help=f"such as {LOOP}, or {ALL}; see --list"
     )
     add_board(verb, required=False)
     verb.add_argument("--list", action="store_true", help="name the experiments there are")
@@ -98,12 +98,12 @@ def _add_loop(verb: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Run what was chosen; write its files, print its figures."""
     if arguments.list:
-        return _list(arguments.board or arguments.name)
+        return _list(arguments.board or arguments.experiment)
     board = _chosen(arguments)
-    chosen = list(experiments_of(board)) if arguments.name == ALL else [arguments.name]
+    chosen = list(experiments_of(board)) if arguments.experiment == ALL else [arguments.experiment]
     with exit_on_signals(), _own_state(), _whole(arguments.output) as folder:
         trials = list(_trials(arguments, board, chosen, folder))
-        status, written = (_all if arguments.name == ALL else _one)(trials, folder)
+        status, written = (_all if arguments.experiment == ALL else _one)(trials, folder)
     for name in written:
         print(arguments.output / name)
     return status
@@ -179,7 +179,9 @@ def _choices(arguments: argparse.Namespace) -> Choices:
 
 def _chosen(arguments: argparse.Namespace) -> Board:
     """The board, if all that is needed was given and fits. Raises ConfigError."""
-    missing = [word for word in ("name", "board", "output") if getattr(arguments, word) is None]
+    missing = [
+        word for word in ("experiment", "board", "output") if getattr(arguments, word) is None
+    ]
     if missing:
         expected = "expected NAME, BOARD and -o FOLDER, or --list"
         raise ConfigError("experiment", [f"no {' and no '.join(missing)}; {expected}"])
@@ -194,7 +196,7 @@ def _chosen(arguments: argparse.Namespace) -> Board:
 
 def _name_faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
     """What is wrong with the experiment or its stage."""
-    known, name = experiments_of(board), arguments.name
+    known, name = experiments_of(board), arguments.experiment
     choices = [*known, ALL] if known else []
     if name == LOOP and not board.settings.roles:
         yield f"{board.name} has no table [roles] in its board.toml; expected one, for two ends"
@@ -209,14 +211,17 @@ def _name_faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
 
 def _loop_faults(arguments: argparse.Namespace) -> Iterator[str]:
     """What is wrong with options that only the loop has."""
-    if arguments.peer is not None and (arguments.name, arguments.stage) != (LOOP, Stage.REMOTE):
+    if arguments.peer is not None and (arguments.experiment, arguments.stage) != (
+        LOOP,
+        Stage.REMOTE,
+    ):
         yield f"--peer belongs to {LOOP} --stage remote: a step is watched where its world is"
     if (arguments.peer is None) != (arguments.key is None):
         yield "--peer and --key belong together; expected both or neither"
-    if arguments.every_s is not None and arguments.name not in {LOOP, ALL}:
+    if arguments.every_s is not None and arguments.experiment not in {LOOP, ALL}:
         yield f"--every belongs to {LOOP}"
-    if arguments.duration_s is not None and arguments.name not in {LOOP, ALL}:
-        yield f"--for: the board says how long {arguments.name} takes; leave it out"
+    if arguments.duration_s is not None and arguments.experiment not in {LOOP, ALL}:
+        yield f"--for: the board says how long {arguments.experiment} takes; leave it out"
 
 
 def _output_faults(output: Path) -> Iterator[str]:
