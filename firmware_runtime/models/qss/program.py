@@ -86,19 +86,20 @@ def compile_allowance(tree: ast.expr, layout: Layout, quanta: Quanta) -> Code:
 
     A quarter of that, to first order: the sum of |partial derivative| times quantum.
     """
-    body = _Body(layout, 2, [])
+    body, least, share = _Body(layout, 2, []), float(quanta.least), float(quanta.relative)
     total = "0.0"
-    for name, (absolute, relative) in quanta.of_inputs.items():
+    for name, width_of in quanta.of_inputs.items():
+        absolute, relative = map(float, width_of)
         if name not in names_of(tree):
             continue
         body.moving = name
         slope = body.series(tree)[1]
         width = f"max({absolute!r}, {relative!r} * abs({name}_0))" if relative else repr(absolute)
         total = body.writer.assign(f"{total} + abs({slope}) * {width}")
-    allowances = [repr(quanta.least), f"0.25 * {total}"]
-    if quanta.relative > 0.0:
+    allowances = [repr(least), f"0.25 * {total}"]
+    if share > 0.0:
         body.moving = ""
-        allowances.append(f"{quanta.relative!r} * abs({body.series(tree)[0]})")
+        allowances.append(f"{share!r} * abs({body.series(tree)[0]})")
     return body.code([f"max({', '.join(allowances)})"])
 
 

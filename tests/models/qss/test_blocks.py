@@ -88,6 +88,7 @@ def test_sources_send_what_their_names_say() -> None:
     assert [alone(Square("q", 1.0, duty=duty))(2.7) for duty in (0.0, 1.0)] == [0.0, 1.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_a_sine_is_never_further_off_than_its_tolerance(order: int) -> None:
     sine = Sine("s", 0.5, amplitude=2.0, phase_rad=0.3, offset=1.0, order=order, tolerance=1e-2)

@@ -55,6 +55,7 @@ def first_crossing(coefficients: tuple[float, ...], until: int) -> int | None:
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_a_polynomial_crosses_zero_at_the_very_nanosecond(degree: int) -> None:
     generator, found = random.Random(degree), 0  # noqa: S311

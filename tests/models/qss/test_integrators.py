@@ -126,6 +126,7 @@ def test_the_steps_of_liqss2_do_not_grow_with_the_stiffness(stiffness: float) ->
     assert simulation.values["fast"] == pytest.approx(math.exp(-3.0), abs=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [QSS1, QSS2, QSS3, LIQSS2])
 def test_the_quantized_state_is_never_further_off_than_the_quantum(
     method: type[Integrator],
