@@ -44,9 +44,11 @@ def the_node_s_unit_is_active_and_arms_the_robot() -> str:
     TACHOBOT.wait_until_active()
     DROP_IN.parent.mkdir(exist_ok=True)
     options = f"--autostart --lease {LEASE_S:g}"
-    DROP_IN.write_text(f'[Service]\nEnvironment="OPTIONS={options}"\n', encoding="ascii")
+    DROP_IN.write_text(
+        f'[Service]\nEnvironment="OPTIONS={options}"\nTimeoutStartSec=300\n', encoding="ascii"
+    )
     run("systemctl", "daemon-reload")
-    run("systemctl", "start", UNIT)
+    run("systemctl", "start", UNIT, timeout_s=300.0)
     _wait_until_it_is("inactive")
     _arm()
     _wait_until_it_is("active")
