@@ -20,6 +20,8 @@ _MARKS = 6
 _APART = 40.0
 """Pixels from one mark to the next, at least."""
 _MOST_POINTS = 2000
+_LARGEST = 1.35
+"""A page shows a plot so many times its own size at most."""
 _LINE: Final = 1.6
 COLOURS: Final = ("blue", "late", "colour1", "colour4", "colour2")
 _GREY: Final = ("line", "ink", "quiet")
@@ -90,6 +92,7 @@ class LinePlot:
             xmlns="http://www.w3.org/2000/svg",
             viewBox=f"0 0 {self.width:g} {self.height:g}",
             width="100%",
+            style=f"max-width: {_LARGEST * self.width:g}px",
             role="img",
             aria_label=self.title,
         )
