@@ -7,8 +7,6 @@ from pathlib import Path
 
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.component import Component
-from firmware_runtime.ecdpp.class_catalogue import known_classes
-from firmware_runtime.ecdpp.model_file import read_model
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 
 SUFFIX = ".ma"
@@ -32,9 +30,16 @@ def chosen_model(word: str, assignments: Sequence[str] = ()) -> Component:
         return board.event_model(None)
     if assignments:
         raise ConfigError.of_one(word, "--set changes a board; expected a board")
-    if word.endswith(SUFFIX):
-        return read_model(Path(word), known_classes())
-    return _of_module(word)
+    return _of_file(Path(word)) if word.endswith(SUFFIX) else _of_module(word)
+
+
+def _of_file(path: Path) -> Component:
+    """The model of a `.ma` file. Raises ConfigError."""
+    # a run of a board starts without what model files take
+    from firmware_runtime.ecdpp.class_catalogue import known_classes  # noqa: PLC0415
+    from firmware_runtime.ecdpp.model_file import read_model  # noqa: PLC0415
+
+    return read_model(path, known_classes())
 
 
 def _of_module(word: str) -> Component:
