@@ -26,7 +26,9 @@ _STILL: Final = 1e-14
 
 
 @dataclass(slots=True)
-class _State:
+class State:
+    """Where a body is, within a stretch, and which way it slides."""
+
     node: int
     since: float
     """Seconds into the stretch after the node."""
@@ -38,12 +40,12 @@ class _State:
 
 def motion(plant: PlantParameters, cut: Stretches, rate: float) -> tuple[Numbers, Numbers]:
     """Position and rate at every measurement, from position 0 and this rate at the first."""
-    body = _Body(plant, cut)
+    body = Body(plant, cut)
     body.run(rate)
     return body.position[cut.measured], body.rate[cut.measured]
 
 
-class _Body:
+class Body:
     """One simulated run; `position` and `rate` at the nodes."""
 
     def __init__(self, plant: PlantParameters, cut: Stretches) -> None:
@@ -70,10 +72,11 @@ class _Body:
             self._exceeds = np.abs(cut.given) > self._static
 
     def run(self, rate: float) -> None:
+        """Move from the first measurement to the last, from this rate on."""
         cut = self._cut
         is_free = self._static == 0.0
         direction = (1 if rate > 0 else -1) if rate else int(is_free)
-        state = _State(cut.begin, 0.0, 0.0, rate, direction)
+        state = State(cut.begin, 0.0, 0.0, rate, direction)
         self.rate[cut.begin] = rate
         while state.node < len(cut.spans):
             if state.direction == 0:
@@ -83,7 +86,7 @@ class _Body:
             else:
                 self._slide(state, may_stop=not is_free)
 
-    def _slide(self, state: _State, *, may_stop: bool) -> None:
+    def _slide(self, state: State, *, may_stop: bool) -> None:
         """Slide over as many whole stretches as there are until the rate changes its sign."""
         friction = state.direction * self._held
         begin, end = next(pieces(self._decays, state.node))
@@ -100,7 +103,7 @@ class _Body:
         if count < end - begin:
             self._slide_within(state)
 
-    def _take(self, state: _State, begin: int, rates: Numbers, friction: float) -> None:
+    def _take(self, state: State, begin: int, rates: Numbers, friction: float) -> None:
         """Go on over the stretches at whose ends these are the rates."""
         end = begin + len(rates)
         before = np.concatenate(([state.rate], rates[:-1]))
@@ -111,7 +114,7 @@ class _Body:
         state.node, state.rate = end, float(rates[-1])
         state.position = float(self.position[end])
 
-    def _slide_within(self, state: _State) -> None:
+    def _slide_within(self, state: State) -> None:
         """Slide to the end of this stretch, or to where the body comes to rest in it."""
         left = float(self._cut.spans[state.node]) - state.since
         rate = self._rate_by(state, left)
@@ -119,19 +122,28 @@ class _Body:
             self._end(state, self._position_by(state, left), rate)
             return
         low = self._stop(state, left, rate)
+        if low == 0.0 and state.rate == 0.0:  # it broke away by no more than rounding
+            state.direction = 0
+            self._end(state, state.position, 0.0)
+            return
         state.position = self._position_by(state, low)
         state.rate, state.direction = 0.0, 0
         state.since += max(low, _INSTANT_S)
         if state.since >= self._cut.spans[state.node]:
             self._end(state, state.position, 0.0)
 
-    def _stop(self, state: _State, left: float, last: float) -> float:
+    def _stop(self, state: State, left: float, last: float) -> float:
         """When the rate is zero between now and `left` s, where it is `last`: by false position.
 
         The older of the two ends has its rate halved when it stays, or it would stay for long.
         """
         low, high, first = 0.0, left, state.rate
         at, side = 0.0, 0
+        if first == 0.0:  # it has just broken away: false position needs a rate to begin from
+            low = self._gone(state, left)
+            if low == 0.0:
+                return 0.0
+            first = self._rate_by(state, low)
         for _ in range(_STEPS):
             at = low + (high - low) * first / (first - last) if first != last else low
             if high - low < _INSTANT_S or not low < at < high:
@@ -149,7 +161,16 @@ class _Body:
                 side = -1
         return at
 
-    def _stick(self, state: _State) -> None:
+    def _gone(self, state: State, left: float) -> float:
+        """A time within `left` s at which what broke away moves its way; 0 if it never does."""
+        at = left
+        while at > _INSTANT_S:
+            at *= 0.5
+            if state.direction * self._rate_by(state, at) > 0.0:
+                return at
+        return 0.0
+
+    def _stick(self, state: State) -> None:
         """Hold until the drive exceeds static friction."""
         if self._breaks(state):
             return
@@ -162,7 +183,7 @@ class _Body:
         if first < len(exceeds) and not self._breaks(state):
             self._end(state, state.position, 0.0)
 
-    def _breaks(self, state: _State) -> bool:
+    def _breaks(self, state: State) -> bool:
         """Break away in what is left of this stretch, if the drive exceeds the friction there."""
         drive, settled = self._drive(state), float(self._cut.given[state.node])
         if abs(drive) <= self._static:
@@ -176,19 +197,19 @@ class _Body:
         state.direction = 1 if drive > 0 else -1
         return True
 
-    def _end(self, state: _State, position: float, rate: float) -> None:
+    def _end(self, state: State, position: float, rate: float) -> None:
         state.node += 1
         state.since, state.position, state.rate = 0.0, position, rate
         self.position[state.node], self.rate[state.node] = position, rate
 
-    def _drive(self, state: _State) -> float:
+    def _drive(self, state: State) -> float:
         given = float(self._cut.given[state.node])
         if not self._cut.lag_s:
             return given
         gap = float(self._cut.drive[state.node]) - given
         return given + gap * math.exp(-state.since / self._cut.lag_s)
 
-    def _rate_by(self, state: _State, elapsed: float) -> float:
+    def _rate_by(self, state: State, elapsed: float) -> float:
         """The rate so much later in the same stretch."""
         damping, lag_s = self._damping, self._cut.lag_s
         given = float(self._cut.given[state.node])
@@ -200,7 +221,7 @@ class _Body:
             rate += gap * convolution(damping, 1.0 / lag_s, elapsed)
         return rate
 
-    def _position_by(self, state: _State, elapsed: float) -> float:
+    def _position_by(self, state: State, elapsed: float) -> float:
         """The position so much later in the same stretch."""
         damping, lag_s = self._damping, self._cut.lag_s
         given = float(self._cut.given[state.node])

@@ -37,16 +37,16 @@ def stretches_of(
 ) -> Stretches:
     """Cut the time up to the last measurement.
 
-    Before its first instant the input was what it was then.
+    Before its first instant there was no input, and no drive.
     """
     changes = given_at + delay_s
     at = np.unique(np.concatenate((measured_at, changes[changes < measured_at[-1]])))
     which = np.searchsorted(changes, at[:-1], side="right") - 1
-    held = given[np.maximum(which, 0)]
+    held = np.where(which < 0, 0.0, given[np.maximum(which, 0)])
     spans = np.diff(at)
     drive = np.append(held, held[-1])
     if lag_s:
-        drive = follow(held[0], spans / lag_s, -held * np.expm1(-spans / lag_s))
+        drive = follow(0.0, spans / lag_s, -held * np.expm1(-spans / lag_s))
     measured = np.searchsorted(at, measured_at)
     return Stretches(spans, held, drive, lag_s, int(measured[0]), measured)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firmware_runtime.identification.motion import motion
+from firmware_runtime.identification.motion import Body, State, motion
 from firmware_runtime.identification.plant import Numbers, PlantParameters
 from firmware_runtime.identification.stretches import stretches_of
 from sim_doubles.worlds.swing import Swing
@@ -60,3 +60,29 @@ def test_a_body_without_friction_never_sticks() -> None:
     given = np.where(AT < 1.0, 0.1, 0.0)
     _, rate = motion(plant, stretches_of(AT, given, AT, 0.0, 0.0), 0.0)
     assert rate[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+def test_a_body_that_barely_breaks_away_takes_few_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its drive is above static friction as it comes to rest, and below Coulomb's soon after."""
+    events = 0
+    within = Body._slide_within
+
+    def counted(body: Body, state: State) -> None:
+        nonlocal events
+        events += 1
+        assert events < 500
+        within(body, state)
+
+    monkeypatch.setattr(Body, "_slide_within", counted)
+    random = np.random.default_rng(5)
+    for _ in range(60):
+        coulomb, ratio = random.uniform(0.01, 0.1), float(random.choice([1.0, 1.001, 1.3]))
+        inertia, damping = float(np.exp(random.uniform(-4, -1))), random.uniform(0.0, 0.3)
+        delay_s, given = random.uniform(0.0, 0.1), np.repeat(random.uniform(-0.15, 0.15, 60), 10)
+        plant = PlantParameters(inertia, damping, coulomb, coulomb * ratio, delay_s)
+        events = 0
+        position, rate = motion(plant, stretches_of(AT, given, AT, delay_s, 0.03), 0.0)
+        expected = pushed_body(plant, 0.03, AT, given)
+        assert position == pytest.approx(expected[0], abs=2e-5)
+        assert rate == pytest.approx(expected[1], abs=2e-5)
