@@ -133,7 +133,7 @@ class LinkRules:
             return fault
         if fields.counter < self._bye:
             return "stale"
-        if self._clock(now) - fields.sent_at > self.timeout:
+        if fields.kind != BYE and self._clock(now) - fields.sent_at > self.timeout:
             return "too_old"
         self._received.note(fields)
         self._received_at = now

@@ -117,6 +117,9 @@ class End:
     def send(self, frame: bytes) -> None:
         self.out.send(frame, self.now)
 
+    def linger(self) -> None:
+        pass
+
     def close(self) -> None:
         pass
 

@@ -69,6 +69,9 @@ class Way:
     def send(self, frame: bytes) -> None:
         self.sent.append(frame)
 
+    def linger(self) -> None:
+        pass
+
     def close(self) -> None:
         pass
 

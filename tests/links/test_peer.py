@@ -188,6 +188,17 @@ def test_an_old_frame_is_refused() -> None:
     assert pair.reason(old) is Reason.TOO_OLD
 
 
+def test_a_bye_is_never_too_old() -> None:
+    pair = Pair().meet()
+    pair.to_robot(pair.from_controller())
+    farewell = Farewell("the target was reached", is_over=True, failed=False)
+    bye = pair.controller.bye(pair.now + pair.offset, farewell)
+    pair.now += 10 * TIMEOUT
+    assert pair.to_robot(bye)
+    assert pair.robot.farewell == farewell
+    assert not pair.robot.is_good(pair.now)
+
+
 def test_silence_ends_what_was_good_and_any_later_frame_begins_it_again() -> None:
     pair = Pair().meet()
     pair.now += TIMEOUT

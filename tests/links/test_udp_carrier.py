@@ -89,3 +89,15 @@ def test_greetings_of_many_sessions_are_let_through_one_in_five_milliseconds(rig
 
 def test_a_report_comes_from_no_network(rig: Rig) -> None:
     assert rig.from_network(rig.end(), Frame(Kind.REPORT, PEER, OWN, 1, 1)) == []
+
+
+def test_the_last_frames_of_a_run_that_had_not_read_all_still_go_out(rig: Rig) -> None:
+    peer = rig.end()
+    peer.send(encoded(Frame(Kind.HELLO, PEER, 0, 1, 1), KEY))
+    rig.carrier.work()
+    bye = Frame(Kind.BYE, OWN, PEER, 2, 0)
+    rig.run.send(encoded(bye))
+    rig.run.close()
+    while rig.carrier.work():
+        pass
+    assert peer.recv(16384) == encoded(bye, KEY)

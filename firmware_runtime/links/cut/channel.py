@@ -9,6 +9,7 @@ network out of the run.
 import errno
 import os
 import socket
+import struct
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,6 +24,8 @@ from firmware_runtime.links.socket_file import SocketFile
 
 _BEGINS_WITHIN_S: Final = 30.0
 """How long a carrier may take to get its sockets."""
+_LINGER: Final = 200_000
+"""Us for which each of the last frames may wait for room, where the receiver is slow."""
 _END_WITHIN_S: Final = 5.0
 """How long a carrier may take to end once the run has closed its socket."""
 
@@ -42,6 +45,9 @@ class Channel(Protocol):
 
     def send(self, frame: bytes) -> None:
         """Send without waiting. Raises OSError where there is no room, or no other end."""
+
+    def linger(self) -> None:
+        """From now on let `send` wait for room, 0.2 s at most: the run is over."""
 
     def close(self) -> None:
         """Close the sockets."""
@@ -84,6 +90,10 @@ class PathChannel:
     def send(self, frame: bytes) -> None:
         """Send without waiting. Raises OSError where there is no room, or no other end."""
         self._socket.sendto(frame, self._other)
+
+    def linger(self) -> None:
+        """From now on let `send` wait for room, 0.2 s at most."""
+        _linger(self._socket)
 
     def close(self) -> None:
         """Close the socket, and remove it."""
@@ -151,6 +161,10 @@ class CarrierChannel:
         """Send without waiting. Raises OSError where there is no room, or no other end."""
         self._socket.send(frame)
 
+    def linger(self) -> None:
+        """From now on let `send` wait for room, 0.2 s at most."""
+        _linger(self._socket)
+
     def close(self) -> None:
         """Close the pair, and wait for the carrier to hand on what it has and to end."""
         self._socket.close()
@@ -174,6 +188,12 @@ class CarrierChannel:
             self._socket.close()
             text = failure.decode(errors="replace").strip() or "the carrier has not begun"
             raise ConfigError.of_one(where, text.removeprefix(f"{where}: "))
+
+
+def _linger(own: socket.socket) -> None:
+    """Let a socket wait in the kernel: select says that one with no fixed receiver has room."""
+    own.setblocking(True)
+    own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", 0, _LINGER))
 
 
 def _is_taken(path: Path) -> bool:

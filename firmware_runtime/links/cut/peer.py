@@ -134,14 +134,17 @@ class Peer:
         self.clock = PeerClock(is_same=greeting.machine == self.own.machine != "")
 
     def _judge(self, frame: Frame, now: int) -> None:
-        """Raise Refused unless a frame of the peer is new, of no sender that ended, and not old."""
+        """Raise Refused unless a frame of the peer is new, of no sender that ended, and not old.
+
+        A bye is never too old: an end that stood still meanwhile is to learn of it, too.
+        """
         self._window.judge(frame.counter, frame.sent_at)
         if frame.counter < self._bye:
             raise Refused(Reason.STALE, "sent before a bye")
         if frame.kind is Kind.HELLO and not self.is_good(now) and self._answers_now(frame, now):
             self._compare_clocks(greeting_of(frame.body))
         age = self.clock.age(now, frame.sent_at)
-        if age is not None and age > self.timeout:
+        if age is not None and age > self.timeout and frame.kind is not Kind.BYE:
             raise Refused(Reason.TOO_OLD, f"sent {age / SECOND:.3f} s ago")
 
     def _note(self, frame: Frame, now: int) -> None:

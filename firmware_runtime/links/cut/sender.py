@@ -64,6 +64,7 @@ class Sender:
     def say_goodbye(self, clock: int, farewell: Farewell, counts: Counts) -> None:
         """Let the other end know that this one ends; more than once, one may be lost."""
         if self._peer.session_of_peer != 0:
+            self._channel.linger()
             for _ in range(_BYES):
                 self._send(self._peer.bye(clock, farewell), counts)
 

@@ -99,6 +99,8 @@ class Carrier:
                 frame = self._run.recv(LONGEST)
             except BlockingIOError:
                 break
+            except ConnectionResetError:  # the run ended, and had not read all: its byes wait here
+                continue
             except OSError:
                 return False
             if not frame:
