@@ -26,6 +26,7 @@ from firmware_runtime.links.cut.impairment import Decisions, Impairment
 from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.cut.terms import Terms
+from firmware_runtime.links.cut.wire import Kind
 
 NAMES = ["mind.order", "mind.sample", "mind.state", "body.turned"]
 TERMS = Terms(timeout=2 * SECOND, ordered=frozenset({"mind.order"}), retain=frozenset({NAMES[2]}))
@@ -220,6 +221,27 @@ def test_nothing_is_lost_or_repeated_where_the_network_only_shuffles(seed: int) 
     pair = run(seed, 0.0, 30 * MILLISECOND, everything)
     assert [sorted(event) for event in pair.entered] == [sorted(step) for step in pair.left]
     assert (pair.body.bad, pair.mind.link.counts.given_up) == ([], 0)
+
+
+@pytest.mark.parametrize("ordered", [frozenset(), frozenset({"mind.sample"})])
+def test_a_last_command_that_is_lost_until_it_is_too_old_turns_outputs_off(
+    ordered: frozenset[str],
+) -> None:
+    pair = Pair(Impairment(delay=MILLISECOND, seed=1), Terms(ordered=ordered))
+    pair.tick("mind.sample")
+    pair.settle()
+    send, begin = pair.ways[0].send, pair.now
+
+    def lossy(datagram: bytes, now: int) -> None:
+        is_step = datagram[4] == Kind.STEP
+        if not is_step or now - begin > SECOND:
+            send(datagram, now)
+
+    pair.ways[0].send = lossy  # type: ignore[method-assign]
+    pair.tick("mind.sample")
+    pair.settle()
+    assert any("mind.sample was" in why for why in pair.body.bad)
+    assert pair.body.link.counts.own[Reason.TOO_OLD] == 1
 
 
 @pytest.mark.slow

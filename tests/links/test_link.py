@@ -308,6 +308,15 @@ def test_what_waits_too_long_for_a_lost_one_turns_outputs_off_and_holds_up_nothi
     assert ends.link.counts.dropped == 1
 
 
+def test_one_of_an_ordered_port_that_is_too_old_turns_outputs_off_and_holds_up_nothing() -> None:
+    ends = Ends(ORDERED).meet()
+    ends.get(ends.command(0.1))
+    assert ends.get(ends.command(0.2, after=1, age=TERMS.timeout + MILLISECOND)) == []
+    assert len(ends.bad) == 1
+    assert ends.get(ends.command(0.3, after=2)) == [0.3]
+    assert ends.refused() == {Reason.TOO_OLD: 1}
+
+
 def test_one_of_an_ordered_port_that_its_sender_gave_up_turns_outputs_off() -> None:
     ends = Ends(ORDERED).meet()
     ends.get(ends.command(0.1))

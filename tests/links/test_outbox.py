@@ -4,6 +4,8 @@ from collections.abc import Callable, Collection
 from itertools import count
 from typing import TypeAlias
 
+import pytest
+
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.cut.outbox import MOST_ORDERED, Message, Outbox
 from firmware_runtime.links.cut.wire import Frame, Kind
@@ -85,6 +87,20 @@ def test_a_value_that_is_too_old_is_not_sent_unless_it_is_retained() -> None:
     put(1, 0, b"enabled")
     outbox.begin_again()
     assert [each.body for each in sent(outbox, 2 * TIMEOUT, 1)] == [b"enabled"]
+
+
+@pytest.mark.parametrize("ordered", [(), (0,)])
+def test_the_last_value_that_was_lost_is_sent_as_long_as_the_peer_is_there(
+    ordered: tuple[int, ...],
+) -> None:
+    outbox, put = box(1, ordered=ordered)
+    put(0, 0, b"stop")
+    sent(outbox, 1, 1)
+    outbox.note(seen(2))
+    assert [each.body for each in sent(outbox, 2 * TIMEOUT, 3)] == [b"stop"]
+    outbox.note(seen(4))
+    outbox.expire(3 * TIMEOUT)
+    assert sent(outbox, 3 * TIMEOUT, 5) == []
 
 
 def test_another_peer_gets_what_the_first_one_had() -> None:

@@ -126,6 +126,9 @@ class Delivery:
         if fresh:
             self._queue(Step(frame.origin, fresh))
         if old:
+            for part in old:  # what comes after it is not to wait for it
+                part.entrance.entered = max(part.entrance.entered, part.sequence)
+            self._release()
             text = f"{old[0].entrance.crossing.name} was {age / SECOND:.3f} s old"
             raise Refused(Reason.TOO_OLD, text)
         return [part.entrance.crossing.name for part in fresh]

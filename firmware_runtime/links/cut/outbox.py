@@ -5,7 +5,8 @@ the peer says which frames it has accepted; what was in a frame that was lost, o
 sent again until it is accepted, is too old, or `keep` newer ones of its port have left. Of an
 `ordered` port each is sent until it is accepted or too old, `MOST_ORDERED` of a port at most, and
 says which one has to enter before it. A `retained` port's last is never too old: an end that comes
-later, or again, gets it.
+later, or again, gets it. Nor is the last of any port that was sent and did not arrive, as long as
+the peer is there: that works by an older one, and switches off once it knows.
 """
 
 from collections import deque
@@ -82,7 +83,7 @@ class Outbox:
 
     def take(self, now: int, round_trip: int) -> Iterator[list[Message]]:
         """What is to be sent now, by step; mark each when it was sent."""
-        self.expire(now)
+        self._expire(now, is_good=True)
         patience = _UNANSWERED + 2 * round_trip
         steps: dict[int, list[Message]] = {}
         for waiting in self._open.values():
@@ -93,10 +94,14 @@ class Outbox:
             yield steps[step]
 
     def expire(self, now: int) -> None:
-        """Give up what is too old."""
+        """Give up what is too old: there is no peer, or it is silent."""
+        self._expire(now, is_good=False)
+
+    def _expire(self, now: int, *, is_good: bool) -> None:
         for port, waiting in self._open.items():
             while waiting and now - waiting[0].origin > self._timeout:
-                if port in self._retained and len(waiting) == 1:
+                is_latest = waiting[0] is self._latest.get(port)
+                if is_latest and (port in self._retained or (is_good and waiting[0].sent_at != 0)):
                     break
                 self._give_up(waiting)
 
