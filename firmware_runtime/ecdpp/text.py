@@ -23,7 +23,8 @@ def read_text(path: Path) -> str:
     try:
         return read_file(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from error
+        reason = getattr(error, "strerror", None) or error
+        raise ConfigError(str(path), [f"cannot be read: {reason}"]) from error
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:

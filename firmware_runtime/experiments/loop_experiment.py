@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.conditions import between
 from firmware_runtime.experiments.findings import Findings
 from firmware_runtime.experiments.known import LOOP_DELAY
@@ -156,6 +157,11 @@ def _measured(trial: Trial, stage: Stage) -> tuple[Sequence[Round], StageDelays]
     carried = document["link"]["back"].get("round_trip_us", {}).get("p50")
     published_ms = LOOP_DELAY.paper[PUBLISHED[stage]]
     delays = delays_of(found)
+    if not delays.back:
+        fault = f"no value of the ramp came back in {for_s:g} s, the first and last second left out"
+        raise ConfigError.of_one(
+            f"loop-delay, stage {stage}", f"{fault}; expected some, or --for longer"
+        )
     return found, StageDelays(delays, every_s, published_ms, late, carried, between(document))
 
 

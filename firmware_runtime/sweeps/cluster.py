@@ -4,6 +4,7 @@ A worker that is lost costs the rows under way there; the scheduler has others r
 need this project, the board's package, and for a board by path that file at the same place.
 """
 
+import re
 from collections.abc import Generator, Sequence
 from types import ModuleType
 from typing import Any, Final, TypeAlias
@@ -29,6 +30,8 @@ def run_on_cluster(sweep: Sweep, rows: Sequence[int], address: str) -> Generator
 
 def _client(distributed: ModuleType, address: str) -> Client:
     try:
+        if not re.search(r":[0-9]+$", address):  # distributed would say so much later, untidily
+            raise ValueError(address)  # noqa: TRY301
         return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         expected = "expected the address of a scheduler of Dask, such as tcp://10.0.0.1:8786"

@@ -5,8 +5,10 @@ was cut short by a kill is left out.
 """
 
 from collections.abc import Iterator
+from fcntl import LOCK_EX, LOCK_NB, flock
 from os import SEEK_END
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
 
@@ -43,21 +45,26 @@ class Partial(Closing):
             fault = f"{path} is of a sweep that did not end; expected --resume, or that it is gone"
             raise ConfigError.of_one("sweep", fault)
         try:
-            self._file = path.open("r+b" if lines else "wb")
+            self._file = path.open("r+b" if lines else "ab")
+            _lock(path, self._file)
             self._file.truncate(sum(len(line) + 1 for line in lines))
             self._file.seek(0, SEEK_END)
         except OSError as error:
             fault = f"{path}: {error.strerror}; expected a folder that can be written"
             raise ConfigError.of_one("-o", fault) from error
+        self._has_rows = bool(self.rows)
         if not lines:
             self._write(msgspec.json.encode(first) + b"\n")
 
     def keep(self, row: Row) -> None:
         """Keep a row; it is there whatever happens to this process next."""
+        self._has_rows = True
         self._write(msgspec.json.encode(row) + b"\n")
 
     def close(self) -> None:
-        """Stop keeping rows; those that are kept stay."""
+        """Stop keeping rows; those that are kept stay, and without any the file goes."""
+        if not self._file.closed and not self._has_rows:
+            self.path.unlink(missing_ok=True)
         self._file.close()
 
     def remove(self) -> None:
@@ -72,6 +79,16 @@ class Partial(Closing):
         except OSError as error:
             fault = f"{self.path}: {error.strerror}; expected room for the rows"
             raise ConfigError.of_one("sweep", fault) from error
+
+
+def _lock(path: Path, file: BinaryIO) -> None:
+    """Keep other sweeps out until the file is closed. Raises ConfigError while one is at it."""
+    try:
+        flock(file, LOCK_EX | LOCK_NB)
+    except BlockingIOError as error:
+        file.close()
+        fault = f"{path}: another sweep writes it; expected one at a time"
+        raise ConfigError.of_one("sweep", fault) from error
 
 
 def _lines(path: Path) -> list[bytes]:

@@ -26,6 +26,8 @@ PHASE_DEG: Final = 45.0
 _SEEN: Final = (1.0, 0.25)
 """Shares of the typical step that are searched on."""
 _UNSEEN: Final = (0.6, -1.5, 0.4, 1.2)
+_MOST_PERIODS: Final = 100_000
+"""Of one simulated step: a plant that needs more is no robot's."""
 _PUSHES: Final = (0.05, 0.1)
 """Share of the limit that pushes from half time on: while it is searched, and in unseen runs."""
 _POPULATION: Final = 8
@@ -121,6 +123,11 @@ def _scenarios(task: Task, shares: Sequence[float], seed: int, push: float) -> I
     random = np.random.default_rng(seed)
     for share in shares:
         for_s = _watched_s(task, share)
+        if not for_s / task.body.period_s <= _MOST_PERIODS:
+            fault = (
+                f"a step would have to be watched for {for_s:.3g} s, over {_MOST_PERIODS} periods"
+            )
+            raise ConfigError.of_one("plant", f"{fault}; expected less inertia, or less delay")
         ticks = round(for_s / task.body.period_s)
         noise = random.normal(0.0, task.noise, ticks).tolist() if task.noise else [0.0] * ticks
         yield Scenario(share * task.step, for_s, noise, push)

@@ -109,8 +109,8 @@ def stated_plant(
         document = json.loads(Path(text).read_bytes())
         found = document["parameters"]
         values = {key: float(found[key]["value"]) for key in KEYS[structure]}
-        intervals = {key: (found[key]["low"] or 0.0, _end(found[key])) for key in KEYS[structure]}
-        noise = float(document["noise"]["deviation"])
+        intervals = {key: _interval(found[key]) for key in KEYS[structure]}
+        _, noise = _ordered(0.0, float(document["noise"]["deviation"]))
     except OSError as error:
         fault = f"cannot be read ({error.strerror}); expected FILE.json, or KEY=VALUE,..."
         raise ConfigError.of_one(text, fault) from error
@@ -120,14 +120,23 @@ def stated_plant(
     return _sound(text, values, structure), intervals, noise
 
 
-def _end(found: Mapping[str, Any]) -> float:
-    high = found["high"]
-    return 2.0 * float(found["value"]) if high is None else float(high)
+def _interval(found: Mapping[str, Any]) -> Interval:
+    """Both ends; one that nothing bounds is twice the value. Raises ValueError."""
+    low, high = float(found["low"] or 0.0), found["high"]
+    return _ordered(low, 2.0 * float(found["value"]) if high is None else float(high))
+
+
+def _ordered(low: float, high: float) -> Interval:
+    """Both, finite and in order. Raises ValueError."""
+    if not 0.0 <= low <= high < math.inf:
+        raise ValueError((low, high))
+    return low, high
 
 
 def _by_hand(text: str, structure: Structure) -> PlantParameters:
     """The numbers that are stated; friction and delay that are not are none."""
     keys, faults = KEYS[structure], []
+    stated: set[str] = set()
     values = dict.fromkeys(keys, 0.0)
     for each in text.split(","):
         key, _, value = each.partition("=")
@@ -135,6 +144,9 @@ def _by_hand(text: str, structure: Structure) -> PlantParameters:
             expected = f"expected one of {', '.join(keys)}{did_you_mean(key.strip(), keys)}"
             faults.append(f"{key.strip()}: unknown key; {expected}")
             continue
+        if key.strip() in stated:
+            faults.append(f"{key.strip()}: stated twice; expected once")
+        stated.add(key.strip())
         try:
             values[key.strip()] = float(value)
         except ValueError:

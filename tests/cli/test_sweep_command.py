@@ -51,6 +51,7 @@ def test_a_table_is_shown_and_each_row_can_be_run_again(command: Command, tmp_pa
         (("sweep", "tachobot", "t.csv", "--vary", "a=range(2)"), "expected options only"),
         (("sweep", "show"), "no FILE; expected sweep show FILE"),
         (("sweep", "show", "none.csv"), "No such file"),
+        (("sweep", "show", "none.csv", "-o", "none.csv"), "a name that ends in .html"),
         (("sweep", "rerun", "none.csv"), "no ROW; expected sweep rerun FILE ROW"),
         (("sweep", "rerun", "none.csv", "1", "--set", "a=1"), "belong to a sweep of a board"),
         (

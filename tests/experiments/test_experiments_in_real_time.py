@@ -55,3 +55,12 @@ def test_a_step_over_a_network_is_compared_with_the_simulation(tmp_path: Path) -
     assert found["between"] == "udp, between loopback"
     assert found["response"]["samples"] > 0
     assert 0 < found["from_simulation"]["rms"] <= found["from_simulation"]["largest"]
+
+
+def test_a_ramp_too_short_to_measure_is_said_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["loop-delay", "detective", "--stage", "network", "--for", "1"]
+    assert main(["experiment", *words, "-o", str(tmp_path / "out")]) == 2
+    assert "expected some, or --for longer" in capsys.readouterr().err
+    assert not list(tmp_path.glob("out/*"))

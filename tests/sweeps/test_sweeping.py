@@ -7,7 +7,7 @@ import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.sweeps import Table, sweep
-from firmware_runtime.sweeps.partial import partial_of
+from firmware_runtime.sweeps.partial import Partial, partial_of
 from firmware_runtime.sweeps.plan import Sweep
 from firmware_runtime.sweeps.row import run_row
 from firmware_runtime.sweeps.sweeping import carry_out
@@ -149,3 +149,20 @@ def test_any_robot_can_be_swept(board: str, key: str, words: str) -> None:
     table = sweep(board, {key: words}, for_s=1.5, workers=1)
     assert table.column("outcome") == ["ended", "ended"]
     assert table.figures
+
+
+def test_a_sweep_that_could_not_begin_leaves_no_file(tmp_path: Path) -> None:
+    output = tmp_path / "table.csv"
+    with Partial(partial_of(output), SHORT, "1", resume=False):
+        assert partial_of(output).exists()
+    assert not partial_of(output).exists()
+
+
+def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(tmp_path: Path) -> None:
+    kept_at = partial_of(tmp_path / "table.csv")
+    with Partial(kept_at, SHORT, "1", resume=False) as first:
+        with pytest.raises(ConfigError, match="another sweep writes it"):
+            Partial(kept_at, SHORT, "1", resume=True)
+        first.keep({"row": 0})
+    with Partial(kept_at, SHORT, "1", resume=True) as second:
+        assert second.rows == {0: {"row": 0}}

@@ -70,6 +70,7 @@ def test_a_plant_by_hand_has_no_friction_unless_it_is_stated() -> None:
         ("inertia=0.1", "unknown key"),
         ("inertia_kg_m2=x", "expected a number"),
         ("delay_s=0.1", "above 0"),
+        ("inertia_kg_m2=0.1,inertia_kg_m2=0.2", "stated twice"),
         ("inertia_kg_m2=0.1,delay_s=-1", "0 or more"),
         ("inertia_kg_m2=0.1,static_friction_nm=1,coulomb_friction_nm=2", "at least"),
         ("nowhere.json", "cannot be read"),
@@ -94,3 +95,13 @@ def test_margins_that_no_gains_keep_are_said(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(search, "PHASE_DEG", 100.0)
     with pytest.raises(ConfigError, match="none found"):
         tune(task_of(load("tachobot"), HEAVY, {}, 0.0))
+
+
+@pytest.mark.parametrize(
+    "stated",
+    ["inertia_kg_m2=1e300", "inertia_kg_m2=1e6", "inertia_kg_m2=0.1,delay_s=1e9"],
+)
+def test_a_plant_too_slow_to_simulate_is_refused(stated: str) -> None:
+    plant = stated_plant(stated, "rotation")[0]
+    with pytest.raises(ConfigError, match="less inertia, or less delay"):
+        tune(task_of(load("tachobot"), plant, {}, 0.0))

@@ -163,6 +163,9 @@ def _told(sweep: Sweep, table: Table, arguments: argparse.Namespace) -> int:
 
 def _show(arguments: argparse.Namespace) -> int:
     _demand(arguments, "show FILE", has_row=False)
+    if arguments.output is not None and arguments.output.suffix != ".html":
+        fault = f"-o: {arguments.output}; expected a name that ends in .html"
+        raise ConfigError("sweep show", [fault])
     table = read_table(arguments.file)
     found = summary(table, str(arguments.file))
     if arguments.output is not None:

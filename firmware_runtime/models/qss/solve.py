@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from numbers import Integral, Real
+from typing import Final
 
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
@@ -12,6 +14,9 @@ from firmware_runtime.models.qss.model import SystemModel
 from firmware_runtime.models.qss.program import Layout, Program, compile_expression
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment
 from firmware_runtime.models.qss.system import System
+
+_MOST_S: Final = 1e9
+"""Thirty years; beyond 292 of them, nanoseconds are more than 64 bits hold."""
 
 
 class Simulation:
@@ -83,10 +88,11 @@ def solve(
 
 
 def _spread(until: float | None, samples: int) -> list[float]:
-    if until is None or samples < 2 or not 0.0 < until < float("inf"):
+    is_sound = isinstance(until, Real) and 0.0 < until <= _MOST_S
+    if until is None or not is_sound or not isinstance(samples, Integral) or samples < 2:
         fault = f"until {until!r} s, {samples!r} samples; expected more than 0 s, 2 samples or more"
         raise ConfigError.of_one("solve", fault)
-    return [until * number / (samples - 1) for number in range(samples)]
+    return [float(until) * number / (samples - 1) for number in range(samples)]
 
 
 def _value(program: Program, t: float, flat: Sequence[float]) -> float:

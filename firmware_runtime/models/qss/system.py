@@ -165,17 +165,18 @@ class System:
     def _number_faults(self) -> Iterator[str]:
         if self.method not in METHODS:
             yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
-        if self.horizon_s is not None and not 0.0 < self.horizon_s < float("inf"):
+        horizon_s = self.horizon_s
+        if horizon_s is not None and not (_is_finite(horizon_s) and horizon_s > 0.0):
             yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
         for group in ("states", "discrete", "parameters"):
             for name, value in getattr(self, group).items():
-                if not isinstance(value, Real) or not isfinite(value):
+                if not _is_finite(value):
                     yield f"{group}: {name} is {value!r}; expected a finite number"
         for name in self.states:
-            if not 0.0 < self.quantum_of(name) < float("inf"):
+            if not _is_finite(self.quantum_of(name)) or self.quantum_of(name) <= 0.0:
                 yield f"quantum of {name} is {self.quantum_of(name)!r}; expected more than 0"
-            if not 0.0 <= self.relative_quantum_of(name) < 1.0:
-                relative = self.relative_quantum_of(name)
+            relative = self.relative_quantum_of(name)
+            if not _is_finite(relative) or not 0.0 <= relative < 1.0:
                 yield f"relative_quantum of {name} is {relative!r}; expected 0 or more, below 1"
 
     def _texts(self) -> Iterator[str]:
@@ -226,6 +227,14 @@ class System:
 
         changed: ast.expr = _Definitions().visit(tree)
         return changed
+
+
+def _is_finite(value: object) -> bool:
+    """Whether it is a real number that a float can hold."""
+    try:
+        return isinstance(value, Real) and isfinite(value)
+    except OverflowError:
+        return False
 
 
 def _of(given: float | Mapping[str, float], name: str, otherwise: float) -> float:
