@@ -46,6 +46,7 @@ def sweep(  # noqa: PLR0913 -- the options of the command, by the same names
     from them. By default all cores are used, by processes of their own: a script that calls this
     needs `if __name__ == "__main__":`. Raises ConfigError, naming every fault, before any run.
     """
+    _demand_texts(vary)
     words = Sweep(
         board=str(board),
         vary=dict(vary),
@@ -60,6 +61,16 @@ def sweep(  # noqa: PLR0913 -- the options of the command, by the same names
     return carry_out(
         words, path, workers=workers, scheduler=scheduler, resume=resume, progress=progress
     )
+
+
+def _demand_texts(vary: Mapping[str, object]) -> None:
+    faults = [
+        f"--vary {key}: {given!r}; expected a text, such as 'uniform(2, 4)'"
+        for key, given in vary.items()
+        if not isinstance(given, str)
+    ]
+    if faults:
+        raise ConfigError("sweep", faults)
 
 
 def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it

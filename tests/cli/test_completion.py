@@ -47,6 +47,8 @@ def ways_on(*words: str) -> list[str]:
         (("bench", "dev"), ["devstone"]),
         (("experiment", "embedded"), ["embedded-step-friction"]),
         (("experiment", "al"), ["all"]),
+        (("sweep", "sh"), ["show"]),
+        (("sweep", "tachobot", "--vary", "world.ma"), ["world.mass_kg="]),
         (("experiment", "all", "tacho"), ["tachobot"]),
         (("completion", "z"), ["zsh"]),
         (("--ver",), ["--version"]),

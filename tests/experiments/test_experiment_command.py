@@ -30,6 +30,7 @@ def run(*words: object) -> int:
         (("yaw-step", "tachobot", "-o", "file/out"), 1),
         (("yaw-step",), 1),
         (("yaw-step", "tachobot", "--every", "0.01", "-o", "out"), 1),
+        (("loop-delay", "tachobot", "--every", "1e-9", "-o", "out"), 1),
         (("yaw-step", "tachobot", "--peer", "h:1", "--key", "k", "-o", "out"), 1),
         (("loop-delay", "tachobot", "--stage", "remote", "--peer", "h:1", "-o", "out"), 1),
         (("loop-delay", "tachobot", "--impair", "loss=2", "-o", "out"), 1),

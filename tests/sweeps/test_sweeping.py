@@ -166,3 +166,8 @@ def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(tmp_pat
         first.keep({"row": 0})
     with Partial(kept_at, SHORT, "1", resume=True) as second:
         assert second.rows == {0: {"row": 0}}
+
+
+def test_a_distribution_that_is_no_text_is_refused_by_a_sentence() -> None:
+    with pytest.raises(ConfigError, match=r"world\.seed: range.*expected a text"):
+        sweep("tachobot", {"world.seed": range(2)}, workers=1)  # type: ignore[dict-item]

@@ -150,12 +150,13 @@ class _Place:
         if action.choices is not None:
             return map(str, action.choices)
         if action.dest == "board":
-            return known_names()
+            is_sweep = self._parser.prog.endswith(" sweep")
+            return [*known_names(), *(("show", "rerun") if is_sweep else ())]
         if action.dest == "experiment":
             return _experiments()
         if action.dest == "chips":
             return sorted(each.name for each in installed(CHIP_DOUBLES))
-        return self._keys() if action.dest == "assignments" else ()
+        return self._keys() if action.dest in {"assignments", "vary"} else ()
 
     def _keys(self) -> Iterable[str]:
         """The keys of the board that was named."""

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.kinds import names
@@ -33,6 +34,8 @@ _ABOUT = f"""
 results.json; one that fails does not keep the next from being run. Exit status 0: done, 1: one of
 several failed. Files appear when all is done: what was interrupted or failed leaves none.
 """
+_LEAST_EVERY_S: Final = 1e-4
+"""A ramp that is quicker keeps a processor busy, and measures that."""
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -220,6 +223,8 @@ def _loop_faults(arguments: argparse.Namespace) -> Iterator[str]:
         yield "--peer and --key belong together; expected both or neither"
     if arguments.every_s is not None and arguments.experiment not in {LOOP, ALL}:
         yield f"--every belongs to {LOOP}"
+    if arguments.every_s is not None and arguments.every_s < _LEAST_EVERY_S:
+        yield f"--every: {arguments.every_s:g} s; expected {_LEAST_EVERY_S:g} or more"
     if arguments.duration_s is not None and arguments.experiment not in {LOOP, ALL}:
         yield f"--for: the board says how long {arguments.experiment} takes; leave it out"
 
