@@ -331,3 +331,47 @@ def test_a_sender_whose_clock_goes_back_drives_nothing() -> None:
     assert len(pair.body.bad) > 0
     assert pair.entered == []
     assert pair.body.link.counts.own[Reason.WENT_BACK] > 0
+
+
+def test_an_end_whose_steps_do_not_arrive_may_not_drive_until_they_do() -> None:
+    pair = Pair(
+        Impairment(delay=40 * MILLISECOND, jitter=10 * MILLISECOND, loss=0.02, seed=1), Terms()
+    )
+    send = pair.ways[0].send
+    for _ in range(200):
+        pair.tick("mind.sample")
+    assert (pair.mind.bad, pair.mind.link.why_not(0)) == ([], None)
+
+    def without_steps(datagram: bytes, now: int) -> None:
+        if datagram[4] != Kind.STEP:
+            send(datagram, now)
+
+    begin = pair.now
+    pair.ways[0].send = without_steps  # type: ignore[method-assign]
+    while not pair.mind.bad:
+        pair.tick("mind.sample")
+        assert pair.now - begin < SECOND, "it turns bad"
+    assert pair.now - begin >= Terms().timeout
+    assert pair.is_good_to(pair.mind), "the other end is there, and says so"
+    for _ in range(400):
+        pair.tick("mind.sample")
+        assert "does not arrive" in str(pair.mind.link.why_not(0))
+    pair.ways[0].send = send  # type: ignore[method-assign]
+    arrives = pair.now
+    while pair.mind.link.why_not(0) is not None:
+        pair.tick("mind.sample")
+        assert pair.now - arrives < 2 * SECOND, "it is good again"
+    assert pair.now - arrives > Terms().good
+    assert len(pair.mind.bad) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+def test_a_bad_network_alone_keeps_no_end_from_driving(seed: int) -> None:
+    how = Impairment(
+        delay=80 * MILLISECOND, jitter=40 * MILLISECOND, loss=0.1, reorder=0.05, seed=seed
+    )
+    pair = Pair(how, Terms())
+    for tick in range(2000):
+        pair.tick(*["mind.sample"] * (tick % 7 == 0 or tick < 1000))
+    assert pair.mind.bad == []

@@ -31,6 +31,7 @@ from firmware_runtime.system.process_identity import boot_id
 
 AT_ONCE: Final = 64
 """How many frames are read in one pass of the loop."""
+_UNHEARD: Final = "what this end sends does not arrive at the other"
 
 
 class Link(EventSource):
@@ -77,6 +78,8 @@ class Link(EventSource):
         self._delivery = Delivery(ports, terms, takes_old=takes_old, on_lost=self._interrupt)
         self._steps: list[Frame] = []
         self._was_good = False
+        self._heard_since = 0
+        """Since when what this end says arrives, as far as is known; 0 before it was doubtful."""
         self._meter: LinkMeter | None = None
         self._refused_cut = ""
         self._has_said_taken = False
@@ -122,16 +125,21 @@ class Link(EventSource):
         clock = self._time()
         if sender.departures:
             sender.collect(clock - now)
-        is_good = self.peer.is_good(clock)
+        is_there = self.peer.is_good(clock)
+        is_good = is_there and clock < sender.unheard_at
         if self._was_good and not is_good:
-            self._turn_bad(self.peer.why_bad(clock) or "")
+            self._turn_bad(self.peer.why_bad(clock) or _UNHEARD)
         self._was_good = is_good
-        if is_good:
-            self._executive.poll_by(now + self.peer.silent_at - clock)
+        if not is_good:
+            self._heard_since = clock
+        if is_there:
+            turns_bad_at = min(self.peer.silent_at, sender.unheard_at)
+            if is_good:
+                self._executive.poll_by(now + turns_bad_at - clock)
             sender.send_steps(clock, counts)
         else:
             sender.outbox.expire(clock)
-        sender.show_presence(clock, counts, is_good=is_good)
+        sender.show_presence(clock, counts, is_good=is_there)
         self._count()
         self._meter.write(counts, is_good=is_good, silences=self.peer.silences)
 
@@ -142,7 +150,9 @@ class Link(EventSource):
         clock = self._time()
         if (why := self.peer.why_bad(clock)) is not None:
             return f"the link is not good: {why}"
-        good_for = clock - (self.peer.good_since or clock)
+        if clock >= self._sender.unheard_at:
+            return f"the link is not good: {_UNHEARD}"
+        good_for = clock - max(self.peer.good_since or clock, self._heard_since)
         if good_for >= self.terms.good:
             return None
         expected = f"expected {self.terms.good / SECOND:g} s"
@@ -170,7 +180,7 @@ class Link(EventSource):
             return
         if self.peer.session_of_peer != session:
             self._meet()
-        self._sender.outbox.note(frame)
+        self._sender.note(frame)
         round_trip = self.peer.clock.round_trip
         if frame.echo != 0 and round_trip is not None and self._meter is not None:
             self._meter.note_round_trip(round_trip)
@@ -203,7 +213,7 @@ class Link(EventSource):
         """There is another peer: it knows nothing of ours, and counts from 1."""
         self._steps.clear()
         self._delivery.begin_again()
-        self._sender.outbox.begin_again()
+        self._sender.begin_again()
         if self.peer.greeting is not None:
             self._log(f"link: {self.peer.greeting.role} of {self.peer.greeting.board} is there")
 

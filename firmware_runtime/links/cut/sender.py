@@ -5,7 +5,8 @@ Nothing waits: what finds no room is counted, and sent again where that is of us
 
 from typing import Final
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER
+from firmware_runtime.links.cut.acceptance import Acceptance
 from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.counts import Counts
 from firmware_runtime.links.cut.departures import Departures, packed
@@ -33,12 +34,31 @@ class Sender:
     ) -> None:
         self.departures = departures
         self.outbox = outbox
+        self.acceptance = Acceptance()
         self.owes_answer = False
         self._channel = channel
         self._peer = peer
         self._heartbeat_every = min(peer.timeout // 5, 100 * MILLISECOND)
         self._sent_at = self._hello_at = 0
         self._step = 0
+
+    @property
+    def unheard_at(self) -> int:
+        """The instant from which on this end is not heard, unless the peer accepts a step."""
+        if self.acceptance.waits_since is None:
+            return NEVER
+        answered_within = (self._peer.clock.round_trip or 0) + ANSWER_WITHIN
+        return self.acceptance.waits_since + self._peer.timeout + answered_within
+
+    def note(self, frame: Frame) -> None:
+        """The peer says what it has accepted."""
+        self.outbox.note(frame)
+        self.acceptance.note(frame)
+
+    def begin_again(self) -> None:
+        """There is another peer: it has nothing of what was sent before."""
+        self.outbox.begin_again()
+        self.acceptance.begin_again()
 
     def collect(self, offset: int) -> None:
         """Take up what has left; `offset` is CLOCK_MONOTONIC at instant 0 of the run."""
@@ -91,6 +111,7 @@ class Sender:
         )
         if not self._send(frame, counts):
             return
+        self.acceptance.note_sent(frame.counter, clock)
         for message in messages:
             if message.sent_at == 0:
                 counts.sent += message.values
