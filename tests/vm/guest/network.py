@@ -1,6 +1,7 @@
 """A bad network of the kernel's own: `tc netem` on the cable between two network namespaces."""
 
 import json
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from tests.vm.guest.machine import PROGRAM, expect, run
@@ -21,7 +22,9 @@ def a_robot_is_driven_over_tc_netem_between_two_namespaces() -> str:
     """Values cross both ways, as late as the kernel was told, and nothing is left of the cable."""
     words = [word for setting in SLOW for word in ("--set", setting)]
     stage = ("--stage", "remote", "--impair", IMPAIR, "--for", "15", "--json")
-    document = json.loads(run(PROGRAM, "run", "tachobot", *stage, *words))
+    with TemporaryDirectory() as apart:  # the service's statistics are the ones to be found later
+        state = f"FIRMWARE_RUNTIME_STATE_DIRECTORY={apart}"
+        document = json.loads(run("env", state, PROGRAM, "run", "tachobot", *stage, *words))
     link = document["link"]
     by = link["impairment"]["by"]
     expect(by == "tc netem", f"the network is impaired by {by}: {link['impairment']}")
