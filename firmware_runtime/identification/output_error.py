@@ -27,6 +27,7 @@ _COULOMB, _STATIC, _DELAY = 2, 3, 4
 _NO_DIFFERENCE: Final = 1e-3
 """A value whose whole scale moves the output by less of the noise than this is not seen in it."""
 _HALVINGS: Final = 12
+_DOUBLINGS: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,10 +217,13 @@ def _static_range(
         return _squares(model, noise, changed) > bound
 
     coulomb, excess = float(values[_COULOMB]), float(values[_STATIC])
-    most = 4.0 * (coulomb + excess)
     low = 0.0 if not grown(0.0) else _edge(grown, excess, 0.0)
-    high = np.inf if not grown(most) else _edge(grown, excess, most)
-    return coulomb + low, coulomb + high
+    most = 4.0 * (coulomb + excess)  # the value itself may be anywhere between both levels
+    for _ in range(_DOUBLINGS):
+        if grown(most):
+            return coulomb + low, coulomb + _edge(grown, excess, most)
+        most *= 2.0
+    return coulomb + low, np.inf
 
 
 def _squares(model: OutputError, noise: Noise, values: Numbers) -> float:
