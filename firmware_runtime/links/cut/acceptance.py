@@ -7,7 +7,7 @@ lets signs of life pass, leaves it working by what is old.
 from collections import deque
 from typing import Final
 
-from firmware_runtime.links.cut.window import was_accepted
+from firmware_runtime.links.cut.window import SHOWN, was_accepted
 from firmware_runtime.links.cut.wire import Frame
 
 _MOST: Final = 1024
@@ -32,14 +32,10 @@ class Acceptance:
 
     def note(self, frame: Frame) -> None:
         """The peer says what it has accepted."""
-        accepted = [
-            counter
-            for counter, _ in self._sent
-            if was_accepted(counter, frame.seen, frame.seen_before)
-        ]
-        if not accepted:
+        newest = self._newest_accepted(frame)
+        if newest is None:
             return
-        while self._sent and self._sent[0][0] <= accepted[-1]:
+        while self._sent and self._sent[0][0] <= newest:
             self._sent.popleft()
         self.waits_since = self._sent[0][1] if self._sent else None
 
@@ -47,3 +43,12 @@ class Acceptance:
         """There is another peer: nothing is on its way to it."""
         self._sent.clear()
         self.waits_since = None
+
+    def _newest_accepted(self, frame: Frame) -> int | None:
+        """The highest of the counters that the frame accepts; it shows none far below `seen`."""
+        for counter, _ in reversed(self._sent):
+            if was_accepted(counter, frame.seen, frame.seen_before):
+                return counter
+            if counter < frame.seen - SHOWN:
+                break
+        return None
