@@ -5,15 +5,14 @@ It knows neither chips nor clocks; the same object runs in simulation and on the
 
 from boards.tachobot.allocation import Allocation
 from boards.tachobot.attitude import Attitude
-from boards.tachobot.settings import ControllerSettings, FreeSettings, PidSettings, TachobotSettings
+from boards.tachobot.pid_controller import PidController
+from boards.tachobot.settings import ControllerSettings, FreeSettings
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.thrust_pairs import Forces
-from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.delay import Delay
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.pid import Pid, PidGains
+from firmware_runtime.models.pid import Pid
 from firmware_runtime.models.plant import SecondOrderPlant
 from firmware_runtime.models.smith_predictor import SmithPredictor
 from firmware_runtime.models.square_wave import SquareWave, Wave
@@ -22,7 +21,7 @@ POSITION_PERIODS = 10
 """Control periods after which a position command that was not renewed counts as zero."""
 
 
-class Controller(Coupled):
+class Controller(PidController[Pid]):
     """sample -> attitude (-> smith) -> yaw (-> delay) -> allocation -> forces.
 
     A wave stands in for yaw where the settings have one; x and y join in mode `free`. `yaw_plant`
@@ -36,17 +35,16 @@ class Controller(Coupled):
         pair_thrust_n: float,
         yaw_plant: SecondOrderPlant,
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, pair_thrust_n)
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
         self.yaw_reference = self.in_port("yaw_reference", float)
         self.forces = self.out_port("forces", Forces)
         is_free = isinstance(settings, FreeSettings)
         compass = seconds(settings.compass_time_constant_s)
-        limit_n = 2 * pair_thrust_n
 
         attitude = self.attitude = self.add(Attitude("attitude", compass, enabled=not is_free))
-        yaw = self.add(Pid("yaw", _gains(settings.yaw, limit_n), settings.yaw.reference_rad))
+        yaw = self.add(Pid("yaw", self._gains(settings.yaw), settings.yaw.reference_rad))
         timeout = POSITION_PERIODS * seconds(settings.period_s)
         allocation = self.add(Allocation("allocation", pair_thrust_n, timeout))
 
@@ -60,15 +58,9 @@ class Controller(Coupled):
         self.couple(allocation.forces_out, self.forces)
         if self._smith is not None:
             self.couple(yaw.command, self._smith.command)
-        self._limit_n = limit_n
-        self._pids = {"yaw": yaw}
+        self._pids["yaw"] = yaw
         if isinstance(settings, FreeSettings):
-            self._add_position(settings, limit_n, allocation)
-
-    def retune(self, settings: TachobotSettings) -> None:
-        """Take up new gains; integrals stay, so nothing jumps."""
-        for name, pid in self._pids.items():
-            pid.gains = _gains(getattr(settings.controller, name), self._limit_n)
+            self._add_position(settings, allocation)
 
     def _predicted(self, settings: ControllerSettings, plant: SecondOrderPlant) -> OutPort[Motion]:
         """The port at which the yaw leaves that is controlled: predicted, or as estimated."""
@@ -91,26 +83,14 @@ class Controller(Coupled):
         self.couple(self.attitude.yaw, source.tick)
         return source.level_out
 
-    def _delayed(self, command: OutPort[float], delay_s: float) -> OutPort[float]:
-        """The port at which a command leaves after the delay; its own where there is none."""
-        if not delay_s:
-            return command
-        delay = self.add(Delay("yaw_delay", float, seconds(delay_s)))
-        self.couple(command, delay.entrance)
-        return delay.delayed
-
-    def _add_position(self, settings: FreeSettings, limit_n: float, allocation: Allocation) -> None:
+    def _add_position(self, settings: FreeSettings, allocation: Allocation) -> None:
         """PIDs for x and y, fed from outside: nothing on board measures where the robot is."""
         self.x_position = self.in_port("x_position", Motion)
         self.y_position = self.in_port("y_position", Motion)
-        x = self.add(Pid("x", _gains(settings.x, limit_n), settings.x.reference_m))
-        y = self.add(Pid("y", _gains(settings.y, limit_n), settings.y.reference_m))
+        x = self.add(Pid("x", self._gains(settings.x), settings.x.reference_m))
+        y = self.add(Pid("y", self._gains(settings.y), settings.y.reference_m))
         self._pids.update(x=x, y=y)
         self.couple(self.x_position, x.measurement)
         self.couple(self.y_position, y.measurement)
         self.couple(x.command, allocation.x_n)
         self.couple(y.command, allocation.y_n)
-
-
-def _gains(settings: PidSettings, limit_n: float) -> PidGains:
-    return PidGains(settings.kp, settings.ki, settings.kd, limit_n, settings.anti_windup)

@@ -13,14 +13,11 @@ from boards.tachobot.attitude import Attitude
 from boards.tachobot.course import path_of
 from boards.tachobot.given_up import GivenUp
 from boards.tachobot.inertial import Inertial
+from boards.tachobot.pid_controller import PidController
 from boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.thrust_pairs import Forces
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.delay import Delay
-from firmware_runtime.models.pid import PidGains
 from firmware_runtime.models.position_estimator import PositionEstimator
 from firmware_runtime.models.position_fix import PoseFix, PositionFix
 from firmware_runtime.models.position_watch import PositionWatch
@@ -31,17 +28,16 @@ PERIODS: Final = 10
 """Of control, after which a command of x or y, and of setpoints, after which one counts no more."""
 
 
-class TrackingController(Coupled):
+class TrackingController(PidController[TrackingPid]):
     """sample, position -> estimator -> PIDs along the trajectory -> allocation -> forces."""
 
     def __init__(self, name: str, settings: TachobotSettings, control: TrackSettings) -> None:
-        super().__init__(name)
+        super().__init__(name, settings.pair_thrust_n)
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
         self.position = self.in_port("position", PositionFix)
         self.pose = self.in_port("pose", PoseFix)
         self.forces = self.out_port("forces", Forces)
-        self._limit_n = 2 * settings.pair_thrust_n
         compass = seconds(control.compass_time_constant_s)
         estimates = settings.position.estimator(control.period_s)
         period, limits = seconds(settings.trajectory.period_s), settings.trajectory.rejoin()
@@ -77,11 +73,6 @@ class TrackingController(Coupled):
         self._couple_axes(control)
         self.couple(self.allocation.forces_out, self.forces)
 
-    def retune(self, settings: TachobotSettings) -> None:
-        """Take up new gains; integrals stay, so nothing jumps."""
-        for name, pid in self._pids.items():
-            pid.gains = self._gains(getattr(settings.controller, name))
-
     def _couple_axes(self, control: TrackSettings) -> None:
         """Estimate and setpoint to each PID, and their commands to the allocation."""
         estimator, trajectory, allocation = self.estimator, self.trajectory, self.allocation
@@ -100,16 +91,5 @@ class TrackingController(Coupled):
         self.couple(y.command, allocation.y_n)
         self.couple(self._delayed(yaw.command, control.yaw.delay_s), allocation.yaw_n)
 
-    def _delayed(self, command: OutPort[float], delay_s: float) -> OutPort[float]:
-        """The port at which a command leaves after the delay; its own where there is none."""
-        if not delay_s:
-            return command
-        delay = self.add(Delay("yaw_delay", float, seconds(delay_s)))
-        self.couple(command, delay.entrance)
-        return delay.delayed
-
     def _pid(self, name: str, settings: PidSettings, inertia: float, timeout: int) -> TrackingPid:
         return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))
-
-    def _gains(self, settings: PidSettings) -> PidGains:
-        return PidGains(settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup)
