@@ -20,7 +20,7 @@ from math import sqrt
 from typing import ClassVar, Final
 
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.models.qss.integrator import Integrator
+from firmware_runtime.models.qss.qss2 import QSS2
 from firmware_runtime.models.qss.roots import leaves_band
 from firmware_runtime.models.qss.segment import NANO, Segment
 
@@ -28,28 +28,20 @@ _SHORT_STEPS: Final = 1000
 """So many steps of 1 ns on end are a livelock."""
 
 
-class LIQSS2(Integrator):
+class LIQSS2(QSS2):
     """Second order, implicit: a fast stable state does not force its step upon the system."""
 
-    order: ClassVar[int] = 2
     _is_explicit: ClassVar[bool] = False
 
     def __init__(
         self, name: str, initial: float, quantum: float, *, relative_quantum: float = 0.0
     ) -> None:
         super().__init__(name, initial, quantum, relative_quantum=relative_quantum)
-        self._u0 = self._u1 = 0.0
-        self._q0, self._q1 = self._x, 0.0
         self._a = 0.0
         """Of the derivative by the own q, in 1/s; never above 0."""
         self._change = 0.0
         """By how much the last own event moved q, while its answer is awaited."""
         self._short = 0
-
-    def segment_after(self, seconds: float) -> Segment:
-        """The polynomial of x from so many seconds after the last transition on."""
-        u0, u1 = self._u0, self._u1
-        return Segment(self._x + seconds * (u0 + 0.5 * u1 * seconds), u0 + u1 * seconds, 0.5 * u1)
 
     def _quantized_after(self, seconds: float) -> Segment:
         q0, q1 = self._line(seconds)
