@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.models.qss.evaluation import Wires, side_of
+from firmware_runtime.models.qss.evaluation import Wires, worth
 from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.segment import NANO, Segment
@@ -58,7 +58,8 @@ class Assignment(Atomic):
         self._at += elapsed
         self._wires.advance(elapsed * NANO)
         if self.trigger:
-            values = {target: self._worth(target) for target in self._programs}
+            t, flat = self._at * NANO, self._wires.flat
+            values = {name: worth(program, t, flat) for name, program in self._programs.items()}
             if values.pop("", 1.0) != 0.0:
                 self._sent = values
         for name, port in self.inputs.items():
@@ -68,13 +69,6 @@ class Assignment(Atomic):
             self.activate("sending")
         else:
             self.passivate("waiting")
-
-    def _worth(self, target: str) -> float:
-        program, t, flat = self._programs[target], self._at * NANO, self._wires.flat
-        sides: list[bool] = []
-        for condition in program.conditions:
-            sides.append(side_of(condition, condition.code(t, sides, flat)))
-        return program.value(t, sides, flat)[0]
 
 
 class Held(Atomic):

@@ -8,7 +8,7 @@ from typing import Final, Literal
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.models.qss.evaluation import Wires, leaves_side, side_of
+from firmware_runtime.models.qss.evaluation import Wires, leaves_side, settle, side_of
 from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.program import Condition, Layout, compile_expression
 from firmware_runtime.models.qss.segment import NANO, Segment, whole_after
@@ -107,11 +107,7 @@ class Crossing(Atomic):
 
     def _look(self) -> None:
         t, flat, sides = self._at * NANO, self._wires.flat, self._inner_sides
-        leaves = inf
-        for number, condition in enumerate(self._inner):
-            inner = condition.code(t, sides, flat)
-            sides[number] = side_of(condition, inner)
-            leaves = min(leaves, leaves_side(condition, inner, self._longest_s, side=sides[number]))
+        leaves = settle(self._inner, t, sides, flat, self._longest_s)
         g = self._difference.code(t, sides, flat)
         side = side_of(self._difference, g)
         leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))

@@ -5,7 +5,7 @@ from math import inf, sqrt
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.models.qss.program import Condition
+from firmware_runtime.models.qss.program import Condition, Program
 from firmware_runtime.models.qss.roots import falls_below_zero
 from firmware_runtime.models.qss.segment import NANO, Segment
 
@@ -96,3 +96,27 @@ def leaves_side(condition: Condition, g: Sequence[float], longest_s: float, *, s
         return root * (1.0 - min(sqrt(sqrt(NANO / moved)), 0.5))
     turns = sqrt(sqrt(abs(a) / left_out)) if left_out > 0.0 else longest_s
     return min(longest_s, max(turns, longest_s / 256.0))
+
+
+def settle(
+    conditions: Sequence[Condition],
+    t: float,
+    sides: list[bool],
+    flat: Sequence[float],
+    longest_s: float,
+) -> float:
+    """Bring the sides up to date, inner ones first; in how many seconds one must be looked at."""
+    leaves = inf
+    for number, condition in enumerate(conditions):
+        g = condition.code(t, sides, flat)
+        side = sides[number] = side_of(condition, g)
+        leaves = min(leaves, leaves_side(condition, g, longest_s, side=side))
+    return leaves
+
+
+def worth(program: Program, t: float, flat: Sequence[float]) -> float:
+    """The value at an instant, with the sides as they are then."""
+    sides: list[bool] = []
+    for condition in program.conditions:
+        sides.append(side_of(condition, condition.code(t, sides, flat)))
+    return program.value(t, sides, flat)[0]

@@ -13,7 +13,7 @@ from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.models.qss.evaluation import Wires, leaves_side, side_of
+from firmware_runtime.models.qss.evaluation import Wires, settle
 from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.segment import NANO, Segment, whole_after
@@ -115,11 +115,7 @@ class Function(Atomic):
 
     def _evaluate(self) -> None:
         t, flat, sides = self._at * NANO, self._wires.flat, self._sides
-        leaves = inf
-        for number, condition in enumerate(self._conditions):
-            g = condition.code(t, sides, flat)
-            side = sides[number] = side_of(condition, g)
-            leaves = min(leaves, leaves_side(condition, g, self._longest_s, side=side))
+        leaves = settle(self._conditions, t, sides, flat, self._longest_s)
         coefficients = self._value(t, sides, flat)
         self._segment = Segment(*coefficients[: self.order])
         self._renewed_in = leaves if self._is_exact else min(leaves, self._lasts(coefficients))

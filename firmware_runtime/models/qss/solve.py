@@ -9,7 +9,7 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss.evaluation import side_of
+from firmware_runtime.models.qss.evaluation import worth
 from firmware_runtime.models.qss.model import SystemModel
 from firmware_runtime.models.qss.program import Layout, Program, compile_expression
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment
@@ -47,7 +47,7 @@ class Simulation:
         now = self.now
         flat = [each.value_at(now) for each in self.model.integrators.values()]
         flat += [segment.at((now - since) * NANO) for since, segment in self._others.values()]
-        return {text: _value(program, now * NANO, flat) for text, program in self._outputs.items()}
+        return {text: worth(program, now * NANO, flat) for text, program in self._outputs.items()}
 
     def _keep(self, name: str, port: OutPort[Segment]) -> None:
         def listener(at: int, segment: Segment) -> None:
@@ -93,13 +93,6 @@ def _spread(until: float | None, samples: int) -> list[float]:
         fault = f"until {until!r} s, {samples!r} samples; expected more than 0 s, 2 samples or more"
         raise ConfigError.of_one("solve", fault)
     return [float(until) * number / (samples - 1) for number in range(samples)]
-
-
-def _value(program: Program, t: float, flat: Sequence[float]) -> float:
-    sides: list[bool] = []
-    for condition in program.conditions:
-        sides.append(side_of(condition, condition.code(t, sides, flat)))
-    return program.value(t, sides, flat)[0]
 
 
 def columns(times: Sequence[float], values: Mapping[str, Sequence[float]]) -> str:
