@@ -8,7 +8,7 @@ import csv
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,6 @@ from firmware_runtime.recording.records import Entered, Left
 from firmware_runtime.recording.values import UnknownValue, made
 
 COLUMNS: Final = ("time_s", "input", "output")
-Events: TypeAlias = Iterable[tuple[float, str, Any]]
-"""Seconds, port, value."""
 
 
 class _Pair(NamedTuple):

@@ -18,7 +18,6 @@ from tests.support.virtual_tachobot import VirtualTachobot, virtual_tachobot
 
 pytestmark = pytest.mark.slow
 
-LIFTED_S = 3.1
 WORLD = ("world.accelerometer_noise_m_s2=0.05", "world.accelerometer_bias_m_s2=0.05")
 
 

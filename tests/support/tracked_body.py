@@ -14,7 +14,6 @@ from firmware_runtime.models.position_filter import FilterNoise
 from firmware_runtime.models.position_fix import (
     FixReport,
     PlanarInertial,
-    PoseFix,
     PositionFix,
     PositionState,
 )
@@ -109,8 +108,3 @@ class Body:
         off = complex(self.random.gauss(0, deviation), self.random.gauss(0, deviation))
         place = self.position + off
         return PositionFix(place.real, place.imag, 0.0)
-
-    def seen_pose(self, yaw_rad: float) -> PoseFix:
-        """The same with a yaw."""
-        x, y, _ = self.seen()
-        return PoseFix(x, y, yaw_rad, 0.0)

@@ -75,7 +75,6 @@ class Function(Atomic):
         self._segment = Segment(0.0)
         self._renewed_in = inf
         self._sends = False
-        self.evaluations = 0
 
     def initialize(self) -> None:
         """Send at once if all inputs have a value."""
@@ -119,7 +118,6 @@ class Function(Atomic):
         coefficients = self._value(t, sides, flat)
         self._segment = Segment(*coefficients[: self.order])
         self._renewed_in = leaves if self._is_exact else min(leaves, self._lasts(coefficients))
-        self.evaluations += 1
         self._sends = True
         self.sigma = 0
 

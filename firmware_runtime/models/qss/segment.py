@@ -42,11 +42,6 @@ class Segment(NamedTuple):
 ZERO_SEGMENT: Final = Segment(0.0)
 
 
-def whole_before(seconds: float) -> int:
-    """The whole ns in a duration, rounded down; NEVER for one without an end."""
-    return int(seconds * 1e9) if seconds < LONGEST_S else NEVER
-
-
 def whole_after(seconds: float) -> int:
     """The whole ns that span a duration, 1 at least unless it is none; NEVER without an end.
 
@@ -63,4 +58,4 @@ def whole_after(seconds: float) -> int:
     return int(ns) + 1
 
 
-__all__ = ["LONGEST_S", "NANO", "ZERO_SEGMENT", "Segment", "whole_after", "whole_before"]
+__all__ = ["LONGEST_S", "NANO", "ZERO_SEGMENT", "Segment", "whole_after"]

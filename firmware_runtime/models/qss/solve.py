@@ -1,6 +1,6 @@
 """A system solved: its blocks simulated, and its outputs read from their polynomials."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from numbers import Integral, Real
 from typing import Final
@@ -93,10 +93,3 @@ def _spread(until: float | None, samples: int) -> list[float]:
         fault = f"until {until!r} s, {samples!r} samples; expected more than 0 s, 2 samples or more"
         raise ConfigError.of_one("solve", fault)
     return [float(until) * number / (samples - 1) for number in range(samples)]
-
-
-def columns(times: Sequence[float], values: Mapping[str, Sequence[float]]) -> str:
-    """Times and values as CSV text, a header first."""
-    rows = zip(times, *values.values(), strict=True)
-    header = ",".join(("t", *(f'"{name}"' if "," in name else name for name in values)))
-    return "\n".join((header, *(",".join(repr(each) for each in row) for row in rows))) + "\n"
