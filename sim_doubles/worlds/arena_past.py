@@ -5,7 +5,7 @@ from typing import Final, Generic, Protocol, TypeVar
 
 from firmware_runtime.devs.time import format_time
 
-__all__ = ["KEPT", "Past"]
+__all__ = ["KEPT", "Past", "require_in_order"]
 
 KEPT: Final = 20_000
 """How many stretches are remembered; each step of a ramp begins one."""
@@ -40,4 +40,13 @@ class Past(Generic[S]):
         raise ValueError(
             f"arena: read at {format_time(at)}, expected an instant of the run no further back "
             f"than {KEPT} changes of a motion"
+        )
+
+
+def require_in_order(at: int, since: int) -> None:
+    """Raise ValueError for a motion that would begin at `at`, before the last one, at `since`."""
+    if at < since:
+        raise ValueError(
+            f"arena: advanced to {format_time(at)}, expected an instant not before the last "
+            f"change at {format_time(since)}"
         )

@@ -7,15 +7,14 @@ that have held are remembered, for sensors that ask late.
 """
 
 import math
-from collections import deque
 from collections.abc import Iterator
-from typing import Final
+from typing import Final, NamedTuple
 
-from firmware_runtime.devs.time import SECOND, format_time
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.qss import Segment, Simulation, System, When
 from sim_doubles.worlds.arena_geometry import Circle, Shape
 from sim_doubles.worlds.arena_parameters import ArenaParameters
-from sim_doubles.worlds.arena_past import KEPT
+from sim_doubles.worlds.arena_past import Past, require_in_order
 from sim_doubles.worlds.arena_vehicle import Pose, WheelAngles, WheelsChangeAt, gears
 
 __all__ = ["QUANTUM", "QuantizedVehicle"]
@@ -26,7 +25,15 @@ QUANTUM: Final = 1e-5
 _SHORTEST: Final = 1000
 """From a shorter time, in ns, no speed can be told."""
 
-_Log = deque[tuple[int, Segment]]
+
+class _Stretch(NamedTuple):
+    """A polynomial of place or heading, and since when it has held."""
+
+    since: int
+    segment: Segment
+
+    def at(self, at: int) -> float:
+        return self.segment.at((at - self.since) / SECOND)
 
 
 class QuantizedVehicle:
@@ -42,7 +49,7 @@ class QuantizedVehicle:
         self._gears = gears(parameters)
         self._wheel_angles, self._wheels_change_at = wheel_angles, wheels_change_at
         self._simulation = Simulation(_system(parameters))
-        self._logs = [self._log(name) for name in ("x", "y", "heading")]
+        self._pasts = [self._past(name) for name in ("x", "y", "heading")]
         self._simulation.advance(0)
         # The even motion under way
         self._since = 0
@@ -57,15 +64,11 @@ class QuantizedVehicle:
     def pose(self, at: int) -> Pose:
         """Where it is, or was, at an instant."""
         self._go_on(at)
-        return Pose(*(_value(log, at) for log in self._logs))
+        return Pose(*(past.at(at).at(at) for past in self._pasts))
 
     def advance(self, at: int) -> None:
         """Begin another even motion at an instant. Raises ValueError if the last began later."""
-        if at < self._since:
-            raise ValueError(
-                f"arena: advanced to {format_time(at)}, expected an instant not before the last "
-                f"change at {format_time(self._since)}"
-            )
+        require_in_order(at, self._since)
         self._go_on(at)
         self._end(at)
 
@@ -100,25 +103,15 @@ class QuantizedVehicle:
         simulation.simulator.advance(simulation.now)
         self._has_speed = True
 
-    def _log(self, name: str) -> _Log:
-        log: _Log = deque(maxlen=KEPT)
+    def _past(self, name: str) -> Past[_Stretch]:
+        past: Past[_Stretch] = Past()
         integrator = self._simulation.model.integrators[name]
         integrator.sends_state = True
         self._simulation.simulator.listen(
-            integrator.state, lambda at, segment: log.append((at, segment))
+            integrator.state, lambda at, segment: past.add(_Stretch(at, segment))
         )
-        log.append((0, Segment(integrator.value_at(0))))
-        return log
-
-
-def _value(log: _Log, at: int) -> float:
-    for since, segment in reversed(log):
-        if since <= at:
-            return segment.at((at - since) / SECOND)
-    raise ValueError(
-        f"arena: read at {format_time(at)}, expected an instant of the run no further back "
-        f"than {KEPT} changes of a motion"
-    )
+        past.add(_Stretch(0, Segment(integrator.value_at(0))))
+        return past
 
 
 def _system(parameters: ArenaParameters) -> System:

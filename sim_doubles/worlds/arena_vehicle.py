@@ -13,10 +13,9 @@ import math
 from collections.abc import Callable
 from typing import Final, NamedTuple, TypeAlias
 
-from firmware_runtime.devs.time import format_time
 from sim_doubles.worlds.arena_geometry import Point
 from sim_doubles.worlds.arena_parameters import ArenaParameters
-from sim_doubles.worlds.arena_past import Past
+from sim_doubles.worlds.arena_past import Past, require_in_order
 from sim_doubles.worlds.noise import InstantNoise
 
 __all__ = ["Pose", "Vehicle", "WheelAngles", "WheelsChangeAt", "gears"]
@@ -106,11 +105,7 @@ class Vehicle:
 
     def advance(self, at: int) -> None:
         """Begin another arc at an instant. Raises ValueError if the last one began later."""
-        if at < self._since:
-            raise ValueError(
-                f"arena: advanced to {format_time(at)}, expected an instant not before the last "
-                f"change at {format_time(self._since)}"
-            )
+        require_in_order(at, self._since)
         self._go_on(at)
         self._end_arc(at)
 
