@@ -18,7 +18,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.sweeps.plan import Sweep
 from firmware_runtime.sweeps.row import EXPERIMENT, RESULT, STATISTICS, Cell, Row
-from firmware_runtime.system.whole_file import keep_file
+from firmware_runtime.system.whole_file import keep_output
 
 ENDINGS: Final = (".parquet", ".csv")
 _ORDER: Final = (RESULT, EXPERIMENT, STATISTICS)
@@ -82,12 +82,7 @@ def sweep_of(row: Row) -> Sweep:
 
 def write_table(table: Table, path: Path) -> None:
     """Write it whole, by the ending of its name. Raises ConfigError."""
-    content = _parquet(table) if path.suffix == ".parquet" else _csv(table).encode()
-    try:
-        keep_file(path, content)
-    except OSError as error:
-        fault = f"{path}: {error.strerror}; expected a file that can be written"
-        raise ConfigError.of_one("-o", fault) from error
+    keep_output(path, _parquet(table) if path.suffix == ".parquet" else _csv(table).encode())
 
 
 def read_table(path: Path) -> Table:

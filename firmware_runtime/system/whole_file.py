@@ -7,6 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from firmware_runtime.errors import ConfigError
+
 OWN_AND_GROUP: Final = 0o640
 """The owner writes, the group may read, as for the statistics."""
 MOST: Final = 1 << 24
@@ -44,6 +46,15 @@ def keep_file(path: Path, content: bytes, mode: int | None = None) -> None:
     if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113 -- never raise
         raise OSError(errno.EINVAL, "no regular file", str(path))
     replace_file(place, content, mode)
+
+
+def keep_output(output: Path, content: bytes) -> None:
+    """Like `keep_file`, at what `-o` names. Raises ConfigError."""
+    try:
+        keep_file(output, content)
+    except OSError as error:
+        fault = f"{output}: {error.strerror}; expected a file that can be written"
+        raise ConfigError.of_one("-o", fault) from error
 
 
 def read_file(path: Path) -> bytes:

@@ -15,7 +15,7 @@ from firmware_runtime.board.in_force import settings_in_force, settings_place
 from firmware_runtime.board.kinds import names, shipped_file
 from firmware_runtime.board.registry import Board, read_text
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import keep_file
+from firmware_runtime.system.whole_file import keep_output
 
 _TABLE: Final = re.compile(r"\s*\[\s*([^\[\]]+?)\s*\]\s*(#.*)?$")
 _VALUE: Final = re.compile(r"(\s*([\w.-]+)\s*=\s*)([^\s#]+)(.*)$")
@@ -57,11 +57,7 @@ def write_copy(board: Board, values: Mapping[str, float], output: Path) -> None:
     if (fault := output_fault(output, board)) is not None:
         raise ConfigError("-o", [fault])
     text = changed(read_text(board.source), values)
-    try:
-        keep_file(output, text.encode())
-    except OSError as error:
-        fault = f"{output}: {error.strerror}; expected a file that can be written"
-        raise ConfigError("-o", [fault]) from error
+    keep_output(output, text.encode())
 
 
 def changed(text: str, values: Mapping[str, float]) -> str:

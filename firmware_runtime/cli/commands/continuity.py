@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ from firmware_runtime.board.roles import CONTROLLER
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
+from firmware_runtime.cli.written import check_output
 from firmware_runtime.continuity.certificate import NOTHING, Certificate
 from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.stage_run import Plan, StageRun, run_stage
@@ -23,7 +23,7 @@ from firmware_runtime.stages.stage import Stage
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.own_folder import own_folder
-from firmware_runtime.system.whole_file import keep_file
+from firmware_runtime.system.whole_file import keep_output
 
 _ABOUT = """
 Each stage runs on doubles, in a process of its own. What entered the board's controller in it
@@ -90,7 +90,7 @@ def _add_stages(verb: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the stages, write the certificate, print what became of each."""
     output: Path = arguments.output
-    _check_output(output)
+    check_output(output, _SUFFIXES)
     if arguments.impair is not None:
         impairment(arguments.impair)  # what cannot be read is refused before anything runs
     board = chosen_board(arguments.board, arguments.assignments)
@@ -119,16 +119,6 @@ def _folder(stated: Path | None) -> Iterator[Path]:
         fault = f"{stated}: {error.strerror}; expected a folder that can be made"
         raise ConfigError("--keep", [fault]) from error
     yield stated
-
-
-def _check_output(output: Path) -> None:
-    """Raise ConfigError for a file of no known kind, or in no folder that takes it."""
-    if output.suffix not in _SUFFIXES:
-        fault = f"{output}: expected a name that ends in {' or '.join(_SUFFIXES)}"
-        raise ConfigError("-o", [fault])
-    if not os.access(output.parent, os.W_OK):
-        fault = f"{output}: no folder that can be written; expected one"
-        raise ConfigError("-o", [fault])
 
 
 def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
@@ -163,8 +153,4 @@ def _write(certificate: Certificate, output: Path) -> None:
         text = certificate_page(certificate)
     else:
         text = json.dumps(certificate.as_json(), indent=1, allow_nan=False) + "\n"
-    try:
-        keep_file(output, text.encode())
-    except OSError as error:
-        fault = f"{output}: {error.strerror}; expected a file that can be written"
-        raise ConfigError("-o", [fault]) from error
+    keep_output(output, text.encode())

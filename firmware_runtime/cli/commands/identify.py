@@ -3,18 +3,17 @@
 import argparse
 import json
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.cli.written import check_output
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.whole_file import keep_file
+from firmware_runtime.system.whole_file import keep_output
 
 if TYPE_CHECKING:
     from firmware_runtime.identification.identified import Identified
@@ -62,7 +61,7 @@ def add_since(verb: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Identify, and print or write what came of it."""
     if arguments.output is not None:
-        _check_output(arguments.output)
+        check_output(arguments.output, _SUFFIXES)
     board = chosen_board(arguments.board, arguments.assignments)
     with exit_on_signals():
         series, identified, fit = identified_from(arguments.run, board, arguments.since)
@@ -99,16 +98,6 @@ def _instant(text: str) -> float:
     return value
 
 
-def _check_output(output: Path) -> None:
-    """Raise ConfigError for a file of no known kind, or in no folder that takes it."""
-    if output.suffix not in _SUFFIXES:
-        fault = f"{output}: expected a name that ends in {' or '.join(_SUFFIXES)}"
-        raise ConfigError("-o", [fault])
-    if not os.access(output.parent, os.W_OK):
-        fault = f"{output}: no folder that can be written; expected one"
-        raise ConfigError("-o", [fault])
-
-
 def _as_json(board: Board, identified: "Identified") -> dict[str, Any]:
     found = module_of_extra("firmware_runtime.identification.identified", "tuning")
     title = "" if board.plant is None else board.plant.title
@@ -124,8 +113,4 @@ def _write(
         text = words.page(board.name, title, identified, series, fit)
     else:
         text = json.dumps(_as_json(board, identified), indent=1, allow_nan=False) + "\n"
-    try:
-        keep_file(output, text.encode())
-    except OSError as error:
-        fault = f"{output}: {error.strerror}; expected a file that can be written"
-        raise ConfigError("-o", [fault]) from error
+    keep_output(output, text.encode())
