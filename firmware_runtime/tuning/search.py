@@ -19,6 +19,7 @@ from firmware_runtime.identification.plant import PlantParameters
 from firmware_runtime.models.plant import SecondOrderPlant
 from firmware_runtime.tuning.loop import Gains, Loop, Margins, margins
 from firmware_runtime.tuning.response import Body, Scenario, cost_of
+from firmware_runtime.tuning.task import Task
 
 Place: TypeAlias = NDArray[np.floating[Any]]
 GAIN_DB: Final = 6.0
@@ -35,19 +36,6 @@ _GENERATIONS: Final = 20
 _TRIES: Final = 120
 _SLACK: Final = 1.02
 """Margins are kept with so much to spare, so that rounding of gains takes none away."""
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """What gains are sought for."""
-
-    body: Body
-    possible: Sequence[PlantParameters]
-    """Other plants that the identification leaves possible."""
-    shipped: Gains
-    step: float
-    noise: float
-    """Standard deviation of the measured rate."""
 
 
 @dataclass(frozen=True, slots=True)

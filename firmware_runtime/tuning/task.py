@@ -2,10 +2,10 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -13,18 +13,32 @@ from firmware_runtime.board.plants import PidLoop, Plant
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.identification.identified import Identified
 from firmware_runtime.identification.plant import KEYS, PlantParameters, Structure
 from firmware_runtime.identification.source import plant_of
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.tuning.loop import Gains
 from firmware_runtime.tuning.response import Body
-from firmware_runtime.tuning.search import Task
+
+if TYPE_CHECKING:  # it imports scipy: what is wrong with the input is said before
+    from firmware_runtime.identification.identified import Identified
 
 _DRAWN: Final = 4
 _UNKNOWN: Final = 0.1
 """How far off a plant is taken to be whose intervals are not known: a tenth."""
 Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What gains are sought for."""
+
+    body: Body
+    possible: Sequence[PlantParameters]
+    """Other plants that the identification leaves possible."""
+    shipped: Gains
+    step: float
+    noise: float
+    """Standard deviation of the measured rate."""
 
 
 def loop_of(board: Board) -> tuple[Plant, PidLoop]:
@@ -87,7 +101,7 @@ def _drawn(ranges: list[Interval]) -> Iterator[PlantParameters]:
         yield PlantParameters(*values)
 
 
-def of_identified(identified: Identified) -> tuple[PlantParameters, dict[str, Interval]]:
+def of_identified(identified: "Identified") -> tuple[PlantParameters, dict[str, Interval]]:
     """A plant and its intervals; an end that nothing bounds is twice the value."""
     intervals = {
         key: (each.low or 0.0, 2.0 * each.value if each.high is None else each.high)

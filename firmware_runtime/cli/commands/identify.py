@@ -79,10 +79,10 @@ def identified_from(
     run: Path, board: Board, since_s: float | None
 ) -> "tuple[Series, Identified, Fit]":
     """What a run shows of a board's plant. Raises ConfigError, also without scipy."""
-    found = module_of_extra("firmware_runtime.identification.identified", "tuning")
     source = module_of_extra("firmware_runtime.identification.source", "tuning")
     plant = source.plant_of(board)
     series = source.read_series(run, board, since_s)
+    found = module_of_extra("firmware_runtime.identification.identified", "tuning")
     identified, fit = found.identify(series, plant.structure, plant.lag_s(board.settings))
     return series, identified, fit
 

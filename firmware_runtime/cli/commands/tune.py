@@ -17,7 +17,8 @@ from firmware_runtime.system.exit_on_signals import exit_on_signals
 
 if TYPE_CHECKING:
     from firmware_runtime.tuning.loop import Gains, Margins
-    from firmware_runtime.tuning.search import Task, Tuned
+    from firmware_runtime.tuning.search import Tuned
+    from firmware_runtime.tuning.task import Task
 
 _ABOUT = """
 The gains of least cost for the plant, with a gain margin of 6 dB and a phase margin of 45 degrees
@@ -57,7 +58,6 @@ def execute(arguments: argparse.Namespace) -> int:
     """Tune; print what was found, write the copy."""
     board = chosen_board(arguments.board, arguments.assignments)
     task_module = module_of_extra("firmware_runtime.tuning.task", "tuning")
-    search = module_of_extra("firmware_runtime.tuning.search", "tuning")
     file = module_of_extra("firmware_runtime.tuning.board_file", "tuning")
     _, loop = task_module.loop_of(board)
     output: Path | None = arguments.output
@@ -65,7 +65,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise ConfigError("-o", [fault])
     with exit_on_signals():
         task = _task(arguments, board)
-        tuned = search.tune(task)
+        tuned = module_of_extra("firmware_runtime.tuning.search", "tuning").tune(task)
     keys = task_module.keys_of(loop)
     if output is not None:
         values = {key: getattr(tuned.gains, name) for name, key in keys.items()}
