@@ -11,6 +11,7 @@ import math
 
 from drivers.thrust_pairs import Forces
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.elementary import cos_sin
 from firmware_runtime.models.motion import Motion
 
 T = ((1.0, 0.0, -1.0, 0.0), (0.0, -1.0, 0.0, 1.0), (0.5, -0.5, 0.5, -0.5))
@@ -77,7 +78,7 @@ class Allocation(Atomic):
     def _body_commands(self) -> tuple[float, float]:
         x = self._x if self._x_age <= self.timeout else 0.0
         y = self._y if self._y_age <= self.timeout else 0.0
-        cosine, sine = math.cos(self._yaw_rad), math.sin(self._yaw_rad)
+        cosine, sine = cos_sin(self._yaw_rad)
         return cosine * x + sine * y, cosine * y - sine * x
 
 

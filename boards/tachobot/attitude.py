@@ -5,6 +5,7 @@ import math
 from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.elementary import atan2
 from firmware_runtime.models.motion import Motion
 
 FIELDS_AVERAGED = 100
@@ -74,7 +75,7 @@ class Attitude(Atomic):
 
     def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:
         """How far the compass stands from the estimate, within plus and minus pi; 0 at first."""
-        heading = math.atan2(-field[1], field[0])
+        heading = atan2(-field[1], field[0])
         error = math.remainder(heading - self._heading_at_zero - yaw, math.tau)
         if self._headings == FIELDS_AVERAGED:
             return error

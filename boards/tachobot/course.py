@@ -1,10 +1,10 @@
 """The path that TachoBot's settings describe, and whether its propellers can follow it."""
 
-import math
 from pathlib import Path as FilePath
 
 from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.tracking_settings import CircleSettings, HoldSettings, LineSettings
+from firmware_runtime.elementary import hypot
 from firmware_runtime.models.trajectory import Path
 from firmware_runtime.models.trajectory_file import path_of_file
 from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose
@@ -56,7 +56,7 @@ def course_faults(settings: TachobotSettings) -> list[str]:
 
 def _acceleration(path: Path, t_s: float) -> float:
     x, y, _ = path.at(t_s)
-    return math.hypot(x.acceleration, y.acceleration)
+    return hypot(x.acceleration, y.acceleration)
 
 
 def _pose(x_m: float, y_m: float, yaw_rad: float | None, otherwise_rad: float) -> Pose:

@@ -21,6 +21,7 @@ from typing import Final
 from drivers.chips.bearing import Bearing, in_circle
 from drivers.chips.mounting import Vector, parse_mounting
 from drivers.chips.step import Step
+from firmware_runtime.elementary import atan2, hypot
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
@@ -165,13 +166,13 @@ class Hmc5883l:
         Raises as `read_field` does, and NotReady if the field has no horizontal part to speak of.
         """
         (forward, left, _), raw = self._read_measurement()
-        horizontal = math.hypot(forward, left)
+        horizontal = hypot(forward, left)
         if horizontal < LEAST_HORIZONTAL_T:
             raise NotReady(
                 f"{self.place}: horizontal field is {horizontal * 1e6:.1f} uT, expected "
                 f"{LEAST_HORIZONTAL_T * 1e6:g} uT or more for a bearing"
             )
-        return Bearing(in_circle(math.degrees(math.atan2(left, forward))), None, raw)
+        return Bearing(in_circle(math.degrees(atan2(left, forward))), None, raw)
 
     # ---------------------------------------------------------------------------------------------
 

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from firmware_runtime.elementary import exp, expm1
+
 State = tuple[float, ...]
 
 
@@ -72,10 +74,10 @@ class SecondOrderPlant:
             fading = convolution(damping, 1.0 / self.lag_s, elapsed_s)
             moved += gap * (coast - fading) * self.lag_s
             gained += gap * fading
-            gap *= math.exp(-elapsed_s / self.lag_s)
+            gap *= exp(-elapsed_s / self.lag_s)
         return (
             position + moved,
-            rate * math.exp(-damping * elapsed_s) + gained,
+            rate * exp(-damping * elapsed_s) + gained,
             settled + gap,
         )
 
@@ -90,8 +92,8 @@ def travelled(plant: PlantModel, state: State, commands: Sequence[tuple[float, f
 def convolution(a: float, b: float, t: float) -> float:
     """The integral of e^(-a (t - u)) e^(-b u) over u from 0 to t; a, b >= 0, equal or not."""
     apart = abs(a - b) * t
-    mean = -math.expm1(-apart) / apart if apart else 1.0
-    return t * mean * math.exp(-min(a, b) * t)
+    mean = -expm1(-apart) / apart if apart else 1.0
+    return t * mean * exp(-min(a, b) * t)
 
 
 def ramp(a: float, t: float) -> float:

@@ -6,12 +6,12 @@ from there on is worked out once more: what comes out is what would have come ou
 at once, to the bit. The row has a bounded length; a fix from before it is refused.
 """
 
-import cmath
 import math
 from collections import deque
 from typing import NamedTuple
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.elementary import cos_sin
 from firmware_runtime.models.position_filter import (
     FilterNoise,
     Planar,
@@ -133,7 +133,7 @@ class PositionHistory:
         planar, offset, variance = state
         forward, left, yaw, _ = span.mean
         span_s, noise = (end - begin) / SECOND, self.noise
-        turn = cmath.rect(1.0, yaw + offset)
+        turn = complex(*cos_sin(yaw + offset))
         return Estimate(
             predicted(planar, complex(forward, left), turn, span_s, noise),
             offset,

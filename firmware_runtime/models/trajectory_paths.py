@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
+from firmware_runtime.elementary import cos_sin, hypot
 from firmware_runtime.models.trajectory import PoseSetpoint, Setpoint, at_rest
 
 PEAK_SPEED: Final = 15.0 / 8.0
@@ -53,7 +54,7 @@ class Line:
     def __init__(
         self, begin: Pose, end: Pose, speed_m_s: float, acceleration_m_s2: float, profile: Profile
     ) -> None:
-        distance = math.hypot(end.x_m - begin.x_m, end.y_m - begin.y_m)
+        distance = hypot(end.x_m - begin.x_m, end.y_m - begin.y_m)
         if not distance > 0.0:
             raise ValueError(f"a line from {begin[:2]} to {end[:2]} m has no length")
         self._begin = begin
@@ -106,8 +107,8 @@ class Circle:
         """The setpoint, `radius_m` from the centre."""
         rate = (-math.tau if self.clockwise else math.tau) / self.lap_s
         turned = rate * t_s
-        across = self.radius_m * math.cos(self.start_rad + turned)
-        along = self.radius_m * math.sin(self.start_rad + turned)
+        cosine, sine = cos_sin(self.start_rad + turned)
+        across, along = self.radius_m * cosine, self.radius_m * sine
         x, y, yaw = self.centre
         return PoseSetpoint(
             Setpoint(x + across, -rate * along, -rate * rate * across),
@@ -147,10 +148,11 @@ def smooth(t_s: float, duration_s: float) -> Setpoint:
     if t_s >= duration_s:
         return at_rest(1.0)
     u = t_s / duration_s
+    hill = u * (1.0 - u)
     return Setpoint(
         u * u * u * (10.0 - u * (15.0 - 6.0 * u)),
-        30.0 * (u * (1.0 - u)) ** 2 / duration_s,
-        60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / duration_s**2,
+        30.0 * (hill * hill) / duration_s,
+        60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (duration_s * duration_s),
     )
 
 

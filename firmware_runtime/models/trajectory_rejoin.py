@@ -5,10 +5,10 @@ as nothing, by a polynomial of degree five. The path waits meanwhile and then ga
 time runs at a pace from 0 to 1.
 """
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from firmware_runtime.elementary import hypot
 from firmware_runtime.models.trajectory import PoseSetpoint, Setpoint
 from firmware_runtime.models.trajectory_paths import PEAK_SPEED, smooth, smooth_duration_s
 
@@ -49,7 +49,7 @@ class Rejoin:
             return Setpoint(self._along_s + moved_s - ramp_s / 2, 1.0, 0.0)
         u = moved_s / ramp_s
         pace = smooth(moved_s, ramp_s)
-        gone_s = ramp_s * u**4 * (2.5 - u * (3.0 - u))
+        gone_s = ramp_s * (u * u * u * u) * (2.5 - u * (3.0 - u))
         return Setpoint(self._along_s + gone_s, pace.position, pace.rate)
 
     def added_to(self, setpoint: PoseSetpoint, t_s: float) -> PoseSetpoint:
@@ -72,13 +72,13 @@ class Rejoin:
         return Setpoint(
             distance + u * (speed + u * u * (third + u * (fourth + u * fifth))),
             (speed + u * u * (3.0 * third + u * (4.0 * fourth + 5.0 * u * fifth))) / span,
-            u * (6.0 * third + u * (12.0 * fourth + 20.0 * u * fifth)) / span**2,
+            u * (6.0 * third + u * (12.0 * fourth + 20.0 * u * fifth)) / (span * span),
         )
 
 
 def _duration_s(offsets: Sequence[tuple[float, float]], limits: RejoinLimits) -> float:
     (x, vx), (y, vy), (yaw, _) = offsets
-    way = smooth_duration_s(math.hypot(x, y), limits.speed_m_s, limits.acceleration_m_s2)
-    braking = PEAK_BRAKING * math.hypot(vx, vy) / limits.acceleration_m_s2
+    way = smooth_duration_s(hypot(x, y), limits.speed_m_s, limits.acceleration_m_s2)
+    braking = PEAK_BRAKING * hypot(vx, vy) / limits.acceleration_m_s2
     turning = PEAK_SPEED * abs(yaw) / limits.yaw_speed_rad_s
     return max(limits.least_s, way, braking, turning)

@@ -1,10 +1,9 @@
 """How far the robot leans: the gyro's rate integrated, slowly pulled to where gravity points."""
 
-import math
-
 from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.elementary import atan2
 from firmware_runtime.models.motion import Motion
 
 
@@ -52,7 +51,7 @@ class Tilt(Atomic):
 
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
         along, _, up = sample.acceleration
-        by_gravity, rate = math.atan2(-along, up), sample.rate[1]
+        by_gravity, rate = atan2(-along, up), sample.rate[1]
         if self.motion is None:
             return Motion(by_gravity, rate)
         pitch = self.motion.position + (self.motion.rate + rate) / 2 * elapsed / SECOND
