@@ -9,6 +9,7 @@ import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,24 +26,24 @@ _ORDER: Final = (RESULT, EXPERIMENT, STATISTICS)
 _LAST: Final = ("settings_sha256", "code_sha256", "version")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Table:
-    """Rows of a sweep, in order."""
+    """Rows of a sweep, in order; what their columns are is gone through once."""
 
     rows: Sequence[Row]
 
-    @property
+    @cached_property
     def columns(self) -> list[str]:
         """Names in order: what was set, what came of it, its figures, what ran."""
         names = list(dict.fromkeys(name for row in self.rows for name in row))
         return sorted(names, key=_place)
 
-    @property
+    @cached_property
     def varied(self) -> list[str]:
         """The keys that were varied."""
         return [name for name in self.columns if "." in name and not name.startswith(_ORDER)]
 
-    @property
+    @cached_property
     def figures(self) -> list[str]:
         """The columns that say how a run fared: an experiment's own, where there is one.
 
