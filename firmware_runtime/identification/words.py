@@ -10,6 +10,7 @@ from firmware_runtime.identification.output_error import Fit
 from firmware_runtime.identification.series import Series
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
+from firmware_runtime.statistics.text.columns import aligned
 
 UNITS: Final[Mapping[str, tuple[str, str]]] = {
     "inertia_kg_m2": ("moment of inertia", "kg m2"),
@@ -33,11 +34,7 @@ _HEAD: Final = ("", "value", f"{CONFIDENCE:.0%} from", "to", "unit", "by regress
 
 def lines(identified: Identified) -> Iterator[str]:
     """A table of the numbers, then what is to be known beside them."""
-    rows = [_HEAD, *_rows(identified)]
-    wide = [max(len(row[place]) for row in rows) for place in range(len(_HEAD))]
-    for name, *cells in rows:
-        columns = [f"{cell:>{w}}" for cell, w in zip(cells, wide[1:], strict=True)]
-        yield "  ".join([f"{name:{wide[0]}}", *columns]).rstrip()
+    yield from aligned([_HEAD, *_rows(identified)])
     yield from sentences(identified)
 
 

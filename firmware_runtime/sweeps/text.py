@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Final
 
+from firmware_runtime.statistics.text.columns import aligned
 from firmware_runtime.sweeps.summary import Case, Spread, Summary
 
 _BARS: Final = " ▁▂▃▄▅▆▇█"
@@ -41,8 +42,6 @@ def _cells(name: str, spread: Spread) -> tuple[str, ...]:
 
 
 def _aligned(rows: list[tuple[str, ...]]) -> Iterator[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
-    for row in rows:
-        first, *numbers, bars = row
-        cells = [f"{each:>{width}}" for each, width in zip(numbers, widths[1:-1], strict=True)]
-        yield f"{first:<{widths[0]}}  {'  '.join(cells)}  {bars}".rstrip()
+    """The lines of a table; the bars at the end are not put to the right."""
+    for line, row in zip(aligned([row[:-1] for row in rows]), rows, strict=True):
+        yield f"{line}  {row[-1]}".rstrip()

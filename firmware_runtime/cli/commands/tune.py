@@ -12,6 +12,7 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
+from firmware_runtime.statistics.text.columns import aligned
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 
@@ -128,9 +129,7 @@ def _lines(keys: dict[str, str], task: "Task", tuned: "Tuned") -> Iterator[str]:
     rows.append(("phase margin, deg", f"{before.phase_deg:.0f}", f"{after.phase_deg:.0f}"))
     rows.append(("cost, s2", *(f"{each:.3g}" for each in tuned.seen)))
     rows.append(("cost of unseen runs, s2", f"{_mean(tuned, 0):.3g}", f"{_mean(tuned, 1):.3g}"))
-    wide = [max(len(row[place]) for row in rows) for place in range(3)]
-    for name, shipped, found in rows:
-        yield f"{name:{wide[0]}}  {shipped:>{wide[1]}}  {found:>{wide[2]}}"
+    yield from aligned(rows)
     yield f"better in {tuned.better} of {len(tuned.unseen)} runs that were not searched on"
 
 

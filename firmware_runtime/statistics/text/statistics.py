@@ -7,6 +7,7 @@ from firmware_runtime.statistics.figures import Causes, Figures, LinkFigures, Mo
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate, seconds
 from firmware_runtime.statistics.rows import DeadlineRow
+from firmware_runtime.statistics.text.columns import aligned
 from firmware_runtime.statistics.text.sentences import fault_lines, periods_not_kept, refusals
 from firmware_runtime.statistics.text.summary import summary
 
@@ -104,10 +105,10 @@ def _models(figures: Figures) -> list[str]:
             (path, rate(model.period_us), str(model.run), str(model.skipped))
             for path, model in figures.models.items()
         ]
-        return _aligned([head, *rows])
+        return _table([head, *rows])
     head = ("lateness of", "rate", "run", "p50", "p99", "max", "budget", "load", "late", "skipped")
     rows = [(path, *_model(model)) for path, model in figures.models.items()]
-    return [*_aligned([(*head, "last"), *rows]), ""]
+    return [*_table([(*head, "last"), *rows]), ""]
 
 
 def _model(model: ModelFigures) -> tuple[str, ...]:
@@ -131,24 +132,15 @@ def _times(figures: Figures) -> list[str]:
     for path, model in figures.models.items():
         rows.append((path, *_percentiles(model.step_us)))
     rows.append(("whole step", *_percentiles(figures.step_us)))
-    return _aligned(rows)
+    return _table(rows)
 
 
 def _percentiles(time: Distribution) -> Iterator[str]:
     return map(microseconds, (time.p50, time.p90, time.p99, time.p999, time.max))
 
 
-def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
-    """Rows of a table: the first column to the left, the others to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        _MARGIN
-        + "  ".join(
-            [row[0].ljust(widths[0])]
-            + [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        ).rstrip()
-        for row in rows
-    ]
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    return [f"{_MARGIN}{line}" for line in aligned(rows)]
 
 
 def _buses(figures: Figures) -> list[str]:
