@@ -1,6 +1,7 @@
-"""Values of a program as overrides of a board's file: `KEY=VALUE`, the value in TOML."""
+"""Overrides of a board's file: values of a program as `KEY=VALUE`, the value in TOML, and back."""
 
 import json
+import tomllib
 from collections.abc import Mapping
 from numbers import Integral, Real
 from os import PathLike, fspath
@@ -22,6 +23,15 @@ def assignments_of(values: Mapping[str, object]) -> list[str]:
     if faults:
         raise ConfigError("set", faults)
     return assignments
+
+
+def assigned(assignment: str) -> tuple[str, object]:
+    """Key and value of `KEY=VALUE`, the value in TOML, or else a plain text."""
+    key, _, text = assignment.partition("=")
+    try:
+        return key.strip(), tomllib.loads(f"value = {text}")["value"]
+    except ValueError:
+        return key.strip(), text.strip()
 
 
 def _toml(value: object) -> str:

@@ -6,7 +6,6 @@ or of the machine. A run that fails is a row with its error.
 
 import json
 import threading
-import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
@@ -15,6 +14,7 @@ from typing import TypeAlias
 
 from msgspec import to_builtins
 
+from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.atomic import Atomic
@@ -96,15 +96,6 @@ def settings_of_row(sweep: Sweep, row: int) -> dict[str, object]:
     """All overrides of a row by key: those of the experiment, of the sweep, and its own."""
     fixed = {} if sweep.experiment is None else step_of(sweep.board, sweep.experiment).settings
     return {**fixed, **dict(map(assigned, sweep.assignments)), **sweep.values(row)}
-
-
-def assigned(assignment: str) -> tuple[str, object]:
-    """Key and value of `KEY=VALUE`, the value in TOML, or else a plain text."""
-    key, _, text = assignment.partition("=")
-    try:
-        return key.strip(), tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), text.strip()
 
 
 # The run -----------------------------------------------------------------------------------------

@@ -3,10 +3,10 @@
 import argparse
 import json
 import sys
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.described import Setting, described
 from firmware_runtime.board.retuning import has_key
 from firmware_runtime.cli.arguments import SubParsers, add_verb
@@ -107,13 +107,10 @@ def _assignments(texts: Iterable[str]) -> Iterator[tuple[str, object]]:
     """Keys and values; these are TOML, or else texts. Raises ConfigError."""
     faults: list[str] = []
     for text in texts:
-        key, separator, value = text.partition("=")
-        if not (key.strip() and separator):
+        key, separator, _ = text.partition("=")
+        if key.strip() and separator:
+            yield assigned(text)
+        else:
             faults.append(f"{text}: expected KEY=VALUE, such as controller.yaw.kp=0.8")
-            continue
-        try:
-            yield key.strip(), tomllib.loads(f"value = {value}")["value"]
-        except ValueError:
-            yield key.strip(), value.strip()
     if faults:
         raise ConfigError("set", faults)
