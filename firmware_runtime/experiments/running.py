@@ -79,12 +79,12 @@ class Traced:
             found.append((message["t_ns"] / SECOND - began_s, float(value)))
         return found
 
-    def messages(self, port: str) -> Iterator[dict[str, Any]]:
-        """The lines of the trace that are of a port."""
+    def messages(self, *ports: str) -> Iterator[dict[str, Any]]:
+        """The lines of the trace that are of these ports."""
         with self.trace.open() as file:
             for line in file:
                 message = json.loads(line)
-                if message["port"] == port:
+                if message["port"] in ports:
                     yield message
 
 

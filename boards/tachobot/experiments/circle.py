@@ -4,7 +4,6 @@ Errors are the setpoint less the plant's true state, at every setpoint of one wh
 once the robot has reached the circle. All runs are in virtual time with the same seeds.
 """
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
@@ -109,11 +108,8 @@ def _read(ran: Traced) -> _Run:
     ports = [*(f"controller.trajectory.{axis}" for axis in ("x", "y", "yaw"))]
     ports += ["world.x", "world.y", "world.yaw_rad", "controller.watch.state"]
     found: dict[str, dict[int, object]] = {port: {} for port in ports}
-    with ran.trace.open() as file:
-        for line in file:
-            message = json.loads(line)
-            if message["port"] in found:
-                found[message["port"]][message["t_ns"]] = message["value"]
+    for message in ran.messages(*ports):
+        found[message["port"]][message["t_ns"]] = message["value"]
     *numbers, states = found.values()
     at = sorted(set.intersection(*({*each} for each in numbers)))
     samples = [
