@@ -63,6 +63,7 @@ def identify(series: Series, structure: Structure, lag_s: float) -> tuple[Identi
     found = fit(series, start, lag_s)
     estimates = dict(zip(KEYS[structure], _estimates(found, start), strict=True))
     white = found.noise.whitened(found.residuals)
+    explained = float(1.0 - np.var(found.residuals) / np.var(series.measured))
     identified = Identified(
         structure=structure,
         parameters=estimates,
@@ -72,8 +73,8 @@ def identify(series: Series, structure: Structure, lag_s: float) -> tuple[Identi
         seconds=float(series.at[-1] - series.at[0]),
         noise=float(np.std(white)),
         noise_weights=found.noise.weights.tolist(),
-        explained=float(1.0 - np.var(found.residuals) / np.var(series.measured)),
-        warnings=list(_warnings(estimates, found, series)),
+        explained=explained,
+        warnings=list(_warnings(estimates, explained)),
     )
     return identified, found
 
@@ -90,13 +91,12 @@ def _estimates(found: Fit, start: Guess) -> Iterator[Estimate]:
         yield Estimate(value, max(low, 0.0), high if np.isfinite(high) else None, guessed)
 
 
-def _warnings(estimates: dict[str, Estimate], found: Fit, series: Series) -> Iterator[str]:
+def _warnings(estimates: dict[str, Estimate], explained: float) -> Iterator[str]:
     for key, each in estimates.items():
         if each.high is None:
             yield f"{key}: nothing in the run bounds it; expected a body that stands still"
         elif each.value > 0.0 and each.high - (each.low or 0.0) > 2 * _WIDE * each.value:
             yield f"{key}: hardly to be seen in this run, its interval is wider than itself"
-    explained = 1.0 - np.var(found.residuals) / np.var(series.measured)
     if explained < 0.9:
         yield f"the plant explains {explained:.0%} of the output's variance; expected 90 % or more"
 
