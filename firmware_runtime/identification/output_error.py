@@ -6,6 +6,7 @@ are whitened by the noise's own autoregression, fitted in turns with the plant.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from firmware_runtime.identification.noise import WHITE, Noise, noise_of
 from firmware_runtime.identification.plant import Numbers, PlantParameters
 from firmware_runtime.identification.regression import MOST_DELAY_S, Guess
 from firmware_runtime.identification.series import Series
-from firmware_runtime.identification.stretches import stretches_of
+from firmware_runtime.identification.stretches import Stretches, stretches_of
 
 _ROUNDS: Final = 2
 _STATICS: Final = 12
@@ -60,7 +61,8 @@ class OutputError:
 
     def __init__(self, series: Series, lag_s: float, *, begins_moving: bool) -> None:
         self._series = series
-        self._lag_s = lag_s
+        self._cut = lru_cache(maxsize=4)(partial(_cut, series, lag_s))
+        """Most of the plants that are tried after one another have one delay."""
         self.begins_moving = begins_moving
 
     def simulated(self, values: Sequence[float] | Numbers) -> Numbers:
@@ -69,8 +71,7 @@ class OutputError:
         inertia, damping, coulomb, excess, delay_s, offset = values[:6]
         plant = PlantParameters(inertia, damping, coulomb, coulomb + excess, delay_s)
         rate = float(values[6]) if self.begins_moving else 0.0
-        cut = stretches_of(series.given_at, series.given, series.at, delay_s, self._lag_s)
-        position, turning = motion(plant, cut, rate)
+        position, turning = motion(plant, self._cut(delay_s), rate)
         return offset + (turning if series.quantity == "rate" else position)
 
     def residuals(self, values: Sequence[float] | Numbers) -> Numbers:
@@ -87,6 +88,10 @@ class OutputError:
             change = self.simulated(high) - self.simulated(low)
             columns.append(change / (high[place] - low[place]))
         return np.column_stack(columns)
+
+
+def _cut(series: Series, lag_s: float, delay_s: float) -> Stretches:
+    return stretches_of(series.given_at, series.given, series.at, delay_s, lag_s)
 
 
 def fit(series: Series, start: Guess, lag_s: float) -> Fit:

@@ -9,14 +9,18 @@ with the integrals taken while the body moves. Integrating averages noise out of
 a measured position the equation is integrated twice. The delay is the one of a grid that fits best.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from firmware_runtime.identification.plant import Numbers, PlantParameters
 from firmware_runtime.identification.series import Series
-from firmware_runtime.identification.stretches import stretches_of
+from firmware_runtime.identification.stretches import Stretches, stretches_of
+
+Cut: TypeAlias = tuple[float, Stretches]
+"""A delay, s, and the time of the recording cut where the input changes after it."""
 
 MOST_DELAY_S: Final = 0.5
 _DELAYS: Final = 51
@@ -41,29 +45,34 @@ def guess(series: Series, lag_s: float) -> Guess:
     still = _still(rate, series)
     first = float(np.median(rate[:_SMOOTHED]))
     rests = (0.0, first) if series.quantity == "rate" else (0.0,)
-    found = (_at_rest(series, lag_s, rate - rest, still, rest) for rest in rests)
+    delays = np.linspace(0.0, MOST_DELAY_S, _DELAYS)
+    cuts = [
+        (float(delay_s), stretches_of(series.given_at, series.given, series.at, delay_s, lag_s))
+        for delay_s in delays
+    ]
+    found = (_at_rest(series, cuts, rate - rest, still, rest) for rest in rests)
     return min(found, key=lambda each: each.misfit)
 
 
-def _at_rest(series: Series, lag_s: float, rate: Numbers, still: float, rest: float) -> Guess:
+def _at_rest(
+    series: Series, cuts: Sequence[Cut], rate: Numbers, still: float, rest: float
+) -> Guess:
     """The best of a grid of delays, where this is what the sensor reads at rest."""
     moving: Numbers = (np.abs(rate) > still).astype(np.float64)
-    delays = np.linspace(0.0, MOST_DELAY_S, _DELAYS)
-    found = (_at_delay(series, lag_s, rate, moving, delay_s) for delay_s in delays)
+    resisting = [
+        -_integral(moving * rate, series.at),
+        -_integral(moving * np.sign(rate), series.at),
+    ]
+    found = (_at_delay(series, moving, resisting, *each) for each in cuts)
     return replace(min(found, key=lambda each: each.misfit), rest=rest)
 
 
 def _at_delay(
-    series: Series, lag_s: float, rate: Numbers, moving: Numbers, delay_s: float
+    series: Series, moving: Numbers, resisting: Sequence[Numbers], delay_s: float, cut: Stretches
 ) -> Guess:
-    cut = stretches_of(series.given_at, series.given, series.at, delay_s, lag_s)
     drive = cut.drive[cut.measured]
     at = series.at
-    columns = [
-        _integral(moving * drive, at),
-        -_integral(moving * rate, at),
-        -_integral(moving * np.sign(rate), at),
-    ]
+    columns = [_integral(moving * drive, at), *resisting]
     if series.quantity == "position":
         columns = [_integral(each, at) for each in columns]
         columns.append(at - at[0])
@@ -76,7 +85,7 @@ def _at_delay(
     coulomb = max(float(found[3] * inertia), 0.0)
     static = max(_breakaway(np.abs(drive), moving), coulomb)
     damping = max(float(found[2] * inertia), 0.0)
-    return Guess(PlantParameters(float(inertia), damping, coulomb, static, float(delay_s)), misfit)
+    return Guess(PlantParameters(float(inertia), damping, coulomb, static, delay_s), misfit)
 
 
 def _no_plant(series: Series) -> PlantParameters:
