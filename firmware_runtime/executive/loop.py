@@ -125,6 +125,11 @@ class Executive:
         """Where each number stands in the cells."""
         return self._ledger.file.layout
 
+    @property
+    def state(self) -> dict[str, object]:
+        """What it schedules and counts by, by name; inputs that have not arrived are none of it."""
+        return {**self._profiler.state, "progress": self.progress, "ledger": self._ledger}
+
     def arm(self, *, armed: bool, generation: int) -> None:
         """Note in the statistics that outputs may be driven from now on, or may not.
 

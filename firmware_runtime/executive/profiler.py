@@ -50,6 +50,12 @@ class Profiler:
         self._recorded_spans = configuration.recorded_spans
         self._has_link = configuration.has_link
 
+    @property
+    def state(self) -> dict[str, object]:
+        """What it consists of, by name."""
+        names = ("simulator", "step", "accounting", "faults", "watches", "buses")
+        return {name: getattr(self, name) for name in names}
+
     def open_file(self, header: Mapping[str, Any], path: Path | None) -> StatisticsFile:
         """A statistics file at `path`, or in memory, and what the flight recorder writes beside it.
 

@@ -1,0 +1,144 @@
+"""What the known objects hold, in four columns: attributes, slots, content, memory.
+
+A column reads what its objects hold now, sets it, and says which field each part of it is. What is
+read of attributes are the dictionaries themselves, not copies: the pickler reads them at once.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from operator import attrgetter
+from typing import Protocol, TypeAlias
+
+from firmware_runtime.blackbox.contents import Content
+from firmware_runtime.blackbox.known import KnownObjects
+from firmware_runtime.blackbox.layouts import Layout, Thing, layout_of
+from firmware_runtime.blackbox.making import set_attributes, set_slots
+from firmware_runtime.blackbox.views import Views
+
+Fields: TypeAlias = Iterator[tuple[str, Thing]]
+"""Paths and values."""
+
+
+class Column(Protocol):
+    """One part of the state of the objects that have it, in order of their numbers."""
+
+    def read(self) -> list[Thing]:
+        """What they hold now."""
+
+    def fill(self, made: list[Thing]) -> None:
+        """Let them hold that. Raises ValueError or TypeError where it does not fit."""
+
+    def fields(self, read: list[Thing]) -> Fields:
+        """What has been read, as fields."""
+
+
+def columns_of(known: KnownObjects) -> list[Column]:
+    """The columns of a robot's objects. Raises UnkeepableState."""
+    things = [(known.paths[number], known.things[number]) for number in known.with_state]
+    found = [(path, thing, layout_of(type(thing))) for path, thing in things]
+    views = [(path, thing) for path, thing, layout in found if layout.base is memoryview]
+    return [
+        Attributes([(path, thing) for path, thing, layout in found if layout.has_attributes]),
+        Slots([(path, thing, layout) for path, thing, layout in found if layout.slots]),
+        Contents(
+            [(path, thing, layout.content) for path, thing, layout in found if layout.content]
+        ),
+        Views([(path, view) for path, view in views if not view.readonly]),
+    ]
+
+
+class Attributes:
+    """Attributes, of objects that have a dictionary of them."""
+
+    def __init__(self, objects: Iterable[tuple[str, Thing]]) -> None:
+        pairs = list(objects)
+        self._paths = [path for path, _ in pairs]
+        self._owners = [thing for _, thing in pairs]
+        self.names = list(dict.fromkeys(name for each in self._owners for name in vars(each)))
+        """Those there are at the start."""
+
+    def read(self) -> list[Thing]:
+        """Their dictionaries."""
+        return [*map(vars, self._owners)]
+
+    def fill(self, made: list[Thing]) -> None:
+        """Set, change and delete attributes."""
+        for thing, attributes in zip(self._owners, made, strict=True):
+            if attributes is not vars(thing):  # or it was known itself, and has been set as such
+                set_attributes(thing, attributes)
+
+    def fields(self, read: list[Thing]) -> Fields:
+        """Each attribute."""
+        for path, attributes in zip(self._paths, read, strict=True):
+            if isinstance(attributes, dict):
+                yield from ((f"{path}.{name}", value) for name, value in attributes.items())
+
+
+class Slots:
+    """Slots, as tuples in the order of the layout; with one of them unset, by name."""
+
+    def __init__(self, objects: Iterable[tuple[str, Thing, Layout]]) -> None:
+        self._objects = [(path, thing, layout, _getter(layout)) for path, thing, layout in objects]
+
+    def read(self) -> list[Thing]:
+        """What stands in them."""
+        try:
+            return [get(thing) for _, thing, _, get in self._objects]
+        except AttributeError:
+            return [_slots_or_names(get, thing, layout) for _, thing, layout, get in self._objects]
+
+    def fill(self, made: list[Thing]) -> None:
+        """Set and delete them, by their descriptors: without a function of the class."""
+        for (_, thing, layout, _), values in zip(self._objects, made, strict=True):
+            set_slots(layout, thing, _by_name(layout, values))
+
+    def fields(self, read: list[Thing]) -> Fields:
+        """Each slot."""
+        for (path, _, layout, _), values in zip(self._objects, read, strict=True):
+            named = _by_name(layout, values).items()
+            yield from ((f"{path}.{name}", value) for name, value in named)
+
+
+class Contents:
+    """What lists, dictionaries, cells and the like hold, and classes made of these."""
+
+    def __init__(self, objects: Iterable[tuple[str, Thing, Content]]) -> None:
+        self._objects = list(objects)
+
+    def read(self) -> list[Thing]:
+        """Copies of it."""
+        return [content.read(thing) for _, thing, content in self._objects]
+
+    def fill(self, made: list[Thing]) -> None:
+        """Set it in place."""
+        for (_, thing, content), each in zip(self._objects, made, strict=True):
+            content.fill(thing, each)
+
+    def fields(self, read: list[Thing]) -> Fields:
+        """Each whole content; a comparison goes into it."""
+        for (path, thing, _), each in zip(self._objects, read, strict=True):
+            base = layout_of(type(thing)).base
+            yield path, set(each) if base is set else each
+
+
+_Getter: TypeAlias = Callable[[Thing], Thing]
+
+
+def _getter(layout: Layout) -> _Getter:
+    """Reads all slots of an object into a tuple. Raises AttributeError for one that is unset."""
+    names = [name for name, _ in layout.slots]
+    if len(names) > 1 and all(getattr(layout.kind, name) is slot for name, slot in layout.slots):
+        return attrgetter(*names)
+    return lambda thing: tuple(slot.__get__(thing) for _, slot in layout.slots)
+
+
+def _slots_or_names(get: _Getter, thing: Thing, layout: Layout) -> Thing:
+    try:
+        return get(thing)
+    except AttributeError:
+        return layout.slots_of(thing)
+
+
+def _by_name(layout: Layout, values: Thing) -> dict[str, Thing]:
+    if isinstance(values, dict):
+        return values
+    return {name: value for (name, _), value in zip(layout.slots, values, strict=True)}

@@ -1,0 +1,126 @@
+"""The whole state of a running robot between two steps, as bytes; and set back, in place.
+
+How it works. When the table is made, everything that can be reached from the roots is numbered
+(`known`). A capture is one pickle of what each of these objects holds (`columns`). In it they stand
+by their numbers: the pickler's memo holds them from the start, so it takes them for written already
+(`pickled`). What was made since then is written by value (`later`).
+
+To set it back, everything is read, checked and made before the first object is changed. Then each
+known object gets its attributes, slots and content in place, so that closures and bound methods
+such as `bag.append` still lead to the same objects.
+"""
+
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from threading import Lock, RLock
+
+from firmware_runtime.blackbox.columns import Attributes, columns_of
+from firmware_runtime.blackbox.known import KnownObjects, edges_of
+from firmware_runtime.blackbox.later import NoValue
+from firmware_runtime.blackbox.layouts import Thing, UnkeepableState
+from firmware_runtime.blackbox.making import Making
+from firmware_runtime.blackbox.pickled import StateReader, StateWriter
+from firmware_runtime.blackbox.state_differences import (
+    ABSENT,
+    FieldDifference,
+    StateComparison,
+)
+from firmware_runtime.errors import ConfigError
+
+__all__ = ["ABSENT", "FieldDifference", "ForeignState", "StateTable", "UnkeepableState"]
+
+LOCKS = (type(Lock()), type(RLock()))
+"""Edges of every table: between two steps they are free."""
+
+
+class ForeignState(ConfigError):
+    """A file's state that is none of this robot, or is damaged."""
+
+
+class StateTable:
+    """Captures and restores all that can be reached from `roots`, by name in their paths.
+
+    Make it where every process that builds the same robot has it in the same state, such as before
+    the first step. Objects, and objects of classes, in `edges` are kept as they are: lines, clocks,
+    sockets, functions that print. Raises UnkeepableState for anything else whose state Python
+    cannot read and set. Attributes of classes and names of modules are not part of it.
+    """
+
+    def __init__(self, roots: Mapping[str, object], edges: Iterable[object] = ()) -> None:
+        self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
+        self._columns = columns_of(self._known)
+        names = [
+            name for each in self._columns if isinstance(each, Attributes) for name in each.names
+        ]
+        self.objects = len(self._known.things)
+        """How many objects have a number."""
+        self.fingerprint = zlib.crc32("\n".join(names).encode(), self._known.fingerprint)
+        """The same for robots that can exchange states."""
+        self._writer = StateWriter(self._known.things, names)
+        self._reader = StateReader(self.objects, names)
+
+    def capture(self) -> bytes:
+        """The state now. Raises UnkeepableState for an object that was made since and has none."""
+        try:
+            return self._writer.written(
+                [self.fingerprint, *(each.read() for each in self._columns)]
+            )
+        except NoValue as error:
+            raise self._blamed(error) from error
+
+    def restore(self, content: bytes) -> None:
+        """Let the robot be in that state. Raises ForeignState; nothing has changed then.
+
+        What is an edge stays as it is. Objects made since the robot was built are made again.
+        """
+        read = self._read(content)
+        try:
+            made = Making(self._known.things).of(read)
+        except (NoValue, IndexError) as error:
+            raise _foreign(f"{error}") from error
+        for _ in range(2):  # what the first time has let go of may change others as it goes
+            for column, each in zip(self._columns, made, strict=True):
+                column.fill(each)
+
+    def differences(self, content: bytes) -> Iterator[FieldDifference]:
+        """Each field that is another now than it was recorded. Raises as `capture` and `restore`.
+
+        Floats are the same if they are so to the bit, known objects if they are the same objects.
+        """
+        recorded, present = self._read(content), self._read(self.capture())
+        comparison = StateComparison(self._known)
+        for column, old, new in zip(self._columns, recorded, present, strict=True):
+            before, after = dict(column.fields(old)), dict(column.fields(new))
+            for path in [*before, *(path for path in after if path not in before)]:
+                pair = before.get(path, ABSENT), after.get(path, ABSENT)
+                yield from comparison.between(path, *pair)
+
+    def _read(self, content: bytes) -> list[list[Thing]]:
+        """The columns of a file."""
+        columns: list[list[Thing]]
+        try:
+            fingerprint, *columns = self._reader.read(content)
+        except (NoValue, TypeError, ValueError) as error:
+            raise _foreign(f"{error}") from error
+        if fingerprint != self.fingerprint:
+            raise _foreign("it is of another robot; expected one of this board and these settings")
+        if len(columns) != len(self._columns):
+            raise _foreign(f"{len(columns)} columns; expected {len(self._columns)}")
+        return columns
+
+    def _blamed(self, error: NoValue) -> UnkeepableState:
+        """The error, with the path of the field that cannot be written."""
+        for column in self._columns:
+            for path, value in column.fields(column.read()):
+                try:
+                    self._writer.written(value)
+                except NoValue as found:
+                    return UnkeepableState(path, f"{found}; {EXPECTED}")
+        return UnkeepableState("state", f"{error}; {EXPECTED}")
+
+
+EXPECTED = "expected numbers, texts, containers, arrays and objects made of these"
+
+
+def _foreign(fault: str) -> ForeignState:
+    return ForeignState("state", [fault], f"state: {fault}")

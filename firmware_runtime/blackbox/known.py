@@ -1,0 +1,120 @@
+"""The objects of a robot, numbered in an order that is the same in every process that builds it.
+
+The graph is walked in breadth from the roots: content, slots and attributes in their order, the
+cells of closures, what methods are bound to. A set has no order of its own: what only sets lead to
+is numbered last, by its text.
+"""
+
+import zlib
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from firmware_runtime.blackbox.layouts import (
+    ATOMS,
+    ITERATORS,
+    Layout,
+    Thing,
+    UnkeepableState,
+    is_number_of_numpy,
+    layout_of,
+    parts_of,
+)
+from firmware_runtime.devs.ports import InPort, OutPort, Owner
+
+
+class KnownObjects:
+    """`things` and their `paths`, by number; `number_of` finds one by its identity.
+
+    `is_edge` says what is kept as it is: it has a number and no state, and is not looked into.
+    Raises UnkeepableState, naming its path, for the first object that cannot be kept.
+    """
+
+    def __init__(self, roots: Mapping[str, object], is_edge: Callable[[object], bool]) -> None:
+        self.things: list[Thing] = []
+        self.paths: list[str] = []
+        self._numbers: dict[int, int] = {}
+        self._is_edge = is_edge
+        self._sets: list[tuple[Thing, str]] = []
+        self._walk(deque((thing, name) for name, thing in roots.items()))
+        while self._sets:
+            self._walk(deque(self._only_in_sets()))
+        self.with_state = [number for number, thing in enumerate(self.things) if self._has(thing)]
+
+    @property
+    def fingerprint(self) -> int:
+        """The same for robots whose objects have the same classes and paths."""
+        lines = (
+            f"{path} edge" if self._is_edge(thing) else f"{path} {layout_of(type(thing)).name}"
+            for path, thing in zip(self.paths, self.things, strict=True)
+        )
+        return zlib.crc32("\n".join(lines).encode())
+
+    def number_of(self, thing: object) -> int | None:
+        """The number of an object; None for one that was made later, and for an atom."""
+        return self._numbers.get(id(thing))
+
+    def _has(self, thing: Thing) -> bool:
+        return not (self._is_edge(thing) or layout_of(type(thing)).is_constant)
+
+    def _walk(self, waiting: deque[tuple[Thing, str]]) -> None:
+        while waiting:
+            thing, path = waiting.popleft()
+            if type(thing) in ATOMS or id(thing) in self._numbers or is_number_of_numpy(thing):
+                continue
+            if isinstance(thing, Owner | InPort | OutPort):
+                path = thing.path.partition(".")[2] or path
+            is_passing = type(thing) in ITERATORS
+            if not is_passing:
+                self._numbers[id(thing)] = len(self.things)
+                self.things.append(thing)
+                self.paths.append(path)
+                if self._is_edge(thing):
+                    continue
+            waiting.extend(self._parts(thing, path))
+
+    def _parts(self, thing: Thing, path: str) -> Iterator[tuple[Thing, str]]:
+        layout = layout_of(type(thing))
+        if type(thing) not in ITERATORS and not layout.is_sound:
+            raise UnkeepableState(path, _strange(thing))
+        if issubclass(layout.base, set | frozenset):
+            self._sets.append((thing, path))
+        for step, part in parts_of(thing):
+            _refuse_fixed(thing, layout, part, f"{path}{step}")
+            yield part, f"{path}{step}"
+        if layout.kind is not layout.base:
+            yield layout.kind, f"{path}.__class__"
+
+    def _only_in_sets(self) -> Iterator[tuple[Thing, str]]:
+        """What the sets found so far hold and nothing else led to, in an order of its own."""
+        sets, self._sets = self._sets, []
+        for thing, path in sets:
+            new = [
+                each for each in thing if type(each) not in ATOMS and id(each) not in self._numbers
+            ]
+            texts = {repr(each): each for each in new}
+            if len(new) > 1 and (len(texts) < len(new) or any(" at 0x" in text for text in texts)):
+                fault = f"a set of {type(new[0]).__name__}, in another order in every process"
+                raise UnkeepableState(path, f"{fault}; expected a list, or names in the set")
+            yield from ((texts[text], f"{path}.<{text:.40}>") for text in sorted(texts))
+
+
+def _refuse_fixed(holder: Thing, layout: Layout, part: Thing, path: str) -> None:
+    """An iterator is put back by another one; what cannot be changed keeps the old one."""
+    if layout.is_constant and type(part) in ITERATORS:
+        fault = f"{type(part).__name__} within a {type(holder).__name__} cannot be set back"
+        raise UnkeepableState(path, f"{fault}; expected it in an attribute")
+
+
+def _strange(thing: object) -> str:
+    kind = type(thing)
+    return (
+        f"a {kind.__module__}.{kind.__qualname__} cannot be kept and set back; expected numbers, "
+        "texts, containers, arrays and objects made of these, or that it is declared an edge"
+    )
+
+
+def edges_of(given: Iterable[object]) -> Callable[[object], bool]:
+    """Tells edges: objects, by identity, and objects of classes."""
+    kinds = tuple(each for each in given if isinstance(each, type))
+    kept = {id(each): each for each in given if not isinstance(each, type)}
+    return lambda thing: id(thing) in kept or isinstance(thing, kinds)

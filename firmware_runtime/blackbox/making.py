@@ -1,0 +1,182 @@
+"""Makes objects of what stands in a file.
+
+Of classes that the robot has, or that stand in modules imported already; without running any
+function of those classes.
+"""
+
+import array
+import itertools
+import sys
+import types
+from collections import OrderedDict, deque
+from collections.abc import Callable, Sequence
+from enum import Enum
+from functools import partial
+from typing import Any, Final
+
+from firmware_runtime.blackbox.later import (
+    MADE_EMPTY,
+    MADE_WHOLE,
+    Known,
+    NoValue,
+    Value,
+    named,
+)
+from firmware_runtime.blackbox.layouts import Layout, Thing, layout_of
+
+
+class Making:
+    """Makes objects of what stands in a file; what stood there twice is made once."""
+
+    def __init__(self, known: Sequence[Thing]) -> None:
+        self._known = known
+        self._made: dict[int, Thing] = {}
+        self._kept: list[object] = []
+        """What has been read, so that no identity is given twice."""
+
+    def of(self, read: Thing) -> Thing:
+        """The object. Raises NoValue."""
+        kind = type(read)
+        if kind is Known:
+            return self._known[read.number]
+        if kind not in _COMPOUND:
+            return read
+        if id(read) in self._made:
+            return self._made[id(read)]
+        self._kept.append(read)
+        made = self._of_value(read) if kind is Value else self._of_container(read)
+        self._made[id(read)] = made
+        return made
+
+    def _of_container(self, read: Thing) -> Thing:
+        if isinstance(read, tuple | frozenset):
+            return type(read)([self.of(each) for each in read])
+        made = self._made[id(read)] = type(read)()
+        if isinstance(read, dict):
+            made.update((self.of(key), self.of(value)) for key, value in read.items())
+        elif isinstance(read, list):
+            made.extend(self.of(each) for each in read)
+        else:
+            made.update([self.of(each) for each in read] if isinstance(read, set) else read)
+        return made
+
+    def _of_value(self, read: Value) -> Thing:
+        try:
+            if read.what == "object":
+                return self._object(read)
+            if read.what == "member":
+                return self._member(read)
+            return _MAKERS[read.what](*(self.of(each) for each in read.parts))
+        except NoValue:
+            raise
+        except Exception as error:  # whatever stands in a file
+            raise NoValue(f"{read.what}: {type(error).__name__}: {error}") from error
+
+    def _kind(self, read: Value) -> type[Thing]:
+        kind = self.of(read.kind)
+        if not isinstance(kind, type):
+            raise NoValue(f"{kind!r:.80}; expected a class")
+        return kind
+
+    def _member(self, read: Value) -> object:
+        kind = self._kind(read)
+        if not issubclass(kind, Enum):
+            raise NoValue(f"{kind.__qualname__}; expected an enumeration")
+        return kind[read.parts[0]]
+
+    def _object(self, read: Value) -> Thing:
+        kind = self._kind(read)
+        layout = layout_of(kind)
+        base = layout.base
+        content, slots, attributes = read.parts
+        if base in MADE_EMPTY:
+            made = self._made[id(read)] = MADE_EMPTY[base](kind)
+            if layout.content is not None:
+                layout.content.fill(made, self.of(content))
+        elif base in MADE_WHOLE:
+            made = base.__new__(kind, self.of(content))
+        elif issubclass(base, BaseException):
+            made = self._made[id(read)] = base.__new__(kind, *self.of(content))
+        else:
+            raise NoValue(f"{kind.__qualname__}: made of a {base.__name__}")
+        set_slots(layout, made, self.of(slots) or {})
+        if layout.has_attributes:
+            set_attributes(made, self.of(attributes))
+        return made
+
+
+_COMPOUND: Final = frozenset({Value, tuple, frozenset, list, dict, set, bytearray})
+
+
+def set_slots(layout: Layout, thing: Thing, values: dict[str, Thing]) -> None:
+    """Set the slots of an object to these, in place."""
+    for name, slot in layout.slots:
+        if name in values:
+            slot.__set__(thing, values[name])
+        elif name in layout.slots_of(thing):
+            slot.__delete__(thing)
+
+
+def set_attributes(thing: Thing, values: dict[str, Thing]) -> None:
+    """Set the attributes of an object to these, in place."""
+    present: dict[str, Thing] = thing.__dict__
+    for name in [name for name in present if name not in values]:
+        del present[name]
+    present.update(values)
+
+
+def _iterator(iterated: Thing, place: int) -> Thing:
+    if type(iterated) not in (tuple, list, range):
+        raise NoValue("an iterator over something else than a tuple, list or range")
+    made = iter(iterated)
+    made.__setstate__(place)
+    return made
+
+
+def _array(dtype: str, shape: tuple[int, ...], order: Any, numbers: bytes) -> Thing:  # noqa: ANN401
+    numpy: Any = sys.modules.get("numpy")
+    if numpy is None:
+        raise NoValue("an array of numpy; expected a model that imports it")
+    return numpy.frombuffer(numbers, numpy.dtype(dtype)).reshape(shape, order=order).copy(order)
+
+
+def _of_name(name: str) -> object:
+    found = named(name)
+    if not isinstance(found, type | types.FunctionType | types.BuiltinFunctionType):
+        raise NoValue(f"{name}: the robot has no such class or function")
+    return found
+
+
+def _method(owner: Thing, name: str) -> object:
+    function = getattr(type(owner), name, None)
+    if not isinstance(function, types.FunctionType):
+        raise NoValue(f"{name}: {type(owner).__qualname__} has no such method")
+    return types.MethodType(function, owner)
+
+
+def _builtin(owner: Thing, name: str) -> object:
+    method = vars(layout_of(type(owner)).base).get(name)
+    if not isinstance(method, types.MethodDescriptorType | types.WrapperDescriptorType):
+        raise NoValue(f"{name}: {type(owner).__qualname__} has no such method")
+    return method.__get__(owner)
+
+
+_MAKERS: Final[dict[str, Callable[..., object]]] = {
+    "class": _of_name,
+    "function": _of_name,
+    "method": _method,
+    "bound": types.MethodType,
+    "builtin": _builtin,
+    "partial": lambda func, args, keywords: partial(func, *args, **keywords),
+    "deque": deque,
+    "ordered": lambda *pairs: OrderedDict(pairs),
+    "numbers": array.array,
+    "complex": complex,
+    "range": range,
+    "slice": slice,
+    "singleton": lambda name: {"NotImplemented": NotImplemented, "Ellipsis": ...}[name],
+    "count": itertools.count,
+    "iterator": _iterator,
+    "array": _array,
+    "number": lambda dtype, number: _array(dtype, (), "C", number)[()],
+}
