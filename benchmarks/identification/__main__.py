@@ -11,12 +11,12 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 import numpy as np
 
 from benchmarks.identification.plants import LAG_S, drawn
+from benchmarks.shared.seeds import add_seed_options, by_seed
 from firmware_runtime.identification.identified import identify
 from firmware_runtime.identification.plant import KEYS
 from firmware_runtime.identification.series import Quantity
@@ -28,19 +28,10 @@ Row = Sequence[tuple[bool, float, float]]
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(prog="benchmarks.identification", description=__doc__)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--plants", type=int, default=200)
+    add_seed_options(parser, plants=200)
     parser.add_argument("--measures", choices=("rate", "position"), default="rate")
-    parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--processes", type=int, default=None, help="default: one a processor")
     chosen = parser.parse_args()
-    seeds = range(chosen.first_seed, chosen.first_seed + chosen.plants)
-    rows: list[Row] = []
-    with ProcessPoolExecutor(chosen.processes) as pool:
-        for row in pool.map(partial(judged, quantity=chosen.measures), seeds):
-            rows.append(row)
-            print(f"\r{len(rows)}/{chosen.plants} plants", end="", file=sys.stderr, flush=True)
-    print(file=sys.stderr)
+    rows: list[Row] = by_seed(partial(judged, quantity=chosen.measures), chosen)
     report = summary(rows)
     print(json.dumps(report) if chosen.json else text(report))
     return 0

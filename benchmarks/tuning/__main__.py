@@ -14,13 +14,13 @@ import json
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from msgspec import Struct, structs
 
+from benchmarks.shared.seeds import add_seed_options, by_seed
 from firmware_runtime.board.registry import load
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.identification.identified import identify
@@ -69,18 +69,9 @@ class _Recorded:
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(prog="benchmarks.tuning", description=__doc__)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--plants", type=int, default=50)
-    parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--processes", type=int, default=None, help="default: one a processor")
+    add_seed_options(parser, plants=50)
     chosen = parser.parse_args()
-    seeds = range(chosen.first_seed, chosen.first_seed + chosen.plants)
-    cases: list[Case] = []
-    with ProcessPoolExecutor(chosen.processes) as pool:
-        for case in pool.map(judged, seeds):
-            cases.append(case)
-            print(f"\r{len(cases)}/{chosen.plants} plants", end="", file=sys.stderr, flush=True)
-    print(file=sys.stderr)
+    cases = by_seed(judged, chosen)
     print(json.dumps(_as_json(cases)) if chosen.json else "\n".join(_lines(cases)))
     return 0
 
