@@ -110,7 +110,7 @@ class PositionHistory:
         state = self._spans[place].state
         for n in range(place, len(self._spans)):
             span = self._spans[n]
-            span.state = self.state = state
+            span.state = state
             state = self._through(span, found, now)
         self.state = state
 
