@@ -39,6 +39,7 @@ class Sample(NamedTuple):
     raw: bytes
 
 
+AN_ARRAY_OF_ONE = b"\x91"
 floats = st.floats(allow_nan=False, allow_infinity=False)
 angles = st.one_of(st.builds(Angle, floats), st.builds(Degree, floats, st.text()))
 samples = st.builds(
@@ -54,12 +55,13 @@ samples = st.builds(
 
 def again(kind: object, value: object) -> object:
     packing = Packing(kind)
-    return packing.unpack(packing.pack(value))
+    (found,) = packing.unpack_all(packing.pack_all([value]))
+    return found
 
 
 def reason_of(kind: object, packed: bytes, limits: tuple[float, float] | None = None) -> Reason:
     with pytest.raises(Refused) as refused:
-        Packing(kind).unpack(packed, limits)
+        Packing(kind).unpack_all(packed, limits)
     return refused.value.reason
 
 
@@ -100,30 +102,31 @@ def test_an_array_keeps_its_shape() -> None:
 @pytest.mark.parametrize("kind", [float, int, str, Gear, Angle, Sample, NDArray[np.float64]])
 @given(st.binary(max_size=60))
 def test_any_bytes_are_a_value_or_refused(kind: object, packed: bytes) -> None:
-    try:
-        value = Packing(kind).unpack(packed)
-    except Refused:
-        return
-    Packing(kind).pack(value)
+    for body in (packed, AN_ARRAY_OF_ONE + packed):
+        try:
+            values = Packing(kind).unpack_all(body)
+        except Refused:
+            continue
+        Packing(kind).pack_all(values)
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_is_refused(number: float) -> None:
-    assert reason_of(float, Packing(float).pack(number)) is Reason.NOT_FINITE
-    assert reason_of(Angle, Packing(Angle).pack(Degree(number, "x"))) is Reason.NOT_FINITE
+    assert reason_of(float, Packing(float).pack_all([number])) is Reason.NOT_FINITE
+    assert reason_of(Angle, Packing(Angle).pack_all([Degree(number, "x")])) is Reason.NOT_FINITE
     array = NDArray[np.float64]
-    assert reason_of(array, Packing(array).pack(np.array([1.0, number]))) is Reason.NOT_FINITE
+    assert reason_of(array, Packing(array).pack_all([np.array([1.0, number])])) is Reason.NOT_FINITE
 
 
 def test_every_number_must_be_within_the_limits() -> None:
     packing = Packing(tuple[float, float])
-    assert packing.unpack(packing.pack((-1.0, 1.0)), (-1.0, 1.0)) == (-1.0, 1.0)
-    packed = packing.pack((0.0, 1.5))
+    assert packing.unpack_all(packing.pack_all([(-1.0, 1.0)]), (-1.0, 1.0)) == [(-1.0, 1.0)]
+    packed = packing.pack_all([(0.0, 1.5)])
     assert reason_of(tuple[float, float], packed, (-1.0, 1.0)) is Reason.OUT_OF_LIMITS
 
 
 def test_only_subclasses_that_are_here_are_made() -> None:
-    packed = Packing(Angle).pack(Degree(1.0, "x"))
+    packed = Packing(Angle).pack_all([Degree(1.0, "x")])
     assert reason_of(Angle, packed.replace(b"Degree", b"Minute")) is Reason.MALFORMED
     assert reason_of(Gear, packed) is Reason.MALFORMED
 

@@ -15,7 +15,6 @@ Every number in what arrives is checked before anything is made of it (`forms`).
 """
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from math import isfinite
 
 from msgspec.msgpack import Ext
@@ -35,40 +34,24 @@ class Packing:
         self._form = form_of(kind)
         self.text = self._form.text
 
-    def pack(self, value: object) -> bytes:
-        """The bytes of a value. Raises TypeError for a value that the type does not have."""
-        return encode(self._form.pack(value))
-
     def pack_all(self, values: Sequence[object]) -> bytes:
-        """The bytes of several values, as an array. Raises TypeError likewise."""
+        """The bytes of values, as an array. Raises TypeError for one that is not of the type."""
         return encode([self._form.pack(value) for value in values])
 
-    def unpack(self, packed: bytes, limits: tuple[float, float] | None = None) -> object:
-        """The value of these bytes, every number of it finite and within the limits.
-
-        Raises Refused.
-        """
-        with _refused():
-            return self._form.unpack(_checked(packed, limits))
-
     def unpack_all(self, packed: bytes, limits: tuple[float, float] | None = None) -> list[object]:
-        """The values of an array of one or more, checked likewise. Raises Refused."""
-        with _refused():
+        """The values of an array of one or more, every number finite and within the limits.
+
+        Bytes come from outside, and classes from any package: whatever they raise is Refused.
+        """
+        try:
             found = _checked(packed, limits)
             if not isinstance(found, list) or not found:
-                raise Refused(Reason.MALFORMED, "no array of values")
+                raise Refused(Reason.MALFORMED, "no array of values")  # noqa: TRY301
             return [self._form.unpack(each) for each in found]
-
-
-@contextmanager
-def _refused() -> Iterator[None]:
-    """Bytes come from outside, and classes from any package: whatever they raise is Refused."""
-    try:
-        yield
-    except Refused:
-        raise
-    except Exception as error:
-        raise Refused(Reason.MALFORMED, str(error) or type(error).__name__) from error
+        except Refused:
+            raise
+        except Exception as error:
+            raise Refused(Reason.MALFORMED, str(error) or type(error).__name__) from error
 
 
 def _checked(packed: bytes, limits: tuple[float, float] | None) -> object:
