@@ -30,14 +30,14 @@ def settings_in_force(board: str) -> Path | None:
     """The user's copy of the settings of a board of that name, if there is one."""
     if not registry.is_name(board):
         return None
-    copy = _directory() / f"{board}{_ENDING}"
+    copy = settings_place() / f"{board}{_ENDING}"
     return copy if os.path.exists(copy) else None  # noqa: PTH110 -- pathlib's raise
 
 
 def own_names() -> list[str]:
     """The robots whose settings are in force here by a name that is no kind's."""
     try:
-        files = sorted(os.listdir(_directory()))  # noqa: PTH208 -- names are all that is wanted
+        files = sorted(os.listdir(settings_place()))  # noqa: PTH208 -- names are all that is wanted
     except OSError:
         return []  # none were installed, or this user may not look
     names = [file.removesuffix(_ENDING) for file in files if file.endswith(_ENDING)]
@@ -51,8 +51,4 @@ def known_names() -> list[str]:
 
 def settings_place() -> Path:
     """The directory of the settings in force."""
-    return _directory()
-
-
-def _directory() -> Path:
     return Path(os.environ.get(PLACE) or SETTINGS)
