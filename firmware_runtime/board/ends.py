@@ -15,7 +15,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.devs.ports import Owner
 from firmware_runtime.errors import ConfigError
@@ -144,7 +144,7 @@ def _known_here(
 @contextmanager
 def _closed(components: Collection[Component]) -> Iterator[None]:
     """Within the block every look at one of these raises `_RunsElsewhere`."""
-    all_of_them = [each for component in components for each in _with_all_below(component)]
+    all_of_them = [each for component in components for each in with_all_below(component)]
     kinds = [type(each) for each in all_of_them]
     closed: dict[type[Component], type[Component]] = {
         kind: type(kind.__name__, (kind,), {"__slots__": (), "__getattribute__": _refuse})
@@ -157,13 +157,6 @@ def _closed(components: Collection[Component]) -> Iterator[None]:
     finally:
         for each, kind in zip(all_of_them, kinds, strict=True):
             each.__class__ = kind
-
-
-def _with_all_below(component: Component) -> Iterator[Component]:
-    yield component
-    if isinstance(component, Coupled):
-        for each in component.components.values():
-            yield from _with_all_below(each)
 
 
 def _refuse(_component: object, _name: str) -> object:

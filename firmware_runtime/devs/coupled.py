@@ -1,6 +1,6 @@
 """The coupled model: components, and couplings drawn one wire a line."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
 from firmware_runtime.devs.component import Component, check_constructed
@@ -95,3 +95,11 @@ class Coupled(Component):
             return f"{wire}: coupled twice"
         kinds = f"{source.type.__name__} cannot feed a port of {destination.type.__name__}"
         return f"{wire}: a port of {kinds}"
+
+
+def with_all_below(component: Component) -> Iterator[Component]:
+    """A component and all that it is made of, each before its own, in order of declaration."""
+    yield component
+    if isinstance(component, Coupled):
+        for each in component.components.values():
+            yield from with_all_below(each)

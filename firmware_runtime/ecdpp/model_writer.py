@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.model_file import TOP, parse_model
@@ -21,7 +21,7 @@ _WORD = re.compile(r"[\w-]+")
 def model_text(model: Coupled, classes: Mapping[str, AtomicClass]) -> str:
     """The model as a file. Raises ConfigError with everything that no file can say."""
     faults: list[str] = []
-    parts = list(_parts(model))
+    parts = list(with_all_below(model))
     _check_names(parts, faults)
     sections = [_section(part, model, classes, faults) for part in parts]
     if faults:
@@ -29,14 +29,6 @@ def model_text(model: Coupled, classes: Mapping[str, AtomicClass]) -> str:
     text = "\n".join("\n".join(lines) + "\n" for lines in sections if lines)
     _check_reading(text, model, classes)
     return text
-
-
-def _parts(model: Component) -> Iterator[Component]:
-    """A model and all its components, each before its own."""
-    yield model
-    if isinstance(model, Coupled):
-        for component in model.components.values():
-            yield from _parts(component)
 
 
 def _check_names(parts: Iterable[Component], faults: list[str]) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import AnyPort, InPort
 
 
@@ -78,8 +78,4 @@ def _positions(model: Coupled, names: Collection[str]) -> dict[str, int]:
 
 
 def _atomics(component: Component) -> Iterator[Atomic]:
-    if isinstance(component, Atomic):
-        yield component
-    elif isinstance(component, Coupled):
-        for child in component.components.values():
-            yield from _atomics(child)
+    return (each for each in with_all_below(component) if isinstance(each, Atomic))

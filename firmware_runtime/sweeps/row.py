@@ -18,8 +18,7 @@ from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.experiments.step_response import step_response
@@ -181,19 +180,8 @@ def _statistics(figures: Figures) -> Row:
 
 def _code_sha256(model: Coupled) -> str:
     """SHA-256 over the code of the model and its world; worked out once for each set of classes."""
-    atomics = list(_atomics(model))
-    kinds = frozenset(type(each) for each in _components(model))
+    parts = list(with_all_below(model))
+    kinds = frozenset(map(type, parts))
     if kinds not in _CODE:
-        _CODE[kinds] = digest_of(code_of(atomics))
+        _CODE[kinds] = digest_of(code_of(each for each in parts if isinstance(each, Atomic)))
     return _CODE[kinds]
-
-
-def _components(model: Component) -> Iterator[Component]:
-    yield model
-    if isinstance(model, Coupled):
-        for each in model.components.values():
-            yield from _components(each)
-
-
-def _atomics(model: Component) -> Iterator[Atomic]:
-    return (each for each in _components(model) if isinstance(each, Atomic))

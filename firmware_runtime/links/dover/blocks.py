@@ -4,11 +4,10 @@ A block whose `text` is coupled within the model speaks with that, and not with 
 model of both ends runs in virtual time too.
 """
 
-from collections.abc import Iterator
 from typing import TypeAlias
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import InPort, Owner
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.models.dover import DoverBlock, RcvDover, SndDover
@@ -25,7 +24,11 @@ class DoverBlocks:
 
     def __init__(self, root: Component, clock: Clock) -> None:
         is_virtual = isinstance(clock, VirtualClock)
-        blocks = [each for each in _blocks(root) if not (is_virtual or _is_coupled(each))]
+        blocks = [
+            each
+            for each in with_all_below(root)
+            if isinstance(each, DoverBlock) and not (is_virtual or _is_coupled(each))
+        ]
         self.senders = [each for each in blocks if isinstance(each, SndDover)]
         self.entrances: Entrances = {}
         for block in blocks:
@@ -34,14 +37,6 @@ class DoverBlocks:
 
     def __bool__(self) -> bool:
         return bool(self.senders or self.entrances)
-
-
-def _blocks(component: Component) -> Iterator[DoverBlock]:
-    if isinstance(component, DoverBlock):
-        yield component
-    elif isinstance(component, Coupled):
-        for each in component.components.values():
-            yield from _blocks(each)
 
 
 def _is_coupled(block: DoverBlock) -> bool:

@@ -1,14 +1,14 @@
 """The ports of a model that others may write and watch, by the names they go by in datagrams."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
 from msgspec import Raw
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.part import Part
@@ -35,7 +35,7 @@ class Ports:
         }
         self.outputs: dict[str, OutPort[Any]] = {
             path_below(root, port): port
-            for component in _components(root)
+            for component in with_all_below(root)
             for port in component.out_ports.values()
         }
 
@@ -81,13 +81,6 @@ class Ports:
             {"name": name, "direction": direction, "type": kind.__name__}
             for name, direction, kind in directed
         ]
-
-
-def _components(component: Component) -> Iterator[Component]:
-    yield component
-    if isinstance(component, Coupled):
-        for child in component.components.values():
-            yield from _components(child)
 
 
 Sent: TypeAlias = tuple[str, int, object]
