@@ -6,7 +6,7 @@ ill.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from random import Random
 
@@ -18,28 +18,24 @@ from benchmarks.hostile.frames import (
     GOOD_BYE,
     HEARTBEAT,
     HELLO,
-    KEY,
     MOTIONS,
     OTHER_KEY,
     REPORT,
     STEP,
-    TURNS,
     YAWS,
     Entry,
-    Fields,
     array,
-    frame,
     hello,
     step,
     tag,
 )
 from benchmarks.hostile.link_rules import MS, LinkRules
+from benchmarks.hostile.peer_frames import PeerFrames
 from benchmarks.hostile.robot_end import TIMEOUT, RobotEnd
 from benchmarks.hostile.sweep import ACCEPTED, NO_VALUE, Attempt
 
 OWN_PORTS = array(b"\x00", b"\x01", b"\x02")
 """The numbers of what the peer sends: motion, turn and yaw."""
-TURN = 1
 OLD = (TIMEOUT + 50 * MS, 10**13)
 """How much older what is too old can be, ns."""
 
@@ -68,8 +64,8 @@ class LinkTarget:
         self._rules = LinkRules(link.peer.session, self._hellos, TIMEOUT)
         self._found: list[tuple[str, object]] = []
         self._refused: Counter[str] = Counter()
-        self._recorded: list[bytes] = []
-        self._begin_session()
+        self._peer = PeerFrames(self._random, lambda: self._end.now, self._rules.session)
+        self._note_session()
 
     # What comes -----------------------------------------------------------------------------------
 
@@ -92,21 +88,19 @@ class LinkTarget:
     def _started_again(self) -> list[tuple[str, bytes]]:
         """A silence, and the first frames of a new session; recorded ones are tried before them."""
         self._end.now += 3 * TIMEOUT
-        self._begin_session()
-        greeting = self._honest(HELLO, peer=0, body=self._fits)
-        answer = self._honest(HELLO, body=self._fits)
-        return [("greeting", greeting), ("greeting", answer), ("honest", self._value())]
+        self._peer.begin_session()
+        self._note_session()
+        greeting = self._peer.honest(HELLO, peer=0, body=self._fits)
+        answer = self._peer.honest(HELLO, body=self._fits)
+        return [("greeting", greeting), ("greeting", answer), ("honest", self._peer.value())]
 
-    def _begin_session(self) -> None:
-        self._session = self._random.getrandbits(64) or 1
-        self._counter = self._sent_at = self._steps = 0
-        self._sequences = [0, 0, 0]
+    def _note_session(self) -> None:
         self._held_back: list[bytes] = []
-        self._ahead = self._random.choice((0, 10**12, -(10**11), 123_456_789_123))
-        self._rules.ahead[self._session] = self._ahead
+        self._rules.ahead[self._peer.session] = self._peer.ahead
 
     def _ways(self) -> list[tuple[str, Callable[[], bytes]]]:
-        random, honest, value = self._random, self._honest, self._value
+        random, peer = self._random, self._peer
+        honest, value, turn = peer.honest, peer.value, peer.turn
         ways: list[tuple[str, Callable[[], bytes]]] = [
             ("another key", lambda: value(key=OTHER_KEY)),
             ("no key", lambda: value(key=None)),
@@ -123,16 +117,19 @@ class LinkTarget:
             ("overtaken for long", lambda: self._overtaken(random.randrange(900, 1200))),
             ("overtaken and old", lambda: self._overtaken(late=random.randrange(*OLD))),
             ("recorded long before", lambda: self._overtaken(2000, late=random.randrange(*OLD))),
-            ("went back", lambda: value(counter=max(1, self._counter - random.randrange(1, 2000)))),
+            (
+                "went back",
+                lambda: value(counter=max(1, self._peer.counter - random.randrange(1, 2000))),
+            ),
             ("sent before the one before", lambda: value(late=random.randrange(*OLD))),
             ("old values", lambda: value(old=random.randrange(*OLD))),
             ("values again", lambda: value(sequence_back=random.randrange(1, 2000))),
             ("wrong port", self._wrong_port),
             ("not what the port carries", self._bad_value),
             ("no step", self._no_step),
-            ("a turn that comes after none", lambda: self._turn(gap=random.randrange(1, 4))),
-            ("a turn that comes after another", self._turn),
-            ("a turn that waits for none that comes", lambda: self._turn(skip=1)),
+            ("a turn that comes after none", lambda: turn(gap=random.randrange(1, 4))),
+            ("a turn that comes after another", turn),
+            ("a turn that waits for none that comes", lambda: turn(skip=1)),
             ("for another session", lambda: value(peer=self._word())),
             ("for none", lambda: value(peer=0)),
             ("from nowhere", lambda: value(session=self._word())),
@@ -149,115 +146,33 @@ class LinkTarget:
         ]
         return [*ways, *[("honest", value)] * (len(ways) // 2)]
 
-    def _honest(  # noqa: PLR0913 -- each is one thing that an attack changes
-        self,
-        kind: int,
-        *,
-        key: bytes | None = KEY,
-        counter: int | None = None,
-        late: int = 0,
-        session: int | None = None,
-        peer: int | None = None,
-        body: bytes = b"",
-        ports: int = 0,
-        old: int = 0,
-        flags: int = 0,
-    ) -> bytes:
-        """A frame of the peer, about a millisecond on its way; `late` ns more, if that is said."""
-        now = self._end.now
-        sent_at = max(now - self._random.randrange(200_000, MS), self._sent_at)
-        if counter is None and late == 0:
-            self._sent_at = sent_at
-        if counter is None:
-            self._counter += self._random.choice((1, 1, 1, 1, 3, 30))
-            counter = self._counter
-        way, held = now - sent_at + late, self._random.randrange(0, 20 * MS)
-        sent_at += self._ahead - late
-        self._steps += 1
-        fields = Fields(
-            kind,
-            self._session if session is None else session,
-            self._rules.session if peer is None else peer,
-            counter,
-            sent_at,
-            now - 2 * way - held,
-            held,
-            ports,
-            sent_at - old - self._random.randrange(2 * MS),
-            self._steps,
-            body,
-            flags,
-        )
-        made = frame(fields, key)
-        if key is KEY and self._random.random() < 0.02:
-            self._recorded = [*self._recorded[-500:], made]
-        return made
-
-    def _value(  # noqa: PLR0913 -- likewise
-        self,
-        *,
-        entries: Sequence[Entry] | None = None,
-        sequence_back: int = 0,
-        key: bytes | None = KEY,
-        counter: int | None = None,
-        late: int = 0,
-        old: int = 0,
-        session: int | None = None,
-        peer: int | None = None,
-    ) -> bytes:
-        """A step, as a rule of one or two ports of which the newest counts."""
-        if entries is None:
-            numbers = self._random.choice(((0,), (2,), (0, 2), (2, 0)))
-            entries = [self._entry(number, back=sequence_back) for number in numbers]
-        return self._honest(
-            STEP,
-            key=key,
-            counter=counter,
-            late=late,
-            session=session,
-            peer=peer,
-            body=step(*entries),
-            ports=len(entries),
-            old=old,
-        )
-
-    def _entry(self, number: int, *, back: int = 0, values: bytes | None = None) -> Entry:
-        self._sequences[number] += 1
-        if values is None:
-            some = list((MOTIONS, TURNS, YAWS)[number])
-            values = array(*self._random.choices(some, k=self._random.choice((1, 1, 1, 3))))
-        return Entry(number, max(1, self._sequences[number] - back), 0, values)
-
-    def _turn(self, *, gap: int = 0, skip: int = 0) -> bytes:
-        """A step with a turn and a yaw; `gap` turns were given up, `skip` are still to come."""
-        before = self._sequences[TURN]
-        self._sequences[TURN] += gap + skip
-        turn = self._entry(TURN)._replace(after=before + skip)
-        return self._value(entries=[turn, self._entry(2)])
-
     def _held(self) -> bytes:
         """What was held back comes, or something is."""
         if self._held_back and self._random.random() < 0.7:
             at = self._random.randrange(len(self._held_back))
             return self._held_back.pop(at)
-        self._held_back.append(self._turn() if self._random.random() < 0.5 else self._value())
-        return self._value()
+        self._held_back.append(
+            self._peer.turn() if self._random.random() < 0.5 else self._peer.value()
+        )
+        return self._peer.value()
 
     def _wrong_port(self) -> bytes:
+        peer = self._peer
         wrong = Entry(self._random.choice((3, 4, 77, 65535)), 1, 0, array(b"\x00"))
-        return self._value(entries=self._random.choice(([wrong], [self._entry(0), wrong])))
+        return peer.value(entries=self._random.choice(([wrong], [peer.entry(0), wrong])))
 
     def _bad_value(self) -> bytes:
+        peer = self._peer
         number = self._random.choice((0, 2))
         value = self._random.choice(list((BAD_MOTIONS, {}, BAD_YAWS)[number]))
         good = self._random.choice(list((MOTIONS, {}, YAWS)[number]))
-        bad = self._entry(number, values=self._random.choice((array(value), array(good, value))))
-        good_one = self._entry(2 - number)
-        return self._value(entries=self._random.choice(([bad], [bad, good_one], [good_one, bad])))
+        bad = peer.entry(number, values=self._random.choice((array(value), array(good, value))))
+        good_one = peer.entry(2 - number)
+        return peer.value(entries=self._random.choice(([bad], [bad, good_one], [good_one, bad])))
 
     def _no_step(self) -> bytes:
         """A step whose body is none, or none of this many ports."""
-        one, other = self._entry(0), self._entry(2)
+        one, other = self._peer.entry(0), self._peer.entry(2)
         body, ports = self._random.choice(
             (
                 (step(one, other), 1),
@@ -275,23 +190,23 @@ class LinkTarget:
                 (step(other._replace(values=next(iter(YAWS)))), 1),
             )
         )
-        return self._honest(STEP, body=body, ports=ports)
+        return self._peer.honest(STEP, body=body, ports=ports)
 
     def _noise(self) -> bytes:
         plain = self._random.randbytes(self._random.randrange(300))
         return plain + tag(plain)
 
     def _again(self) -> bytes:
-        return self._random.choice(self._recorded) if self._recorded else b""
+        return self._random.choice(self._peer.recorded) if self._peer.recorded else b""
 
     def _overtaken(self, most: int = 200, *, late: int = 0) -> bytes:
         """A frame that was sent before, and had been lost until now."""
-        counter = max(1, self._counter - self._random.randrange(1, most))
+        counter = max(1, self._peer.counter - self._random.randrange(1, most))
         late = late or self._random.randrange(MS, 300 * MS)
-        return self._value(counter=counter, late=late, old=0)
+        return self._peer.value(counter=counter, late=late, old=0)
 
     def _another_s_greeting(self) -> bytes:
-        return self._honest(HELLO, peer=0, session=self._word(), body=self._fits)
+        return self._peer.honest(HELLO, peer=0, session=self._word(), body=self._fits)
 
     def _flipped(self, datagram: bytes) -> bytes:
         flipped = bytearray(datagram)
