@@ -186,6 +186,13 @@ class ExecutiveSettings(Settings, frozen=True):
     """Entries of the flight recorder, one for each function of a model that ran; 0 for none."""
 
 
+class RecordingSettings(Settings, frozen=True):
+    """What is kept of a run so that it can be run again."""
+
+    minutes: Annotated[float, Meta(ge=0, le=1440)] = 10.0
+    """How much of it, the last that was; the memory it takes is bounded. 0: nothing is kept."""
+
+
 class LinkSettings(Settings, frozen=True):
     """How the two ends of a board that runs in two processes get on, see `roles`."""
 
@@ -218,6 +225,7 @@ class BoardSettings(Settings, frozen=True, kw_only=True):
     executive: ExecutiveSettings = ExecutiveSettings()
     arming: ArmingSettings = ArmingSettings()
     guard: GuardSettings = GuardSettings()
+    recording: RecordingSettings = RecordingSettings()
     output_enable: OutputEnableSettings | None = None
     overruns: dict[str, ModelPolicy] = {}
     deadlines: tuple[PathDeadlineSettings, ...] = ()

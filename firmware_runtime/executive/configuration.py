@@ -12,6 +12,7 @@ from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.executive.tap import Tap
 
 
 class Hook(Protocol):
@@ -48,6 +49,8 @@ class Configuration:
     """How many entries the flight recorder keeps beside the statistics; 0: there is none."""
     has_link: bool = False
     """Whether the model is a part, linked to the rest in another process, which is counted."""
+    tap: Tap | None = None
+    """What hears all that enters the run, if something does."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     """What else a reader of the statistics should know: board, hash of its file, arguments."""
 

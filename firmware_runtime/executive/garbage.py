@@ -19,9 +19,10 @@ EVERY_NTH_IS_FULL = 16
 class GarbageTime:
     """Adds up the time spent in collections: `spent`, ns, since a reader last set it to zero."""
 
-    def __init__(self, step: Step) -> None:
+    def __init__(self, step: Step, now: Callable[[], int]) -> None:
         self.spent = 0
         self._step = step
+        self._now = now
         self._started = 0
 
     @contextmanager
@@ -35,9 +36,9 @@ class GarbageTime:
 
     def _note(self, phase: str, _info: Mapping[str, int]) -> None:
         if phase == "start":
-            self._started = self._step.now()
+            self._started = self._now()
         else:
-            ended = self._step.now()
+            ended = self._now()
             self.spent += ended - self._started
             if self._step.record is not None:
                 self._step.record(GARBAGE, self._started, ended)

@@ -19,6 +19,7 @@ pause gives that back, leaves outputs and statistics as they are, and is no time
 """
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -74,7 +75,11 @@ class Executive:
         self.world_now = WorldClock() if world_now is None else world_now
         self.world_now.tolerance = self._profiler.accounting.tolerance
         off = SwitchOffRetry(make_safe, clock, configuration.switch_off_for, self._go_on_ending)
-        self._ending = Ending(self.simulator, self.readiness, off)
+        self._tap = tap = configuration.tap
+        exit_models = self.simulator.exit
+        self._ending = Ending(
+            exit_models if tap is None else partial(tap.exit, exit_models), self.readiness, off
+        )
         self._configuration = configuration
         self._arrivals = Arrivals(self.inbox, configuration.sources)
         self._collector: SlackCollector | None = None
@@ -207,6 +212,8 @@ class Executive:
                     end = NEVER if pauses else until
                     self._ledger = self._open_ledger(granted, end, configuration.statistics_path)
                 self._ledger.go_on(until)
+                if self._tap is not None:
+                    self._tap.go_on(until)
                 self._paused = None
                 with self._profiler.garbage.measured():
                     outcome = self._loop(until)
@@ -268,14 +275,19 @@ class Executive:
 
         Returns when the next event is due.
         """
-        self._profiler.step.begin(at)
-        self.world_now.begin(at, self._profiler.step.started)
+        step, tap = self._profiler.step, self._tap
+        if tap is not None:
+            tap.begin(at)
+        step.begin(at)
+        self.world_now.begin(at, step.started)
         try:
             for port, value in self._arrivals.take(at):
                 self.simulator.inject(port, value)
+                if tap is not None:
+                    tap.entered(port, value)
             self.simulator.advance(at)
         finally:
-            next_at = self._ledger.commit(self.clock.now(), self._next_at)
+            next_at = self._ledger.commit(step.now(), self._next_at)
         return next_at
 
     # Before it and after it ---------------------------------------------------------------------
@@ -306,6 +318,8 @@ class Executive:
         self.reached = now = self._ended_at()
         outcome = self._ending(outcome)
         self._ledger.finish(outcome.state, now, outcome.reason)
+        if self._tap is not None:
+            self._tap.finish(outcome, now)
         return outcome
 
     def _go_on_ending(self, now: int) -> None:

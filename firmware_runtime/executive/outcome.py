@@ -182,9 +182,12 @@ class Ending:
     """Ends a run: outputs off, the models' exit, and off again where that failed half way."""
 
     def __init__(
-        self, simulator: Engine, readiness: Readiness, switching_off: SwitchOffRetry
+        self,
+        exit_models: Callable[[], list[Exception]],
+        readiness: Readiness,
+        switching_off: SwitchOffRetry,
     ) -> None:
-        self._simulator = simulator
+        self._exit_models = exit_models
         self._readiness = readiness
         self._switching_off = switching_off
 
@@ -196,7 +199,7 @@ class Ending:
         """The outcome in the light of what devices say of themselves, and what goes wrong here."""
         faults = self._switching_off.run()
         outcome = self._readiness.judged(outcome)
-        failures = self._simulator.exit()
+        failures = self._exit_models()
         if failures:  # an exit that failed half way may have switched something on
             faults = self._switching_off.run()
         faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]

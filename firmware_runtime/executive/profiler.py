@@ -36,14 +36,16 @@ class Profiler:
     def __init__(
         self, root: Component, now: Callable[[], int], configuration: Configuration
     ) -> None:
-        self.step = Step(root, now)
+        tap = configuration.tap
+        self.step = Step(root, now if tap is None else tap.reading(now))
         self._policies = configuration.policies
         self._accounts: list[ModelAccount] = []
-        self.simulator = Simulator(root, instruments=[self._open_account])
+        instruments = [self._open_account] if tap is None else [tap.instrument, self._open_account]
+        self.simulator = Simulator(root, instruments=instruments)
         self.accounting = Accounting(self.step, self._accounts, self.simulator)
         self._refuse_what_names_nothing(configuration)
         self.watches = [self._watch(each) for each in configuration.deadlines]
-        self.garbage = GarbageTime(self.step)
+        self.garbage = GarbageTime(self.step, now)
         self.faults = FaultLog(self.simulator)
         self.buses = configuration.buses
         self._worst = configuration.worst

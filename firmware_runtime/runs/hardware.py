@@ -4,6 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.registry import Board
@@ -35,6 +36,7 @@ class Hardware:
         interlock: Interlock,
         *,
         is_here: bool,
+        recorder: Recorder | None = None,
     ) -> None:
         self.is_here = is_here
         self._board = board
@@ -50,7 +52,7 @@ class Hardware:
         self.doubles: Doubles | None = self._served if self.rig is None else self.rig
         self.lines = Lines({})
         try:
-            self.lines = self._open_lines(interlock)
+            self.lines = self._open_lines(interlock, recorder)
         except BaseException:
             self.close()
             raise
@@ -99,8 +101,8 @@ class Hardware:
         if self._served is not None:
             self._served.close()
 
-    def _open_lines(self, interlock: Interlock) -> Lines:
+    def _open_lines(self, interlock: Interlock, recorder: Recorder | None) -> Lines:
         """The robot's lines, or absent ones where the hardware is at the other end."""
         if not self.is_here:
             return absent_lines(self._board.settings.buses, self._board.ports)
-        return open_lines(self._board, self.doubles, interlock, self.world_now)
+        return open_lines(self._board, self.doubles, interlock, self.world_now, recorder)

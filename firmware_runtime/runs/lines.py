@@ -6,6 +6,7 @@ from typing import TypeVar
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles
+from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.errors import text_of
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.accounted_bus import AccountedBus
@@ -28,20 +29,23 @@ def open_lines(
     doubles: Doubles | None,
     interlock: Interlock = always_enabled,
     time: LineTime = NO_TIME,
+    recorder: Recorder | None = None,
 ) -> Lines:
     """The doubles' lines or the real ones, buses with their retries and counters, all in one time.
 
-    Every other process that asks for the same is kept out. Raises HalError.
+    Every other process that asks for the same is kept out; a recorder hears them. Raises HalError.
     """
+    if recorder is not None:
+        interlock, time = recorder.interlock(interlock), recorder.time(time)
     buses: dict[str, I2cBus] = {}
     ports: dict[str, SerialPort] = {}
     enable: EnableLine | None = None
     try:
         enable = doubles.enable if doubles else _enable_line(board)
         for name in board.settings.buses:
-            buses[name] = _bus(board, doubles, name, time, alone=True)
+            buses[name] = _bus(board, doubles, name, time, alone=True, recorder=recorder)
         for name in board.ports:
-            ports[name] = _port(board, doubles, name, time, alone=True)
+            ports[name] = _port(board, doubles, name, time, alone=True, recorder=recorder)
     except BaseException:
         close_lines(Lines(buses, ports, enable=enable))
         raise
@@ -85,13 +89,19 @@ def _reached(
     return line
 
 
-def _bus(
-    board: Board, doubles: Doubles | None, name: str, time: LineTime, *, alone: bool
+def _bus(  # noqa: PLR0913 -- all that a bus stands on
+    board: Board,
+    doubles: Doubles | None,
+    name: str,
+    time: LineTime,
+    *,
+    alone: bool,
+    recorder: Recorder | None = None,
 ) -> I2cBus:
     stated = board.settings.buses[name]
     inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=alone)
     return AccountedBus(
-        inner,
+        inner if recorder is None else recorder.bus(inner),
         round(stated.speed_hz),
         RetryPolicy(stated.attempts),
         overhead_ns=stated.overhead_ns,
@@ -99,13 +109,21 @@ def _bus(
     )
 
 
-def _port(
-    board: Board, doubles: Doubles | None, name: str, time: LineTime, *, alone: bool
+def _port(  # noqa: PLR0913 -- likewise
+    board: Board,
+    doubles: Doubles | None,
+    name: str,
+    time: LineTime,
+    *,
+    alone: bool,
+    recorder: Recorder | None = None,
 ) -> SerialPort:
     stated = board.ports[name]
     if doubles:
-        return TimedPort(doubles.ports[name], stated.baud, time)
-    return TimedPort(open_serial(name, stated.device, stated.baud, alone=alone), stated.baud, time)
+        inner = doubles.ports[name]
+    else:
+        inner = open_serial(name, stated.device, stated.baud, alone=alone)
+    return TimedPort(inner if recorder is None else recorder.port(inner), stated.baud, time)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

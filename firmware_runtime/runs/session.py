@@ -1,12 +1,14 @@
 """One robot put together for one run: board, buses or rig, model, executive."""
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from firmware_runtime.blackbox.recorder import Recorder
+from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd, robot_of
 from firmware_runtime.board.registry import Board
@@ -24,6 +26,7 @@ from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.black_box import open_black_box, own_atomics
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_link
 from firmware_runtime.runs.hardware import Hardware
@@ -49,8 +52,9 @@ class Session:
     `doubles` are made for the run (True), served at a path, or absent on the real robot (False);
     `rig` is there only if they were made. With a `permission` the run drives its outputs only while
     it is armed, see `arming`; without one always. With an `end` it runs that part of the model
-    only, tied to the other by `link`; one without hardware opens no lines. `log` prints what
-    happens, in sentences. Raises ConfigError for settings that do not fit the model,
+    only, tied to the other by `link`; one without hardware opens no lines. What enters it is kept
+    at `recording`, unless the board's `recording.minutes` are 0. `log` prints what happens, in
+    sentences. Raises ConfigError for settings that do not fit the model,
     StatisticsFileError if another robot's run keeps its statistics at that path, and HalError when
     a bus or chip is missing; nothing was actuated then.
     """
@@ -65,6 +69,7 @@ class Session:
         permission: Permission | None = None,
         end: BoardEnd | None = None,
         link: "OpenChannel | None" = None,
+        recording: Path | None = None,
         log: Callable[[str], None] = lambda _: None,
     ) -> None:
         check_end(end, link, clock)
@@ -75,8 +80,17 @@ class Session:
         self._held: list[Requests | PortsSocket | LinkedEnd | DoverLink] = []
         self._log = log
         interlock = always_enabled if permission is None else self._may_drive
+        is_recorded = recording is not None and board.settings.recording.minutes > 0
+        self.recorder = Recorder(clock.now) if is_recorded else None
         self.has_hardware = end is None or end.has_hardware
-        self.hardware = Hardware(board, clock, doubles, interlock, is_here=self.has_hardware)
+        self.hardware = Hardware(
+            board,
+            clock,
+            doubles,
+            interlock,
+            is_here=self.has_hardware,
+            recorder=self.recorder,
+        )
         self.world_now = self.hardware.world_now
         with ExitStack() as undo:
             undo.callback(self.close)
@@ -95,8 +109,11 @@ class Session:
             self.arming = None if permission is None else self._arming(permission)
             self.tuning = Tuning(board, self._retune)
             self._take_requests()
+            if recording is not None and self.recorder is not None:
+                open_black_box(self, recording)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
-            self.robot.find_chips()
+            with self._section(Kind.PROBE):
+                self.robot.find_chips()
             if permission is None:
                 self.hardware.enable(enabled=True)
             undo.pop_all()
@@ -187,7 +204,8 @@ class Session:
             self.hardware.enable(enabled=False)
         except HalError as error:
             failed.append(text_of(error))
-        failed += self.robot.make_safe()
+        with self._section(Kind.SAFE):
+            failed += self.robot.make_safe()
         self._is_safe = not failed
         return failed
 
@@ -196,8 +214,14 @@ class Session:
         self.hardware.close()
         for held in self._held:
             held.close()
+        if self.recorder is not None:
+            self.recorder.close()
 
     # ---------------------------------------------------------------------------------------------
+
+    def _section(self, kind: Kind) -> AbstractContextManager[None]:
+        """Within the block, what the robot does between two steps is recorded, if anything is."""
+        return nullcontext() if self.recorder is None else self.recorder.section(kind)
 
     def _keep_settings(self) -> None:
         """Leave word of the outputs that will be driven; not of those within this process."""
@@ -219,6 +243,8 @@ class Session:
         """The robot that runs here, which part of the whole it is, and its ports for others."""
         whole = self.board.build(self.hardware.lines)
         ports = Ports(whole.model)  # the world's own are none of them
+        if self.recorder is not None:
+            self.recorder.own = frozenset(own_atomics(whole.model))
         self.hardware.attach(whole)
         if self.end_of_board is None:
             return whole, None, ports
@@ -233,6 +259,7 @@ class Session:
             statistics_path=self._statistics_path,
             armed_at_start=is_armed,
             has_link=has_link,
+            tap=self.recorder,
             conditions=self.hardware.conditions(end),
         )
         executive = Executive(model, clock, self.make_safe, configuration, self.world_now)
@@ -285,6 +312,8 @@ class Session:
     def _retune(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
         """Let the robot take up settings, be it recorded or not."""
         self.robot.retune(settings)
+        if self.recorder is not None:
+            self.recorder.retuned(settings)
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:

@@ -6,6 +6,7 @@ tachobot.guard      what the guard has done
 tachobot.settings   the settings that the outputs are driven by
 tachobot.starts     how the last starts of the service went
 tachobot.control    a socket: requests to arm and disarm
+tachobot.recording  what entered the run, see `blackbox`
 tachobot.ports      a socket: values for input ports, and from output ports
 
 tachobot-guard.starts   how the last starts of its guard went
@@ -25,6 +26,7 @@ class Companion(StrEnum):
     TAKEOVERS = ".guard"
     SETTINGS = ".settings"
     STARTS = ".starts"
+    RECORDING = ".recording"
     CONTROL = ".control"
     PORTS = ".ports"
 

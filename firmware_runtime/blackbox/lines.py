@@ -1,0 +1,125 @@
+"""Lines that are heard: buses and ports that change nothing and note every transfer and its end.
+
+They stand next to the adapter or double, below retries and counters, so each attempt is noted.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+from firmware_runtime.blackbox.section import DISCARD, READ, WRITE
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.interlock import Interlock
+from firmware_runtime.hal.line_time import LineTime
+from firmware_runtime.hal.serial import SerialPort
+
+Note: TypeAlias = Callable[[tuple[Any, ...]], None]
+"""Takes the fields of a `section.Transfer`."""
+Now: TypeAlias = Callable[[], int]
+
+
+def how_it_failed(error: HalError) -> tuple[str, str]:
+    """An error as a recording has it: its class and its sentence."""
+    return type(error).__name__, str(error)
+
+
+class HeardBus(I2cBus):
+    """Any bus; `number` is its place among the lines."""
+
+    def __init__(self, bus: I2cBus, number: int, note: Note, now: Now) -> None:
+        self.name = bus.name
+        self.returns_early = bus.returns_early
+        self._bus = bus
+        self._number = number
+        self._note = note
+        self._now = now
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Carry it out, and note how it ended."""
+        try:
+            answer = self._bus.transaction(address, messages)
+        except HalError as error:
+            failed = how_it_failed(error)
+            self._note((self._number, address, tuple(messages), failed, self._now()))
+            raise
+        self._note((self._number, address, messages, answer, self._now()))
+        return answer
+
+    def pause(self, span: int) -> None:
+        """Let time pass on the bus underneath."""
+        self._bus.pause(span)
+
+    def close(self) -> None:
+        """Close the bus underneath."""
+        self._bus.close()
+
+
+class HeardPort(SerialPort):
+    """Any serial port; `number` is its place among the lines."""
+
+    def __init__(self, port: SerialPort, number: int, note: Note, now: Now) -> None:
+        self.name = port.name
+        self._port = port
+        self._number = number
+        self._note = note
+        self._now = now
+
+    def write(self, data: bytes) -> None:
+        """Write, and note it."""
+        self._heard(WRITE, bytes(data), lambda: self._port.write(data))
+
+    def read_available(self) -> bytes:
+        """Read, and note what had arrived."""
+        return self._heard(READ, b"", self._port.read_available)
+
+    def discard_input(self) -> None:
+        """Throw away what has arrived, and note that."""
+        self._heard(DISCARD, b"", self._port.discard_input)
+
+    def close(self) -> None:
+        """Close the port underneath."""
+        self._port.close()
+
+    def _heard(self, what: int, data: bytes, use: Callable[[], bytes | None]) -> bytes:
+        try:
+            answer = use() or b""
+        except HalError as error:
+            self._note((self._number, what, data, how_it_failed(error), self._now()))
+            raise
+        self._note((self._number, what, data, answer, self._now()))
+        return answer
+
+
+class HeardTime:
+    """The time of the lines; `hear` gets every instant and span that a line asks for, ns."""
+
+    def __init__(self, time: LineTime, hear: Callable[[int], None]) -> None:
+        self._time = time
+        self._hear = hear
+
+    def __call__(self) -> int:
+        """Return the instant."""
+        now = self._time()
+        self._hear(now)
+        return now
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`."""
+        self._time.reach(at)
+
+    def elapsed(self) -> int:
+        """Return the ns from the instant of the step under way to where the lines are now."""
+        elapsed = self._time.elapsed()
+        self._hear(elapsed)
+        return elapsed
+
+
+def heard_interlock(interlock: Interlock, hear: Callable[[bool], None]) -> Interlock:
+    """An interlock whose answers are heard."""
+
+    def is_enabled() -> bool:
+        enabled = interlock()
+        hear(enabled)
+        return enabled
+
+    return is_enabled

@@ -1,0 +1,237 @@
+"""The recorder: hears what enters a run, and writes it into the ring between two steps.
+
+Within a step something that is heard costs an `append`. When the step is over, what was heard
+becomes one section (`section`), which is copied into shared memory. No system call is made and
+nothing is waited for.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Final, Protocol
+
+from firmware_runtime.blackbox.heard import Heard
+from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
+from firmware_runtime.blackbox.models import heard_world, listen
+from firmware_runtime.blackbox.ring import Ring
+from firmware_runtime.blackbox.section import Kind, differences, encode
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import text_of
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.interlock import Interlock
+from firmware_runtime.hal.line_time import LineTime
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.recording.values import UnknownValue, plain
+
+KEYFRAME_EVERY: Final = 5 * SECOND
+RESERVE: Final = MILLISECOND
+"""Ns to the next event without which no keyframe is taken."""
+
+
+class Keyframes(Protocol):
+    """The state of the whole robot; `blackbox.keyframes` has it."""
+
+    def capture(self) -> bytes:
+        """All of it, now."""
+
+
+class Recorder:
+    """The tap of a run's loop and lines, and a hook of its executive.
+
+    It hears from construction on, and writes from `open` on. `fault` says why something is missing
+    in the recording.
+    """
+
+    def __init__(self, now: Callable[[], int]) -> None:
+        self.lines: list[str] = []
+        self.early: list[str] = []
+        self.own: frozenset[Atomic] = frozenset()
+        """The robot's own models; others belong to a world."""
+        self.heard = Heard()
+        self.fault: str | None = None
+        self._now = now
+        self._ring: Ring | None = None
+        self._step_at = -1
+        """Instant of the step that has not been written; -1: there is none."""
+        self._is_real_time = True
+        self._keyframes: Keyframes | None = None
+        self._keyframe_at = 0
+        self._longest = 0
+        self._counts: Callable[[], object] = dict
+
+    # What is heard ------------------------------------------------------------------------------
+
+    def bus(self, bus: I2cBus) -> I2cBus:
+        """A bus, heard."""
+        self.lines.append(bus.name)
+        if bus.returns_early:
+            self.early.append(bus.name)
+        return HeardBus(bus, len(self.lines) - 1, self.heard.transfers.append, self._now)
+
+    def port(self, port: SerialPort) -> SerialPort:
+        """A serial port, heard."""
+        self.lines.append(port.name)
+        return HeardPort(port, len(self.lines) - 1, self.heard.transfers.append, self._now)
+
+    def time(self, time: LineTime) -> LineTime:
+        """The time of the lines, heard."""
+        return HeardTime(time, self.heard.times.append)
+
+    def interlock(self, interlock: Interlock) -> Interlock:
+        """An output interlock, heard."""
+        return heard_interlock(interlock, self.heard.enabled.append)
+
+    def reading(self, now: Callable[[], int]) -> Callable[[], int]:
+        """The clock as the steps ask it, heard."""
+        hear = self.heard.readings.append
+
+        def read() -> int:
+            at = now()
+            hear(at)
+            return at
+
+        return read
+
+    def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
+        """A model of the robot's as it is, one of a world heard."""
+        return functions if atomic in self.own else heard_world(atomic, functions, self.heard)
+
+    # Where a run begins and ends ----------------------------------------------------------------
+
+    def open(
+        self,
+        ring: Ring,
+        atomics: Sequence[Atomic],
+        keyframes: Keyframes | None,
+        counts: Callable[[], object],
+        *,
+        is_real_time: bool,
+    ) -> None:
+        """Write what was heard while the robot was built, and every section from now on.
+
+        `counts` says at the end what became of the models' activations. In virtual time a keyframe
+        makes nothing late.
+        """
+        self._ring = ring
+        self._keyframes = keyframes
+        self._counts = counts
+        self._is_real_time = is_real_time
+        listen(atomics, self.own, self.heard.sent.append)
+        self._write(Kind.BUILD, 0)
+
+    def close(self) -> None:
+        """Write no more; the recording stays where it is."""
+        if self._ring is not None:
+            self._flush()
+            self._ring.close()
+            self._ring = None
+
+    @contextmanager
+    def section(self, kind: Kind, extra: object = None) -> Iterator[None]:
+        """What is heard within the block, between two steps, is a section of its own."""
+        self._flush()
+        at = self._now()
+        try:
+            yield
+        finally:
+            self._write(kind, at, extra)
+
+    def note(self, kind: Kind, extra: object) -> None:
+        """Write a section in which nothing was heard."""
+        with self.section(kind, extra):
+            pass
+
+    def retuned(self, settings: object) -> None:
+        """The robot has been given these gains and limits, between two steps."""
+        try:
+            self.note(Kind.RETUNED, plain(settings))
+        except UnknownValue as error:
+            self.fault = self.fault or str(error)
+
+    # The loop's tap -----------------------------------------------------------------------------
+
+    def begin(self, at: int) -> None:
+        """A step for instant `at` begins."""
+        if self.heard:
+            self._flush()
+        self._step_at = at
+
+    def entered(self, port: InPort[Any], value: object) -> None:
+        """A value enters the step that has begun."""
+        try:
+            self.heard.entered.append((port.name, plain(value)))
+        except UnknownValue as error:
+            self.fault = self.fault or f"{port.path}: {error}"
+
+    def go_on(self, until: int) -> None:
+        """The run begins or goes on, to instant `until`."""
+        self._flush()
+        self._write(Kind.GO_ON, until)
+
+    def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
+        """Call the models' exit in a section of its own."""
+        with self.section(Kind.EXIT):
+            return exit_models()
+
+    def finish(self, outcome: Outcome, at: int) -> None:
+        """The run is over."""
+        self._flush()
+        ended = {"state": outcome.state.name.lower(), "reason": outcome.reason}
+        self._write(Kind.ENDED, at, {**ended, "counts": self._counts()})
+
+    # The executive's hook -----------------------------------------------------------------------
+
+    def between_steps(self, now: int, left: int) -> None:
+        """Write the step that is over; take a keyframe if one is due and there is time for it."""
+        if self._step_at >= 0:
+            self._write(Kind.STEP, self._step_at)
+        if now >= self._keyframe_at and self._keyframes is not None:
+            if not self._is_real_time or left >= 2 * self._longest + RESERVE:
+                self._take_keyframe(self._keyframes, now)
+
+    def _take_keyframe(self, keyframes: Keyframes, now: int) -> None:
+        begun = self._now()
+        try:
+            state = keyframes.capture()
+        except Exception as error:  # noqa: BLE001 -- the run goes on without
+            self.fault = self.fault or f"no keyframes: {text_of(error)}"
+            self._keyframes = None
+            return
+        self._write(Kind.KEYFRAME, now, state)
+        self._longest = max(self._longest, self._now() - begun)
+        self._keyframe_at = now + KEYFRAME_EVERY
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _flush(self) -> None:
+        """Write what was heard so far: the step that is over, or something outside of any."""
+        if self._step_at >= 0:
+            self._write(Kind.STEP, self._step_at)
+        elif self.heard and self._ring is not None:
+            self._write(Kind.OUTSIDE, self._now())
+
+    def _write(self, kind: Kind, at: int, extra: object = None) -> None:
+        self._step_at = -1
+        heard, ring = self.heard, self._ring
+        if ring is None:
+            return
+        content = encode(
+            (
+                kind.value,
+                at,
+                differences(heard.readings, at),
+                heard.times,
+                heard.enabled,
+                heard.world,
+                heard.sent,
+                heard.transfers,
+                heard.entered,
+                extra,
+            )
+        )
+        heard.clear()
+        if ring.write(content):
+            self._keyframe_at = 0  # each chunk can be replayed on its own

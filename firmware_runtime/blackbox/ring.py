@@ -1,0 +1,92 @@
+"""The ring: chunks in shared memory that a run writes sections into, without a system call.
+
+The pages belong to the kernel, so they outlive the process, `kill -9` included; a disk has no part
+in it. Its space is allocated and mapped at once, before the run.
+"""
+
+import mmap
+import os
+from pathlib import Path
+from zlib import crc32
+
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
+from firmware_runtime.errors import ConfigError
+
+_MODE = 0o640
+"""The owner writes, the group may read: as with statistics."""
+
+
+class Ring:
+    """A new recording at `path`, of so many bytes in so many chunks; `header` begins each.
+
+    `chunk` is the number of the one that is written, from 1. Raises ConfigError if it cannot be
+    made.
+    """
+
+    def __init__(self, path: Path, chunk_size: int, chunks: int, header: bytes) -> None:
+        self.path = path
+        self.chunk = 0
+        self.lost = 0
+        """Sections that were larger than a chunk."""
+        self._chunk_size = chunk_size
+        self._chunks = chunks
+        self._header = header
+        self._memory = _mapped(path, chunk_size, chunks)
+        self._first = self._used = self._begin = 0
+        self._open_chunk()
+
+    def write(self, content: bytes) -> bool:
+        """Append a section; return whether it is the first of a chunk, after the header."""
+        size = SECTION.size + len(content)
+        is_first = False
+        if self._used + size > self._chunk_size:
+            if CHUNK.size + SECTION.size + len(self._header) + size > self._chunk_size:
+                self.lost += 1
+                return False
+            self._open_chunk()
+            is_first = True
+        self._append(content)
+        return is_first
+
+    def close(self) -> None:
+        """Let go of the memory; the file stays."""
+        self._memory.close()
+
+    def _append(self, content: bytes) -> None:
+        memory, begin = self._memory, self._begin + self._used
+        end = begin + SECTION.size + len(content)
+        SECTION.pack_into(memory, begin, len(content), crc32(content))
+        memory[begin + SECTION.size : end] = content
+        self._used = end - self._begin
+        CHUNK.pack_into(memory, self._begin, self.chunk, self._used)
+
+    def _open_chunk(self) -> None:
+        """Begin the next chunk, in the place of the oldest."""
+        begin = PREFIX_SIZE + self.chunk % self._chunks * self._chunk_size
+        CHUNK.pack_into(self._memory, begin, 0, 0)
+        self.chunk += 1
+        self._begin, self._used = begin, CHUNK.size
+        self._append(self._header)
+
+
+def _mapped(path: Path, chunk_size: int, chunks: int) -> mmap.mmap:
+    """Make the file under a name of its own and map it, then give it the name people know."""
+    unfinished = path.parent / f".{path.name}.{os.getpid()}"
+    size = PREFIX_SIZE + chunk_size * chunks
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished.unlink(missing_ok=True)
+        descriptor = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _MODE)
+        try:
+            os.posix_fallocate(descriptor, 0, size)
+            os.pwrite(descriptor, prefix(chunk_size, chunks), 0)
+            memory = mmap.mmap(descriptor, size, flags=mmap.MAP_SHARED | mmap.MAP_POPULATE)
+            unfinished.replace(path)
+        finally:
+            os.close(descriptor)
+            unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        fault = f"the recording of {size >> 20} MiB cannot be made ({error.strerror})"
+        expected = "expected room for it, or recording.minutes less than it is"
+        raise ConfigError.of_one(str(path), f"{fault}; {expected}") from error
+    return memory

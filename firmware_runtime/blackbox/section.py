@@ -1,0 +1,152 @@
+"""Sections: what entered during one stretch of a run that computes without a pause.
+
+A section is MessagePack: an array of the fields of `Section`. Within each list things stand in the
+order in which they came, so a replay that asks for the same, in the same order, gets the same.
+"""
+
+from enum import IntEnum
+from itertools import accumulate
+from operator import sub
+from typing import Any, Final
+
+import msgspec
+
+from firmware_runtime.recording.values import UnknownValue, encoded, plain, unpack
+
+
+class Kind(IntEnum):
+    """What a run did in a section."""
+
+    HEADER = 0
+    """Nothing: `extra` is the recording's header, which stands first in every chunk."""
+    BUILD = 1
+    """It put the robot together."""
+    PROBE = 2
+    """It asked each chip who it is."""
+    GO_ON = 3
+    """It began or went on; `at` is the instant it goes on to."""
+    STEP = 4
+    """It worked off the instant `at`."""
+    SAFE = 5
+    """It switched its outputs off, between two steps."""
+    RETUNED = 6
+    """It took up the settings in `extra`."""
+    ARMED = 7
+    """Its outputs were enabled (`extra` true) or disabled."""
+    EXIT = 8
+    """Its models exited."""
+    ENDED = 9
+    """It was over: `extra` is its state, its reason, and the counts of its models."""
+    KEYFRAME = 10
+    """`extra` is the state of the whole robot, as bytes."""
+    OUTSIDE = 11
+    """Something else used the lines, such as a check before arming; it is not run again."""
+
+
+class Transfer(msgspec.Struct, array_like=True, frozen=True):
+    """One transfer: a transaction on a bus, or a use of a serial port."""
+
+    line: int
+    """Place in the header's `lines`."""
+    address: int
+    """Of the device, 7 bits; of a port what was done: `WRITE`, `READ` or `DISCARD`."""
+    messages: Any
+    """As `hal.i2c.Message`, a list; bytes for a port."""
+    answer: Any
+    """What was read; name and sentence of the error if it failed."""
+    at: int
+    """When it had ended, ns since the start of the run."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether it ended with an error."""
+        return not isinstance(self.answer, bytes)
+
+
+WRITE: Final = -1
+READ: Final = -2
+DISCARD: Final = -3
+
+
+class Section(msgspec.Struct, array_like=True):
+    """See the module; lists that are empty at the end are still written."""
+
+    kind: Kind
+    at: int
+    """Instant of the run, ns."""
+    readings: list[int]
+    """What the clock said, each less the one before, the first less `at`."""
+    times: list[int]
+    """What the lines said of their own time."""
+    enabled: list[bool]
+    """Whether outputs were enabled, as often as a driver asked."""
+    world: list[int]
+    """Of models that are not the robot's own: how many values they sent, and time advances."""
+    sent: msgspec.Raw
+    """Number of an output port and value, for all that was sent."""
+    transfers: list[Transfer]
+    entered: list[tuple[str, Any]]
+    """Input port of the root model and value, as `recording.values.plain` has it."""
+    extra: Any = None
+
+    def clock(self) -> list[int]:
+        """What the clock said, instants of the run, ns."""
+        return list(accumulate(self.readings, initial=self.at))[1:]
+
+
+def differences(readings: list[int], at: int) -> list[int]:
+    """Each reading less the one before, the first less `at`."""
+    return list(map(sub, readings, [at, *readings]))
+
+
+def _in_words(value: object) -> object:
+    """What stands for a value that MessagePack has no words for."""
+    try:
+        return plain(value)
+    except UnknownValue:
+        kind = type(value)
+        return {"unknown": f"{kind.__module__}:{kind.__qualname__}"}
+
+
+_encode: Final = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
+_decode: Final = msgspec.msgpack.Decoder(Section).decode
+
+
+def encode(fields: tuple[object, ...]) -> bytes:
+    """The fields of a section, in their order, as bytes."""
+    try:
+        return _encode(fields)
+    except Exception:  # noqa: BLE001 -- a value of the model's; the run goes on, whatever it is
+        kind, at, readings, times, enabled, world, sent, transfers, entered, extra = fields
+        return _encode(
+            (kind, at, readings, times, enabled, world, _safely(sent), transfers, entered, extra)
+        )
+
+
+def encode_sent(sent: list[tuple[int, Any]]) -> bytes:
+    """What was sent in a section, as its bytes have it."""
+    try:
+        return _encode(sent)
+    except Exception:  # noqa: BLE001 -- as above
+        return _encode(_safely(sent))
+
+
+def decode(content: bytes) -> Section:
+    """A section of its bytes. Raises msgspec.MsgspecError for what is none."""
+    return _decode(content)
+
+
+def sent_of(section: Section) -> list[tuple[int, Any]]:
+    """Number of the port and value, for all that was sent."""
+    return [(number, value) for number, value in unpack(bytes(section.sent))]
+
+
+def _safely(sent: Any) -> list[tuple[int, object]]:  # noqa: ANN401 -- pairs
+    """Values each on their own: one that cannot be written does not take the others with it."""
+    found: list[tuple[int, object]] = []
+    for number, value in sent:
+        try:
+            found.append((number, encoded(value)))
+        except Exception:  # noqa: BLE001 -- as above
+            found.append((number, _in_words(object())))
+    return found
