@@ -4,12 +4,14 @@ A model of a world, such as a rig's probe, is none of the robot's own. It sees a
 there in a replay, so what it sent and when it wants to be called next is heard.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.ports import OutPort, StandIn
 from firmware_runtime.recording.values import UnknownValue, plain
@@ -20,16 +22,16 @@ Sent: TypeAlias = Callable[[tuple[int, Any]], None]
 class HeardBag(StandIn[Any]):
     """Hands each value on, and hears it with the port's number."""
 
-    __slots__ = ("_hear", "_inner", "_number")
+    __slots__ = ("_hear", "_inner", "number")
 
     def __init__(self, port: OutPort[Any], number: int, hear: Sent) -> None:
-        self._number = number
+        self.number = number
         self._hear = hear
         self._inner = port.taken_over_by(self)
 
     def append(self, value: object, /) -> None:
         """Take one value."""
-        self._hear((self._number, value))
+        self._hear((self.number, value))
         self._inner.send(value)
 
 
@@ -40,8 +42,17 @@ class WholeBag(HeardBag):
 
     def append(self, value: object, /) -> None:
         """Take one value."""
-        self._hear((self._number, _in_full(value)))
+        self._hear((self.number, _in_full(value)))
         self._inner.send(value)
+
+
+def own_atomics(component: Component) -> Iterator[Atomic]:
+    """The atomics of a robot, before a world is attached to it."""
+    if isinstance(component, Atomic):
+        yield component
+    elif isinstance(component, Coupled):
+        for each in component.components.values():
+            yield from own_atomics(each)
 
 
 def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:

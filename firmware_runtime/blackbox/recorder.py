@@ -57,6 +57,7 @@ class Recorder:
         self._step_at = -1
         """Instant of the step that has not been written; -1: there is none."""
         self._is_real_time = True
+        self._is_given_up = False
         self._keyframes: Keyframes | None = None
         self._keyframe_at = 0
         self._longest = 0
@@ -122,6 +123,11 @@ class Recorder:
         listen(atomics, self.own, self.heard.sent.append)
         self._write(Kind.BUILD, 0)
 
+    def give_up(self) -> None:
+        """Hear nothing more: there is no recording."""
+        self._is_given_up = True
+        self.heard.clear()
+
     def close(self) -> None:
         """Write no more; the recording stays where it is."""
         if self._ring is not None:
@@ -178,7 +184,6 @@ class Recorder:
 
     def finish(self, outcome: Outcome, at: int) -> None:
         """The run is over."""
-        self._flush()
         ended = {"state": outcome.state.name.lower(), "reason": outcome.reason}
         self._write(Kind.ENDED, at, {**ended, "counts": self._counts()})
 
@@ -188,9 +193,12 @@ class Recorder:
         """Write the step that is over; take a keyframe if one is due and there is time for it."""
         if self._step_at >= 0:
             self._write(Kind.STEP, self._step_at)
-        if now >= self._keyframe_at and self._keyframes is not None:
-            if not self._is_real_time or left >= 2 * self._longest + RESERVE:
-                self._take_keyframe(self._keyframes, now)
+        if (
+            self._keyframes is not None
+            and now >= self._keyframe_at
+            and (left >= 2 * self._longest + RESERVE or not self._is_real_time)
+        ):
+            self._take_keyframe(self._keyframes, now)
 
     def _take_keyframe(self, keyframes: Keyframes, now: int) -> None:
         begun = self._now()
@@ -210,13 +218,15 @@ class Recorder:
         """Write what was heard so far: the step that is over, or something outside of any."""
         if self._step_at >= 0:
             self._write(Kind.STEP, self._step_at)
-        elif self.heard and self._ring is not None:
+        elif self.heard:
             self._write(Kind.OUTSIDE, self._now())
 
     def _write(self, kind: Kind, at: int, extra: object = None) -> None:
         self._step_at = -1
         heard, ring = self.heard, self._ring
         if ring is None:
+            if self._is_given_up:
+                heard.clear()
             return
         content = encode(
             (

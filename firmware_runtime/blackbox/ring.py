@@ -4,12 +4,14 @@ The pages belong to the kernel, so they outlive the process, `kill -9` included;
 in it. Its space is allocated and mapped at once, before the run.
 """
 
+import errno
 import mmap
 import os
 from pathlib import Path
 from zlib import crc32
 
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
+from firmware_runtime.blackbox.size import Size
 from firmware_runtime.errors import ConfigError
 
 _MODE = 0o640
@@ -17,21 +19,22 @@ _MODE = 0o640
 
 
 class Ring:
-    """A new recording at `path`, of so many bytes in so many chunks; `header` begins each.
+    """A new recording at `path`; `header` begins each of its chunks.
 
-    `chunk` is the number of the one that is written, from 1. Raises ConfigError if it cannot be
+    `chunk` is the number of the one that is written, from 1. With `reserves` its memory is taken at
+    once, so that nothing that fills up later can end the run. Raises ConfigError if it cannot be
     made.
     """
 
-    def __init__(self, path: Path, chunk_size: int, chunks: int, header: bytes) -> None:
+    def __init__(self, path: Path, size: Size, header: bytes, *, reserves: bool) -> None:
         self.path = path
         self.chunk = 0
         self.lost = 0
         """Sections that were larger than a chunk."""
-        self._chunk_size = chunk_size
-        self._chunks = chunks
+        self._chunk_size = size.chunk_bytes
+        self._chunks = size.chunks
         self._header = header
-        self._memory = _mapped(path, chunk_size, chunks)
+        self._memory = _mapped(path, size, reserves=reserves)
         self._first = self._used = self._begin = 0
         self._open_chunk()
 
@@ -69,24 +72,34 @@ class Ring:
         self._append(self._header)
 
 
-def _mapped(path: Path, chunk_size: int, chunks: int) -> mmap.mmap:
+def _mapped(path: Path, size: Size, *, reserves: bool) -> mmap.mmap:
     """Make the file under a name of its own and map it, then give it the name people know."""
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
-    size = PREFIX_SIZE + chunk_size * chunks
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         unfinished.unlink(missing_ok=True)
         descriptor = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _MODE)
         try:
-            os.posix_fallocate(descriptor, 0, size)
-            os.pwrite(descriptor, prefix(chunk_size, chunks), 0)
-            memory = mmap.mmap(descriptor, size, flags=mmap.MAP_SHARED | mmap.MAP_POPULATE)
+            if reserves:
+                os.posix_fallocate(descriptor, 0, size.bytes)
+            else:
+                _make_room(descriptor, size.bytes)
+            os.pwrite(descriptor, prefix(size.chunk_bytes, size.chunks), 0)
+            memory = mmap.mmap(descriptor, size.bytes)
             unfinished.replace(path)
         finally:
             os.close(descriptor)
             unfinished.unlink(missing_ok=True)
     except OSError as error:
-        fault = f"the recording of {size >> 20} MiB cannot be made ({error.strerror})"
+        fault = f"the recording of {size.bytes >> 20} MiB cannot be made ({error.strerror})"
         expected = "expected room for it, or recording.minutes less than it is"
         raise ConfigError.of_one(str(path), f"{fault}; {expected}") from error
     return memory
+
+
+def _make_room(descriptor: int, size: int) -> None:
+    """Let the file be so large without taking the space, if there is so much."""
+    free = os.fstatvfs(descriptor)
+    if free.f_bavail * free.f_frsize < size:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    os.ftruncate(descriptor, size)

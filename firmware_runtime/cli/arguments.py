@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
+from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.text import parse_time
 from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
@@ -80,6 +81,17 @@ def positive(text: str, most: float = MOST) -> float:
     if not 0 < value <= most:
         raise argparse.ArgumentTypeError(f"{text!r}: expected a positive number, {most:g} at most")
     return value
+
+
+def second(text: str) -> int:
+    """A second of a run on the command line, such as `9.06`, in ns."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value <= MOST:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a second of the run, 0 or more")
+    return seconds(value) if value else 0
 
 
 def instant(text: str) -> int:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.lines import absent_lines
@@ -72,9 +73,14 @@ def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) 
 
 def board_of(header: Header) -> Board:
     """The board by the settings that a recording was made with. Raises ConfigError."""
+    return board_of_table(header.source, header.table)
+
+
+def board_of_table(source: str, table: dict[str, Any]) -> Board:
+    """The board by a recorded table of settings. Raises ConfigError."""
     with TemporaryDirectory() as folder:
         kept = Path(folder) / "recording.settings"
-        kept.write_text(json.dumps({"source": header.source, "table": header.table}))
+        kept.write_text(json.dumps({"source": source, "table": table}))
         return load_table(kept)
 
 

@@ -28,7 +28,7 @@ class Hardware:
     Raises ConfigError, and HalError when a bus or a server is missing.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- put together once, by the session
         self,
         board: Board,
         clock: Clock,

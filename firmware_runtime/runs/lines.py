@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import TypeVar
 
+from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.errors import text_of
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.accounted_bus import AccountedBus

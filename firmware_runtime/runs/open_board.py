@@ -12,6 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from firmware_runtime.blackbox.found import recording_beside
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.in_force import board_in_force, settings_in_force
@@ -193,7 +194,8 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     against it. With a `role` only that part of the model runs, and `link` says over what it speaks
     with the rest, in another process, see docs/two-machines.md; a role without hardware has no
     doubles. `statistics` are kept in a file where it is given, and where outputs are outside this
-    process: the guard looks there. `record` is a file that gets what enters and leaves the
+    process: the guard looks there, and beside them is what entered the run, for `firmware-runtime
+    replay`. `record` is a file that gets what enters and leaves the
     controller, or the role's part, for `firmware-runtime replay`; it is whole once the robot is
     closed. `log` gets what the command would print on the way. Raises ConfigError, and HalError
     when a bus or chip is missing.
@@ -211,15 +213,17 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     faults += clock_faults(name, speed, doubles=where or not has_hardware)
     if faults:
         raise ConfigError("run", faults)
+    statistics_path = _statistics_path(
+        kept_at,
+        found.name if end is None else end.name,
+        is_outside=where is not True and has_hardware,
+    )
     session = Session(
         found,
         clock_of(clock, speed),
         doubles=where,
-        statistics_path=_statistics_path(
-            kept_at,
-            found.name if end is None else end.name,
-            is_outside=where is not True and has_hardware,
-        ),
+        statistics_path=statistics_path,
+        recording=None if statistics_path is None else recording_beside(statistics_path),
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised, end=end),
         end=end,
         link=way_of(link),

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from firmware_runtime.blackbox.models import own_atomics
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ending import Ending
@@ -26,7 +27,7 @@ from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.black_box import open_black_box, own_atomics
+from firmware_runtime.runs.black_box import RecordedRobot, open_black_box
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_link
 from firmware_runtime.runs.hardware import Hardware
@@ -110,7 +111,10 @@ class Session:
             self.tuning = Tuning(board, self._retune)
             self._take_requests()
             if recording is not None and self.recorder is not None:
-                open_black_box(self, recording)
+                robot = RecordedRobot(
+                    self.recorder, self.executive, board, end, self.rig is not None
+                )
+                open_black_box(robot, recording, log)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
             with self._section(Kind.PROBE):
                 self.robot.find_chips()

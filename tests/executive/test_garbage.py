@@ -78,7 +78,7 @@ def test_one_collection_in_sixteen_is_full(clock: ManualClock, collections: Coll
 
 @pytest.mark.slow
 def test_the_time_of_collections_adds_up_until_it_is_taken(clock: ManualClock) -> None:
-    time = GarbageTime(Step(Atomic("robot"), clock))
+    time = GarbageTime(Step(Atomic("robot"), clock), clock)
 
     class Slow:
         def __del__(self) -> None:

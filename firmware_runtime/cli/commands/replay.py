@@ -1,4 +1,4 @@
-"""`firmware-runtime replay FILE [BOARD]`: run what entered a controller again, and compare."""
+"""`firmware-runtime replay RUN [BOARD]`: run again what entered, and compare."""
 
 import argparse
 import json
@@ -6,28 +6,35 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from firmware_runtime.blackbox.found import find_recording, is_black_box
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_verb, second, speed
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.devs.time import format_time
+from firmware_runtime.devs.time import NEVER, format_time
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.comparison import Comparison
 from firmware_runtime.recording.of_board import board_of, code_changes, part_code, replay_of
 from firmware_runtime.recording.recording import Recording, read_recording
 from firmware_runtime.status import Status
 
 _ABOUT = """
-The recording is one of `run --record`. What entered the board's controller enters it again, in
-virtual time, at the same instants and rounds; every output event is compared, floats to the bit.
-Exit status 0: all are equal; 1: some differ, or the recording is not whole.
+Every run leaves a recording of what entered it: bytes of its buses and ports, external events, the
+clock. RUN is the file of one, or a board's name for its last run, also of one that was killed. The
+same drivers and models run again on it, as fast as they can; every value that leaves a port, every
+transfer and the counts of activations are compared with the run's, floats to the bit. Of a file of
+`run --record` that is the controller alone. Exit status 0: all are equal; 1: some differ, or the
+recording is not whole.
 """
 
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Replay a recorded run; compare every output event of its controller."
+    summary = "Run a recorded run again; compare everything that left its models."
     verb = add_verb(verbs, "replay", summary, execute)
     verb.epilog = _ABOUT
-    verb.add_argument("file", type=Path, metavar="FILE", help="a recording, of `run --record`")
+    verb.add_argument(
+        "run", metavar="RUN", help="a recording's file, or a board's name for its last run"
+    )
     verb.add_argument(
         "board",
         metavar="BOARD",
@@ -42,12 +49,43 @@ def add_to(verbs: SubParsers) -> None:
         dest="assignments",
         help="override one number of BOARD's; may be repeated",
     )
+    verb.add_argument(
+        "--from",
+        type=second,
+        default=0,
+        metavar="T",
+        dest="begin",
+        help="from the keyframe before this second of the run",
+    )
+    verb.add_argument(
+        "--until", type=second, default=NEVER, metavar="T", help="to this second of the run"
+    )
+    verb.add_argument(
+        "--speed",
+        type=speed,
+        metavar="N",
+        help="so many times real time; default: as fast as it goes",
+    )
     verb.add_argument("--json", action="store_true", help="print the comparison as JSON")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Replay, and print what differs."""
-    recording = read_recording(arguments.file)
+    path = find_recording(arguments.run)
+    if is_black_box(path):
+        from firmware_runtime.cli.replayed_run import replay_run  # noqa: PLC0415 -- of runs only
+
+        return replay_run(arguments, path)
+    return _replay_part(arguments, path)
+
+
+def _replay_part(arguments: argparse.Namespace, path: Path) -> int:
+    """Replay a role's part, of a file of `run --record`."""
+    stretch = {"--from": arguments.begin > 0, "--until": arguments.until < NEVER}
+    if given := [name for name, is_given in stretch.items() if is_given]:
+        fault = f"{given[0]}: a file of `run --record` is replayed as a whole"
+        raise ConfigError.of_one("replay", f"{fault}; expected the recording of a run")
+    recording = read_recording(path)
     board = _board(arguments, recording)
     changes = code_changes(recording, part_code(board, recording.header.components))
     comparison = replay_of(recording, board)

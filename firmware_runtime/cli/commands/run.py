@@ -9,6 +9,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.blackbox.found import recording_beside, recording_of_virtual_run
 from firmware_runtime.board import registry
 from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
@@ -113,6 +114,7 @@ def _session(
         permission=permission_for(board, doubles=arguments.doubles, end=end, **supervised),
         end=end,
         link=way_of(arguments.link),
+        recording=_recording_path(arguments, board, path),
         log=messages,
     )
 
@@ -206,6 +208,17 @@ def _statistics_path(
             check_ending(path)
         return path
     return default_path(board.name if end is None else end.name)
+
+
+def _recording_path(
+    arguments: argparse.Namespace, board: registry.Board, statistics: Path | None
+) -> Path | None:
+    """Where it is kept what enters the run; a loop's delay is measured without."""
+    if arguments.loop is not None:
+        return None
+    if statistics is not None:
+        return recording_beside(statistics)
+    return recording_of_virtual_run(board.name)
 
 
 def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:

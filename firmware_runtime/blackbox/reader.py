@@ -1,0 +1,200 @@
+"""Reading a recording: its header, its sections in order, and what is wrong with the file.
+
+A file is taken for what is whole in it. A section whose CRC-32 is wrong ends its chunk, a chunk
+that is missing between two leaves a gap; both are said, and what follows begins at a keyframe.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+from zlib import crc32
+
+import msgspec
+
+from firmware_runtime.blackbox.header import FORMAT, Header
+from firmware_runtime.blackbox.layout import (
+    CHUNK,
+    LARGEST_CHUNK,
+    MAGIC,
+    MOST_CHUNKS,
+    PREFIX,
+    PREFIX_SIZE,
+    SECTION,
+)
+from firmware_runtime.blackbox.section import Kind, Section, decode
+from firmware_runtime.errors import ConfigError
+
+BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
+"""Sections at which a replay can begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """One chunk, copied; `damage` says what is wrong at its end, None if nothing is."""
+
+    number: int
+    contents: list[bytes] = field(repr=False)
+    damage: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Sections in a row, as bytes, none missing."""
+
+    contents: list[bytes] = field(repr=False)
+
+    def from_beginning(self) -> "Segment | None":
+        """From the first at which a replay can begin; None if there is none."""
+        for place, content in enumerate(self.contents):
+            if kind_of(content) in BEGINNINGS:
+                return Segment(self.contents[place:])
+        return None
+
+    def from_instant(self, at: int) -> "Segment":
+        """From the last at which a replay can begin that does not stand after that instant."""
+        begin = 0
+        for place, content in enumerate(self.contents):
+            if kind_of(content) in BEGINNINGS:
+                if decode(content).at > at:
+                    break
+                begin = place
+        return Segment(self.contents[begin:])
+
+    @property
+    def first_at(self) -> int:
+        """The instant at which it begins, ns."""
+        return decode(self.contents[0]).at
+
+    @property
+    def last_at(self) -> int:
+        """The instant of the last step in it, ns."""
+        steps = (each for each in reversed(self.contents) if kind_of(each) == Kind.STEP)
+        return decode(last).at if (last := next(steps, None)) is not None else self.first_at
+
+    def sections(self) -> Iterator[Section]:
+        """All of them, headers left out."""
+        for content in self.contents:
+            if kind_of(content) != Kind.HEADER:
+                yield decode(content)
+
+
+def kind_of(content: bytes) -> int:
+    """The kind of a section, which is the first of its fields."""
+    return content[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A recording that has at least a header."""
+
+    path: Path
+    header: Header
+    chunks: list[Chunk] = field(repr=False)
+
+    def faults(self) -> list[str]:
+        """What is missing within it, one sentence each."""
+        found = [f"chunk {each.number}: {each.damage}" for each in self.chunks if each.damage]
+        for before, after in zip(self.chunks, self.chunks[1:], strict=False):
+            if after.number != before.number + 1:
+                found.append(f"chunks {before.number + 1} to {after.number - 1} are missing")
+        return found
+
+    def segments(self) -> list["Segment"]:
+        """What can be replayed: one segment, or several with something missing between them."""
+        found: list[Segment] = []
+        expected: int | None = None
+        for chunk in self.chunks:
+            if chunk.number != expected:
+                found.append(Segment([]))
+            found[-1].contents.extend(chunk.contents)
+            expected = chunk.number + 1 if chunk.damage is None else None
+        return [each for segment in found if (each := segment.from_beginning()) is not None]
+
+    @property
+    def is_from_start(self) -> bool:
+        """Whether it has the beginning of the run."""
+        return self.chunks[0].number == 1
+
+
+def read_recording(path: Path) -> Recording:
+    """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
+    content = _content(path)
+    if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
+        raise _foreign(path, f"it begins with {content[:8]!r}")
+    _, chunk_size, chunks = PREFIX.unpack_from(content)
+    if not (CHUNK.size < chunk_size <= LARGEST_CHUNK and 0 < chunks <= MOST_CHUNKS):
+        raise _foreign(path, f"{chunks} chunks of {chunk_size} bytes")
+    begins = range(PREFIX_SIZE, min(len(content), PREFIX_SIZE + chunks * chunk_size), chunk_size)
+    found = [
+        chunk
+        for begin in begins
+        if (chunk := _chunk(content[begin : begin + chunk_size], chunk_size)) is not None
+    ]
+    found.sort(key=lambda chunk: chunk.number)
+    header = next((each for chunk in found if (each := _header(chunk)) is not None), None)
+    if header is None:
+        raise _foreign(path, "no chunk of it has a header")
+    return Recording(path, header, [each for each in found if len(each.contents) > 0])
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            reason = "is no file" if path.exists() else "does not exist"
+            raise ConfigError.of_one(str(path), f"{reason}; expected a recording of a run")
+        return path.read_bytes()
+    except OSError as error:
+        fault = f"cannot be read ({error.strerror}); expected a recording of a run"
+        raise ConfigError.of_one(str(path), fault) from error
+
+
+def _foreign(path: Path, why: str) -> ConfigError:
+    return ConfigError.of_one(str(path), f"not a recording of a run: {why}; expected {MAGIC!r}")
+
+
+def _chunk(content: bytes, size: int) -> Chunk | None:
+    """A chunk as far as it is whole; None for one that was never written."""
+    if len(content) < CHUNK.size:
+        return None
+    number, used = CHUNK.unpack_from(content)
+    if number == 0:
+        return None
+    damage = None
+    if used > size:
+        used, damage = size, f"it says that {used} of {size} bytes are used"
+    if used > len(content):
+        used, damage = len(content), f"the file ends at {len(content)} of {used} bytes"
+    contents: list[bytes] = []
+    place = CHUNK.size
+    while place + SECTION.size <= used:
+        length, checksum = SECTION.unpack_from(content, place)
+        place += SECTION.size
+        section = content[place : place + length]
+        if place + length > used or crc32(section) != checksum or not _is_section(section):
+            damage = damage or f"section {len(contents)} is damaged"
+            break
+        contents.append(section)
+        place += length
+    return Chunk(number, contents, damage)
+
+
+def _is_section(content: bytes) -> bool:
+    try:
+        decode(content)
+    except msgspec.MsgspecError:
+        return False
+    return True
+
+
+def _header(chunk: Chunk) -> Header | None:
+    if not chunk.contents:
+        return None
+    section = decode(chunk.contents[0])
+    if section.kind is not Kind.HEADER:
+        return None
+    try:
+        header = msgspec.convert(section.extra, Header)
+    except msgspec.ValidationError:
+        return None
+    return header if header.format == FORMAT else None

@@ -1,0 +1,120 @@
+"""`firmware-runtime replay RUN` for a recording of the black box: the whole run, run again."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import monotonic_ns, sleep
+
+from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.reader import Recording, read_recording
+from firmware_runtime.blackbox.section import Section
+from firmware_runtime.board.registry import Board
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.time import NEVER, SECOND, format_time
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.verdict import Stretch, Verdict, replay
+from firmware_runtime.status import Status
+
+
+def replay_run(arguments: argparse.Namespace, path: Path) -> int:
+    """Run it again, and print whether it was the same."""
+    recording = read_recording(path)
+    board = recorded_board(recording.header, arguments)
+    shown = _Shown(wanted=not arguments.json and sys.stderr.isatty())
+    begun = monotonic_ns()
+    verdict = replay(
+        recording,
+        board,
+        Stretch(arguments.begin, arguments.until),
+        before=_paced(arguments.speed, shown),
+    )
+    spent = monotonic_ns() - begun
+    shown.clear()
+    if arguments.json:
+        print(json.dumps(_as_json(recording, board, verdict, spent), allow_nan=False))
+    else:
+        print("\n".join(_as_text(recording, board, verdict, spent)))
+    return Status.OK if verdict.is_identical else Status.MODEL_ERROR
+
+
+def recorded_board(header: Header, arguments: argparse.Namespace) -> Board:
+    """The board by the settings of the run, or by those of the command line. Raises ConfigError."""
+    if arguments.board is None and not arguments.assignments:
+        return board_of_table(header.source, header.table)
+    return chosen_board(arguments.board or header.kind, arguments.assignments)
+
+
+def _paced(speed: float | None, shown: "_Shown") -> Callable[[Section], None]:
+    """What is called before each section: waits for its instant, if a speed was asked for."""
+    first: list[tuple[int, int]] = []
+
+    def before(section: Section) -> None:
+        if section.at < NEVER // 2:
+            shown.at(section.at)
+            if speed is not None:
+                first.append((section.at, monotonic_ns())) if not first else None
+                begun_at, begun = first[0]
+                due = begun + round((section.at - begun_at) / speed)
+                sleep(max(0, due - monotonic_ns()) / SECOND)
+
+    return before
+
+
+class _Shown:
+    """How far it is, on one line of a terminal."""
+
+    def __init__(self, *, wanted: bool) -> None:
+        self._wanted = wanted
+        self._due = monotonic_ns() + SECOND // 2
+
+    def at(self, at: int) -> None:
+        """It has come to an instant of the run."""
+        if self._wanted and monotonic_ns() >= self._due:
+            self._due = monotonic_ns() + SECOND // 4
+            sys.stderr.write(f"\r{at / SECOND:.1f} s\x1b[K")
+            sys.stderr.flush()
+
+    def clear(self) -> None:
+        """Leave no trace of it."""
+        if self._wanted:
+            sys.stderr.write("\r\x1b[K")
+
+
+def _as_json(recording: Recording, board: Board, verdict: Verdict, spent: int) -> dict[str, object]:
+    header = recording.header
+    return {
+        **verdict.as_json(),
+        "run": header.run,
+        "board": header.board,
+        "role": header.role,
+        "recording": str(recording.path),
+        "times_real_time": verdict.duration / max(spent, 1),
+        "settings_changed": board.table != header.table,
+    }
+
+
+def _as_text(recording: Recording, board: Board, verdict: Verdict, spent: int) -> Iterator[str]:
+    header = recording.header
+    for fault in verdict.faults:
+        yield f"not whole: {fault}"
+    if verdict.first is not None:
+        yield f"{verdict.differences} differences; the first:"
+        yield from difference_in_words(verdict.first)
+    elif not verdict.faults:
+        yield f"identical: {verdict.events} values, {verdict.writes} transfers of {header.run}"
+    duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
+    yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {times:.0f} times real time"
+    if board.table != header.table:
+        yield f"  settings are not those of the run: {board.source}"
+
+
+def difference_in_words(difference: Difference) -> Iterator[str]:
+    """When, where, and both values."""
+    said = difference.as_json()
+    where = ".".join(each for each in (difference.model, difference.field) if each)
+    yield f"  at {format_time(difference.at)}, {difference.what} of {where}"
+    yield f"    recorded: {json.dumps(said['recorded'])}"
+    yield f"    replayed: {json.dumps(said['replayed'])}"

@@ -1,0 +1,47 @@
+"""A difference between a run and its replay: when, which model, what of it, both values."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+NOTHING: Final = "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """`what` is `value` (of a port), `write`, `state`, `count`, `step`, `end` or `asked`."""
+
+    at: int
+    """Instant of the run, ns."""
+    what: str
+    model: str
+    """Path below the root; of a write the line, with the device's address."""
+    field: str
+    """Port, attribute or counter."""
+    recorded: object
+    replayed: object
+
+    def as_json(self) -> dict[str, Any]:
+        """For a program; floats that JSON has no word for are texts."""
+        return {
+            "t_ns": self.at,
+            "what": self.what,
+            "model": self.model,
+            "field": self.field,
+            "recorded": shown(self.recorded),
+            "replayed": shown(self.replayed),
+        }
+
+
+def shown(value: object) -> Any:  # noqa: ANN401 -- what JSON has
+    """A value as JSON can have it, floats to the bit."""
+    if isinstance(value, bytes | bytearray):
+        return value.hex()
+    if isinstance(value, list | tuple):
+        return [shown(each) for each in value]
+    if isinstance(value, dict):
+        return {str(key): shown(each) for key, each in value.items()}
+    if isinstance(value, float) and value - value != 0:
+        return repr(value)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    return repr(value)

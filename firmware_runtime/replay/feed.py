@@ -1,0 +1,129 @@
+"""The feed: gives a replay what the run was given, in the order in which it is asked for.
+
+What is asked for beyond what was recorded, or otherwise than it was, is a difference. A replay of
+other code or settings goes on all the same: a read is answered by the next of that device, a write
+is taken.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
+
+from firmware_runtime.blackbox.section import Kind, Section, Transfer, sent_of
+from firmware_runtime.replay.difference import NOTHING, Difference
+
+Report: TypeAlias = Callable[[Difference], None]
+
+
+class Feed:
+    """Of one section after the other; `report` gets the differences."""
+
+    def __init__(self, lines: list[str], report: Report) -> None:
+        self.lines = lines
+        self._report = report
+        self._at = 0
+        self._last_reading = 0
+        self.load(Section(Kind.BUILD, 0, [], [], [], [], b"\x90", [], []))  # type: ignore[arg-type]
+
+    def load(self, section: Section) -> None:
+        """Give what this section holds from now on."""
+        self._at = section.at
+        self._section = section
+        self._readings = iter(section.clock())
+        self._times = iter(section.times)
+        self._enabled = iter(section.enabled)
+        self._world = iter(section.world)
+        self._transfers = list(reversed(section.transfers))
+        self._sent: list[tuple[int, Any]] | None = None
+        self._was_enabled = False
+        self._asked_too_much = False
+
+    def check_all_taken(self) -> None:
+        """Report what the section holds and was not asked for."""
+        for transfer in reversed(self._transfers):
+            self._differs("write", *self._named(transfer), _content(transfer), NOTHING)
+        for name, left in (
+            ("clock", self._readings),
+            ("line time", self._times),
+            ("interlock", self._enabled),
+        ):
+            if not self._asked_too_much and (count := sum(1 for _ in left)):
+                self._differs("asked", "", name, f"{count} more answers", NOTHING)
+
+    def reading(self) -> int:
+        """What the clock said."""
+        self._last_reading = self._next(self._readings, "clock", self._last_reading)
+        return self._last_reading
+
+    def time(self) -> int:
+        """What the lines said of their time."""
+        time: int = self._next(self._times, "line time", 0)
+        return time
+
+    def enabled(self) -> bool:
+        """Whether outputs were enabled."""
+        self._was_enabled = self._next(self._enabled, "interlock", self._was_enabled)
+        return self._was_enabled
+
+    def world(self) -> int:
+        """What a model of the world said of itself."""
+        said: int = self._next(self._world, "world", 0)
+        return said
+
+    def sent(self) -> list[tuple[int, Any]]:
+        """All that was sent in the section."""
+        if self._sent is None:
+            self._sent = sent_of(self._section)
+        return self._sent
+
+    def transfer(self, line: int, address: int, messages: Any) -> Transfer | None:  # noqa: ANN401
+        """How the transfer that is asked for ended; None if there was none like it."""
+        place = self._place(line, address, messages)
+        asked = Transfer(line, address, messages, b"", self._at)
+        if place is None:
+            self._differs("write", *self._named(asked), NOTHING, _content(asked))
+            return None
+        recorded = self._transfers.pop(place)
+        if place != len(self._transfers):  # others were recorded before it
+            missed = self._transfers[-1]
+            self._differs("write", *self._named(missed), _content(missed), _content(asked))
+        elif recorded.messages != messages:
+            self._differs("write", *self._named(asked), _content(recorded), _content(asked))
+        return recorded
+
+    def _place(self, line: int, address: int, messages: object) -> int | None:
+        """Where the next transfer of this shape stands, counted from the end of the section."""
+        shape = _shape(messages)
+        for place in range(len(self._transfers) - 1, -1, -1):
+            each = self._transfers[place]
+            if (each.line, each.address) == (line, address) and _shape(each.messages) == shape:
+                return place
+        return None
+
+    def _next(self, answers: Iterator[Any], name: str, otherwise: Any) -> Any:  # noqa: ANN401
+        answer = next(answers, None)
+        if answer is not None:
+            return answer
+        if not self._asked_too_much:
+            self._asked_too_much = True
+            self._differs("asked", "", name, NOTHING, "one more answer")
+        return otherwise
+
+    def _named(self, transfer: Transfer) -> tuple[str, str]:
+        device = "" if transfer.address < 0 else f" 0x{transfer.address:02x}"
+        return f"{self.lines[transfer.line]}{device}", "transfer"
+
+    def _differs(
+        self, what: str, model: str, field: str, recorded: object, replayed: object
+    ) -> None:
+        self._report(Difference(self._at, what, model, field, recorded, replayed))
+
+
+def _shape(messages: Any) -> object:  # noqa: ANN401 -- of a bus or of a port
+    """What of a transfer is not its data: how much is written and read, and in which order."""
+    if isinstance(messages, bytes):
+        return None
+    return [each if isinstance(each, int) else -len(each) for each in messages]
+
+
+def _content(transfer: Transfer) -> object:
+    return transfer.messages

@@ -1,0 +1,201 @@
+"""The player: takes the sections of a recording one by one, and does in each what the run did."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Final
+
+from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of
+from firmware_runtime.board.registry import Board
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.hal.errors import HalError
+from firmware_runtime.recording.values import UnknownValue, made, unpack
+from firmware_runtime.replay.difference import NOTHING, Difference
+from firmware_runtime.replay.feed import Feed
+from firmware_runtime.replay.rebuilt import rebuilt
+from firmware_runtime.runs.black_box import counts_of
+from firmware_runtime.statistics.statistics import RunState, Statistics
+
+_ENDS: Final = {state.name.lower(): state for state in RunState}
+_ORDER: Final = ("step", "state", "value", "write", "asked", "count", "end")
+"""Of differences at one instant."""
+
+
+class Player:
+    """A robot that is run again; `at` is the instant of the run that it has come to.
+
+    `events` counts the values that it has sent, `differences` what was not as recorded, `first` is
+    the first of these. `listeners` are called with each of them.
+    """
+
+    def __init__(self, header: Header, board: Board, beginning: Section) -> None:
+        self.header = header
+        self.events = 0
+        self.differences = 0
+        self.first: Difference | None = None
+        self.at = 0
+        self.steps = 0
+        self.failure: Exception | None = None
+        """What the robot raised in the step it came to last, if it did."""
+        self.listeners: list[Callable[[Difference], None]] = []
+        self._noted: list[Difference] = []
+        self.feed = Feed(header.lines, self._note)
+        if beginning.kind is Kind.BUILD:
+            self.feed.load(beginning)
+        found = rebuilt(header, board, self.feed)
+        self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
+        self.lines, self.simulator = found.lines, found.profiler.simulator
+        self._ledger, self._sent = found.ledger, found.sent
+        if beginning.kind is Kind.BUILD:
+            self.feed.check_all_taken()
+            self._report()
+        else:
+            raise ConfigError.of_one("replay", "the beginning of the run is not in the recording")
+
+    @property
+    def statistics(self) -> Statistics:
+        """What has been counted so far, as in the run."""
+        return self._ledger.file.statistics()
+
+    @property
+    def accounts(self) -> Sequence[ModelAccount]:
+        """What became of each model's activations."""
+        return self.profiler.accounting.accounts
+
+    def play(self, sections: Iterable[Section]) -> None:
+        """Take all of these sections."""
+        for section in sections:
+            self.take(section)
+
+    def take(self, section: Section) -> None:
+        """Do what the run did in this section, and compare."""
+        play = self._PLAYS.get(section.kind)
+        if play is None:
+            return
+        self.feed.load(section)
+        self._sent.clear()
+        play(self, section)
+        self.feed.check_all_taken()
+        self._compare_sent(section)
+        self._report()
+
+    # What each kind of section is -----------------------------------------------------------------
+
+    def _probe(self, _section: Section) -> None:
+        try:
+            self.robot.find_chips()
+        except HalError as error:
+            self.failure = error
+
+    def _go_on(self, section: Section) -> None:
+        self._ledger.go_on(section.at)
+
+    def _step(self, section: Section) -> None:
+        at, step, simulator = section.at, self.profiler.step, self.simulator
+        self.at = at
+        self.steps += 1
+        is_input = bool(section.entered)
+        due = simulator.next_at
+        if at != due and not (is_input and simulator.now <= at < due):
+            self._note(Difference(at, "step", "", "next event", at, due))
+            if not simulator.now <= at <= due:
+                return
+        step.begin(at)
+        try:
+            self._enter(section)
+            simulator.advance(at)
+        except Exception as error:  # noqa: BLE001 -- as the run did: it is over then
+            self.failure = error
+        finally:
+            self._ledger.commit(step.now(), lambda: simulator.next_at)
+
+    def _enter(self, section: Section) -> None:
+        ports: dict[str, Any] = self.simulator.root.in_ports
+        for name, form in section.entered:
+            if name not in ports:
+                self._note(Difference(section.at, "value", "", name, form, NOTHING))
+                continue
+            try:
+                value = made(form)
+            except UnknownValue as error:
+                raise ConfigError.of_one("recording", f"{name}: {error}") from error
+            self.simulator.inject(ports[name], value)
+
+    def _make_safe(self, _section: Section) -> None:
+        self.robot.make_safe()
+
+    def _retune(self, section: Section) -> None:
+        try:
+            settings = made(section.extra)
+        except UnknownValue as error:
+            raise ConfigError.of_one("recording", f"settings: {error}") from error
+        self.robot.retune(settings)
+
+    def _exit(self, _section: Section) -> None:
+        self.simulator.exit()
+
+    def _end(self, section: Section) -> None:
+        self.at = section.at
+        state = _ENDS.get(section.extra["state"], RunState.FAILED)
+        outcome = Outcome(state, section.extra["reason"])
+        self._ledger.finish(outcome.state, section.at, outcome.reason)
+        self._compare_end(section, outcome)
+
+    # What is compared -----------------------------------------------------------------------------
+
+    def _compare_end(self, section: Section, outcome: Outcome) -> None:
+        if self.failure is not None and outcome.state is not RunState.FAILED:
+            said = text_of(self.failure)
+            self._note(Difference(section.at, "end", "", "failure", outcome.reason, said))
+        counted = counts_of(self.accounts)
+        for path, recorded in section.extra["counts"].items():
+            replayed = counted.get(path, {})
+            for name, count in recorded.items():
+                if replayed.get(name) != count:
+                    found = replayed.get(name, NOTHING)
+                    self._note(Difference(section.at, "count", path, name, count, found))
+
+    def _compare_sent(self, section: Section) -> None:
+        self.events += len(self._sent)
+        content = encode_sent(self._sent)
+        if content == bytes(section.sent):
+            return
+        recorded, replayed = sent_of(section), unpack(content)
+        for place in range(max(len(recorded), len(replayed))):
+            was = recorded[place] if place < len(recorded) else None
+            now = replayed[place] if place < len(replayed) else None
+            if was is None or now is None or encode_sent([was]) != encode_sent([tuple(now)]):
+                self._note(self._of_values(section.at, was, now))
+
+    def _of_values(self, at: int, was: Any, now: Any) -> Difference:  # noqa: ANN401 -- pairs
+        if was is not None and now is not None and was[0] != now[0]:
+            now = None  # it sent from another port: what was sent then is missing
+        number = (was if was is not None else now)[0]
+        path = self.header.ports[number] if number < len(self.header.ports) else str(number)
+        model, _, port = path.rpartition(".")
+        recorded = NOTHING if was is None else was[1]
+        return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])
+
+    def _note(self, difference: Difference) -> None:
+        self._noted.append(difference)
+
+    def _report(self) -> None:
+        """Report the differences of a section: a cause before what follows from it."""
+        self._noted.sort(key=lambda each: _ORDER.index(each.what))
+        for difference in self._noted:
+            self.differences += 1
+            self.first = self.first or difference
+            for listener in self.listeners:
+                listener(difference)
+        self._noted.clear()
+
+    _PLAYS: Final = {
+        Kind.PROBE: _probe,
+        Kind.GO_ON: _go_on,
+        Kind.STEP: _step,
+        Kind.SAFE: _make_safe,
+        Kind.RETUNED: _retune,
+        Kind.EXIT: _exit,
+        Kind.ENDED: _end,
+    }

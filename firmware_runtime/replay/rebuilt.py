@@ -1,0 +1,77 @@
+"""The robot of a recording, built again on lines that answer as they did then."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.models import listen, own_atomics
+from firmware_runtime.board.ends import end_of, robot_of
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
+from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.ledger import Ledger
+from firmware_runtime.executive.profiler import Profiler
+from firmware_runtime.executive.progress import Progress
+from firmware_runtime.links.dover.blocks import DoverBlocks
+from firmware_runtime.replay.feed import Feed
+from firmware_runtime.replay.lines import replayed_lines
+from firmware_runtime.replay.world import PlayedWorld
+from firmware_runtime.runs.board_configuration import configuration_of
+from firmware_runtime.runs.rigs import rig_for
+
+
+class _ReplayTap:
+    """The tap of a replay: where a run's is told, this one tells."""
+
+    def __init__(self, world: PlayedWorld, feed: Feed) -> None:
+        self.instrument = world.instrument
+        self._feed = feed
+
+    def reading(self, now: Callable[[], int]) -> Callable[[], int]:  # noqa: ARG002 -- not asked
+        return self._feed.reading
+
+
+@dataclass(frozen=True, slots=True)
+class Rebuilt:
+    """A robot ready to be replayed; `sent` gets number of port and value of all that it sends."""
+
+    robot: Robot
+    lines: Lines
+    own: frozenset[Atomic]
+    profiler: Profiler
+    ledger: Ledger
+    sent: list[tuple[int, Any]]
+
+
+def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
+    """Build the robot by this board; the feed holds what was heard while it was built then.
+
+    Raises ConfigError for a board that the recording is none of.
+    """
+    lines = replayed_lines(board, feed, header.early)
+    whole = board.build(lines)
+    own = frozenset(own_atomics(whole.model))
+    if header.has_world:
+        rig_for(board, WorldClock()).attach(whole.model)
+    elsewhere: tuple[str, ...] = ()
+    robot = whole
+    if header.role is not None:
+        end = end_of(board, header.role)
+        robot, _ = robot_of(end, whole)
+        elsewhere = end.elsewhere
+    is_virtual = header.clock == VirtualClock.__name__
+    clock = VirtualClock() if is_virtual else MonotonicClock()
+    DoverBlocks(robot.model, clock)
+    sent: list[tuple[int, Any]] = []
+    tap: Any = _ReplayTap(PlayedWorld(own, feed, sent), feed)
+    configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
+    profiler = Profiler(robot.model, feed.reading, configuration)
+    listen(profiler.simulator.atomics, own, sent.append)
+    file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
+    progress = Progress(profiler.step, configuration.max_lag, header.speed)
+    ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
+    return Rebuilt(robot, lines, own, profiler, ledger, sent)

@@ -1,0 +1,113 @@
+"""The verdict on a recording, or a stretch of it: whether its replay is the run, bit for bit."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from firmware_runtime.blackbox.reader import Recording
+from firmware_runtime.blackbox.section import Kind, Section
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.player import Player
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What a replay found."""
+
+    events: int = 0
+    """Values that left ports."""
+    steps: int = 0
+    writes: int = 0
+    """Transfers on buses and ports, each as often as it was tried."""
+    duration: int = 0
+    """How much of the run was run again, ns."""
+    differences: int = 0
+    first: Difference | None = None
+    faults: list[str] = field(default_factory=list)
+    """What is missing in the recording, one sentence each."""
+
+    @property
+    def is_identical(self) -> bool:
+        """Whether something was run again, all of it as it was, and nothing is missing."""
+        return self.steps > 0 and self.differences == 0 and not self.faults
+
+    def add(self, player: Player, begin: int) -> None:
+        """Add what a player found from an instant on."""
+        self.events += player.events
+        self.steps += player.steps
+        self.duration += max(0, player.at - begin)
+        self.differences += player.differences
+        self.first = self.first or player.first
+
+    def as_json(self) -> dict[str, Any]:
+        """For a program."""
+        return {
+            "identical": self.is_identical,
+            "events": self.events,
+            "duration_s": self.duration / SECOND,
+            "first_difference": None if self.first is None else self.first.as_json(),
+            "differences": self.differences,
+            "steps": self.steps,
+            "transfers": self.writes,
+            "faults": self.faults,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """What of a run is run again: from the keyframe before `begin` up to and including `until`."""
+
+    begin: int = 0
+    until: int = NEVER
+
+
+WHOLE: Final = Stretch()
+
+
+def replay(
+    recording: Recording,
+    board: Board,
+    stretch: Stretch = WHOLE,
+    *,
+    before: Callable[[Section], None] = lambda _: None,
+    listener: Callable[[Difference], None] = lambda _: None,
+) -> Verdict:
+    """Run it again. `before` is called before each section, `listener` with each difference.
+
+    Raises ConfigError for a recording that has nothing to begin with, or is none of this board.
+    """
+    verdict = Verdict(faults=recording.faults())
+    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
+    if not segments:
+        raise ConfigError.of_one(str(recording.path), _nothing_to_replay(recording, stretch.begin))
+    for segment in segments:
+        if segment.first_at <= stretch.until:
+            sections = segment.from_instant(stretch.begin).sections()
+            player = Player(recording.header, board, first := next(sections))
+            player.listeners.append(listener)
+            for section in stretch_of(sections, stretch.until):
+                before(section)
+                verdict.writes += len(section.transfers)
+                player.take(section)
+            verdict.add(player, first.at)
+    return verdict
+
+
+def _nothing_to_replay(recording: Recording, begin: int) -> str:
+    """Why a recording cannot be replayed from an instant."""
+    segments = recording.segments()
+    if not segments:
+        return "no section of it can be a beginning; expected a keyframe, or the start of the run"
+    last_s = segments[-1].last_at / SECOND
+    return f"it ends at {last_s:g} s; expected an instant before {begin / SECOND:g} s"
+
+
+def stretch_of(sections: Iterator[Section], until: int) -> Iterator[Section]:
+    """Sections up to and including an instant."""
+    for section in sections:
+        if section.kind is not Kind.GO_ON and section.at > until:
+            return
+        yield section

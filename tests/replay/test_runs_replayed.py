@@ -1,0 +1,118 @@
+"""A run is its replay: every value, every transfer, every count; and what differs is named."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.i2c import Message
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.runs.session import Session
+
+Record = Callable[..., Path]
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Record:
+    """Record a run in virtual time; `between` is given the session before it begins."""
+
+    def recorded(
+        board: str,
+        span_s: float = 2,
+        settings: Mapping[str, object] = {},
+        before: Callable[[Session], None] = lambda _: None,
+    ) -> Path:
+        path = tmp_path / f"{board}.recording"
+        found = board_in_force(board, tuple(f"{key}={each}" for key, each in settings.items()))
+        session = Session(found, VirtualClock(), doubles=True, statistics_path=None, recording=path)
+        try:
+            before(session)
+            session.run(round(span_s * SECOND))
+        finally:
+            session.close()
+        return path
+
+    return recorded
+
+
+def _replayed(path: Path, **settings: object) -> Verdict:
+    recording = read_recording(path)
+    header = recording.header
+    board = board_of_table(header.source, header.table)
+    if settings:
+        board = board_in_force(header.kind, tuple(f"{k}={v}" for k, v in settings.items()))
+    return replay(recording, board)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tachobot", "detective", "balancing", "pan_tilt"])
+def test_a_run_is_identical_to_its_replay(record: Record, board: str) -> None:
+    verdict = _replayed(record(board))
+    assert (verdict.differences, verdict.first, verdict.faults) == (0, None, [])
+    assert verdict.is_identical
+    assert verdict.events > 100
+    assert verdict.steps > 100
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["platform", "free", "track"])
+def test_each_mode_of_tachobot_is_identical(record: Record, mode: str) -> None:
+    verdict = _replayed(record("tachobot", settings={"controller.mode": mode}))
+    assert (verdict.first, verdict.is_identical) == (None, True)
+
+
+@pytest.mark.slow
+def test_transactions_that_failed_fail_again(record: Record) -> None:
+    def break_bus(session: Session) -> None:
+        assert session.rig is not None
+        bus = session.rig.buses["i2c1"]
+        carry, count = bus.transaction, iter(range(1_000_000))
+
+        def sometimes(address: int, messages: Sequence[Message]) -> bytes:
+            if next(count) % 7 == 3:
+                raise NoAcknowledge(f"i2c1 address 0x{address:02x}: not acknowledged")
+            return carry(address, messages)
+
+        bus.transaction = sometimes  # type: ignore[method-assign]
+
+    verdict = _replayed(record("tachobot", before=break_bus))
+    assert (verdict.first, verdict.is_identical) == (None, True)
+
+
+@pytest.mark.slow
+def test_other_gains_are_a_difference_with_model_and_both_values(record: Record) -> None:
+    first = _replayed(record("tachobot"), **{"controller.yaw.kp": 0.8}).first
+    assert first is not None
+    assert (first.what, first.model, first.field) == ("value", "controller.yaw", "command_n")
+    assert first.recorded != first.replayed
+
+
+@pytest.mark.slow
+def test_a_damaged_section_is_said_and_what_is_before_it_is_replayed(record: Record) -> None:
+    path = record("detective")
+    content = bytearray(path.read_bytes())
+    used = CHUNK.unpack_from(content, PREFIX_SIZE)[1]
+    content[PREFIX_SIZE + used // 2] ^= 1
+    path.write_bytes(content)
+    verdict = _replayed(path)
+    assert (verdict.differences, verdict.is_identical) == (0, False)
+    assert verdict.steps > 10
+    (fault,) = verdict.faults
+    assert "is damaged" in fault
+
+
+def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "letter.recording"
+    path.write_text("Dear Sir,")
+    with pytest.raises(ConfigError, match="not a recording of a run"):
+        read_recording(path)
+    with pytest.raises(ConfigError, match="does not exist"):
+        read_recording(tmp_path / "none")
