@@ -75,8 +75,14 @@ def _head(sweep: Sweep, row: int) -> Row:
         "duration_s": None,
         "settings_sha256": None,
         "code_sha256": None,
-        "version": version("firmware-runtime"),
+        "version": release(),
     }
+
+
+@cache
+def release() -> str:
+    """The version of this project that runs the rows."""
+    return version("firmware-runtime")
 
 
 @cache

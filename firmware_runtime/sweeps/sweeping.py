@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import ExitStack, closing
-from importlib.metadata import version
 from os import PathLike
 from pathlib import Path
 from typing import TypeAlias
@@ -13,7 +12,7 @@ from firmware_runtime.sweeps.judged import faults_of, output_faults
 from firmware_runtime.sweeps.local_pool import cores, run_here
 from firmware_runtime.sweeps.partial import Partial, partial_of
 from firmware_runtime.sweeps.plan import Sampling, Sweep
-from firmware_runtime.sweeps.row import Row
+from firmware_runtime.sweeps.row import Row, release
 from firmware_runtime.sweeps.table import Table, write_table
 
 Progress: TypeAlias = Callable[[int, int, int], None]
@@ -95,8 +94,8 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
     with ExitStack() as stack:
         partial = None
         if output is not None:
-            kept_at, release = partial_of(output), version("firmware-runtime")
-            partial = stack.enter_context(Partial(kept_at, sweep, release, resume=resume))
+            kept = Partial(partial_of(output), sweep, release(), resume=resume)
+            partial = stack.enter_context(kept)
         rows = dict(partial.rows) if partial is not None else {}
         missing = [row for row in range(sweep.size) if row not in rows]
         shown = _Shown(progress, rows, sweep.size)

@@ -2,6 +2,7 @@
 
 import os
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -64,7 +65,9 @@ def _processors(files: SystemFiles) -> dict[str, Any]:
     }
 
 
+@cache
 def _version(package: str) -> str | None:
+    """What is installed; looked up once, for a process that has many runs."""
     try:
         return version(package)
     except PackageNotFoundError:
