@@ -27,19 +27,27 @@ if TYPE_CHECKING:
     from sim_doubles.i2c_bus import I2cBusDouble
     from sim_doubles.testing.buses import TestBuses
     from sim_doubles.testing.serial import SerialDoubles
+    from sim_doubles.testing.timing import Run
     from sim_doubles.testing.virtual_time import VirtualTime
     from sim_doubles.testing.wire_log import WireLog
 
 KEEP_BLINKA = "keep_blinka"
+STRICT_TIMING = "strict_timing"
 STAND_INS = {**MODULES, "busio": "sim_doubles.busio", "smbus": "sim_doubles.smbus"}
 """What a test imports that a PC does not have."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the setting that leaves Blinka to itself."""
+    """Add the settings that leave Blinka to itself, and that let no timing be excused."""
     parser.addini(
         KEEP_BLINKA,
         "import board, busio and digitalio from Blinka, for tests on hardware",
+        type="bool",
+        default=False,
+    )
+    parser.addini(
+        STRICT_TIMING,
+        "assert_timing fails rather than skips where conditions may be why, for a robot's own CI",
         type="bool",
         default=False,
     )
@@ -168,6 +176,26 @@ def board() -> "Iterator[Callable[..., OpenBoard]]":
             return opened.enter_context(open_board(name, **chosen))
 
         yield opened_board
+
+
+@pytest.fixture
+def assert_timing(request: pytest.FixtureRequest) -> Callable[..., None]:
+    """Fails a test whose run broke a limit: `assert_timing(robot, p99_us=500, skips=0)`.
+
+    Where the machine may be why, the test is skipped with the reason; `strict=True`, or
+    `strict_timing = true` in pytest's settings, fails it there too.
+    """
+    from firmware_runtime.system.neighbours import Neighbours
+    from sim_doubles.testing.timing import assert_timing
+
+    since = Neighbours()
+    is_strict = bool(request.config.getini(STRICT_TIMING))
+
+    def asserted(run: "Run", *, strict: bool = is_strict, **limits: Any) -> None:  # noqa: ANN401
+        __tracebackhide__ = True
+        assert_timing(run, strict=strict, neighbours=since.shares(), **limits)
+
+    return asserted
 
 
 @pytest.fixture

@@ -19,12 +19,12 @@ from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
 from benchmarks.timing.contestants import CYCLICTEST, Taken, Task, cyclictest, executive
 from benchmarks.timing.contestants import is_installed as cyclictest_is_installed
-from benchmarks.timing.neighbours import Neighbours
 from benchmarks.timing.report import PLAIN, SPINNING, summary
 from benchmarks.timing.text import timing_text
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.executive.process import CPU_DMA_LATENCY
 from firmware_runtime.status import Status
+from firmware_runtime.system.neighbours import Neighbours
 
 SUMMARY = "How late the executive wakes up, beside cyclictest in the same minutes."
 NOTHING = "nothing"

@@ -64,6 +64,7 @@ VERBS = {
     "experiment": "experiment",
     "identify": "identify",
     "sweep": "sweep",
+    "gate": "gate",
     "tune": "tune",
     "doctor": "doctor",
     "deploy": "deploy",
@@ -163,7 +164,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "5 refused to arm or to move, 6 timed out waiting for an event, "
         "or a step of `service` failed, "
         "7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
-        "10 done but not printed, 130 and 143 stopped by SIGINT and SIGTERM.",
+        "10 done but not printed, 11 cannot tell here, 130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
         "-V",

@@ -34,6 +34,24 @@ def stop_on_signals(
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
+@contextmanager
+def signals_held() -> Iterator[None]:
+    """Within the block such a signal waits; it is handled at its end.
+
+    For what must be whole before a handler may raise, as the start of a process that is to be ended
+    then. Main thread only.
+    """
+    held: list[int] = []
+    before = {number: signal.signal(number, lambda came, _: held.append(came)) for number in STOPS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for came in held:
+            signal.raise_signal(came)
+
+
 class _Handler:
     """What a signal leads to."""
 

@@ -18,10 +18,10 @@ from benchmarks.timing.contestants import (
     executive,
     from_cyclictest,
 )
-from benchmarks.timing.neighbours import Neighbours
 from benchmarks.timing.report import PLAIN, SPINNING, summary
 from benchmarks.timing.text import timing_text
 from firmware_runtime.cli.main import main
+from firmware_runtime.system.neighbours import Neighbours
 
 REPORT = {
     "resolution_in_ns": 1,

@@ -50,6 +50,8 @@ def ways_on(*words: str) -> list[str]:
         (("sweep", "sh"), ["show"]),
         (("sweep", "tachobot", "--vary", "world.ma"), ["world.mass_kg="]),
         (("experiment", "all", "tacho"), ["tachobot"]),
+        (("gate", "main", ".", "tacho"), ["tachobot"]),
+        (("gate", "main", ".", "--tol"), ["--tolerance"]),
         (("completion", "z"), ["zsh"]),
         (("--ver",), ["--version"]),
         (("nonsense", ""), []),

@@ -22,6 +22,7 @@ _BENCHES = (
     "loop",
     "reader",
     "hostile",
+    "gate",
     "disturbance",
     "kills",
     "ros2",

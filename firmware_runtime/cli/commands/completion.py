@@ -139,7 +139,9 @@ class _Place:
             option = self._parser._option_string_actions.get(word)
             self._wanted = None if option is None or option.nargs in {0, "?"} else option
         elif self._positionals:
-            first, *self._positionals = self._positionals
+            first, *left = self._positionals
+            if first.dest != "compared":  # of `gate`, which takes all
+                self._positionals = left
             if first.dest == "board":
                 self._board = word
             if isinstance(first, argparse._SubParsersAction) and word in first.choices:
@@ -149,7 +151,7 @@ class _Place:
     def _values(self, action: argparse.Action) -> Iterable[str]:
         if action.choices is not None:
             return map(str, action.choices)
-        if action.dest == "board":
+        if action.dest in {"board", "compared"}:
             is_sweep = self._parser.prog.endswith(" sweep")
             return [*known_names(), *(("show", "rerun") if is_sweep else ())]
         if action.dest == "experiment":

@@ -1,0 +1,1 @@
+"""How often the timing gate is wrong, beside busy neighbours."""

@@ -1,0 +1,235 @@
+"""`firmware-runtime gate`: its three answers, its statuses, and what it refuses."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Generator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.cli.commands import gate
+from firmware_runtime.cli.main import main
+from firmware_runtime.gate.board_pairs import BoardPairs
+from firmware_runtime.gate.checkouts import Checkout
+from firmware_runtime.gate.gate import pass_gate
+from firmware_runtime.gate.pairs import Pair
+from firmware_runtime.gate.side import Side
+
+Version = Callable[[str, int], Path]
+Captured = pytest.CaptureFixture[str]
+
+
+class Synthetic:
+    """Pairs whose ratio goes to and fro between these."""
+
+    unit, units = "1 s of robot time", 1.0
+
+    def __init__(self, *ratios: float) -> None:
+        self._ratios = ratios
+
+    def notes(self) -> list[str]:
+        return ["BASE had 1 activation, HEAD 2"]
+
+    def pairs(self) -> Generator[Pair, None, None]:
+        while True:
+            for ratio in self._ratios:
+                yield Pair(1_000_000, round(1_000_000 * ratio))
+
+
+def answered(monkeypatch: pytest.MonkeyPatch, *ratios: float) -> None:
+    monkeypatch.setattr(gate, "BoardPairs", lambda *_: Synthetic(*ratios))
+
+
+@pytest.mark.parametrize(
+    ("ratios", "status", "verdict"),
+    [
+        ((1.0, 1.01, 0.99), 0, "no slower: HEAD takes no more than 10.0% more processor time"),
+        ((0.8, 0.81, 0.79), 0, "no slower: HEAD takes less processor time than BASE"),
+        ((1.2, 1.21, 1.19), 1, "slower: HEAD takes more than 10.0% more processor time"),
+        ((1.05, 1.15, 1.4, 0.8), 11, "cannot tell here: the ratio may be anything from"),
+    ],
+)
+def test_three_answers(  # noqa: PLR0917 -- fixtures
+    ratios: tuple[float, ...],
+    status: int,
+    verdict: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Captured,
+) -> None:
+    answered(monkeypatch, *ratios)
+    assert main(["gate", str(tmp_path), str(tmp_path), "any"]) == status
+    first, *rest = capsys.readouterr().out.splitlines()
+    assert first.startswith(verdict)
+    assert [line.split()[0] for line in rest[:3]] == ["BASE", "HEAD", "HEAD"]
+    assert "signed ranks: slower p = " in rest[3]
+    assert rest[4] == "  note: BASE had 1 activation, HEAD 2"
+
+
+def test_what_is_not_no_slower_is_red_on_request(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    for ratios, is_red in (((1.0, 1.01), False), ((1.05, 1.15, 1.4, 0.8), True)):
+        answered(monkeypatch, *ratios)
+        main(["gate", str(tmp_path), str(tmp_path), "any"])
+        assert capsys.readouterr().out.startswith("\x1b[1;31m") is is_red
+
+
+def test_the_json_has_the_documented_keys(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    answered(monkeypatch, 1.2, 1.21)
+    words = ["any", "--json", "--pairs", "40", "--tolerance", "5"]
+    assert main(["gate", str(tmp_path), str(tmp_path), *words]) == 1
+    found = json.loads(capsys.readouterr().out)
+    page = (Path(__file__).parents[2] / "docs" / "timing-gate.md").read_text()
+    assert [key for key in found if f"`{key}`" not in page] == []
+    assert (found["verdict"], found["pairs"], found["most_pairs"]) == ("slower", 10, 40)
+    assert found["tolerance"] == 0.05
+    assert found["ratio_low"] <= found["ratio"] <= found["ratio_high"]
+    assert found["base"] == {"stated": str(tmp_path), "commit": None}
+
+
+def test_too_few_pairs_for_bounds_are_null() -> None:
+    found = pass_gate(Synthetic(1.0, 5.0, 0.2), 0.1, 9).as_json()
+    assert (found["verdict"], found["looks"]) == ("cannot tell here", 3)
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+@pytest.mark.slow
+def test_twenty_times_the_work_is_slower_and_a_twentieth_is_not(
+    version: Version, capsys: Captured
+) -> None:
+    little, much = version("little", 100), version("much", 20_000)
+    assert main(["gate", str(little), str(much), "gated:Worker", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["ratio_low"] > 2
+    assert main(["gate", str(much), str(little), "gated:Worker"]) == 0
+    assert "HEAD takes less processor time than BASE" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_version_with_more_activations_is_noted(version: Version) -> None:
+    base, head = version("base", 1), version("head", 1)
+    file = head / "gated.py"
+    file.write_text(file.read_text().replace("MILLISECOND)", "MILLISECOND // 2)"))
+    versions = Checkout("BASE", "base", base, None), Checkout("HEAD", "head", head, None)
+    measured = BoardPairs(versions, "gated:Worker", [], 0)
+    with closing(measured.pairs()) as pairs:
+        next(pairs)
+    (note,) = measured.notes()
+    found = [int(number) for number in re.findall(r"\d+", note)]
+    assert found[1] == 2 * found[0]
+
+
+@pytest.mark.slow
+def test_a_command_is_measured_in_both_folders(tmp_path: Path, capsys: Captured) -> None:
+    for name, turns in (("base", 10), ("head", 20_000_000)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "work.py").write_text(f"for _ in range({turns}): pass\n")
+    folders = [str(tmp_path / "base"), str(tmp_path / "head")]
+    command = ["--", sys.executable, "-S", "work.py"]
+    assert main(["gate", *folders, "--pairs", "9", *command]) == 1
+    assert "for a run of the command" in capsys.readouterr().out
+
+
+def test_what_starts_both_versions_is_the_same_but_for_the_path(version: Version) -> None:
+    folder = version("one", 1)
+    with Side(Checkout("BASE", "one", folder, None), "gated:Worker", []) as side:
+        assert side.wait() == 1
+        first = side.stretch(min(os.sched_getaffinity(0)), 0.05)
+        assert (first.activations, first.is_over) == (50, False)
+        side.begin_again()
+        assert side.stretch(min(os.sched_getaffinity(0)), 0.05).activations == 50
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["nonsense", ".", "any"], "BASE nonsense: neither a folder nor a revision"),
+        ([".", "."], "no board, no command"),
+        ([".", ".", "--"], "no board, no command"),
+        ([".", ".", "any", "--", "true"], "both a board and a command"),
+        ([".", ".", "--set", "a=1", "--", "true"], "--set changes a board"),
+        ([".", ".", "--", "./none"], "./none: No such file or directory; expected a command"),
+        ([".", ".", "--", "false"], "false: it ended with 1; expected a command that ends with 0"),
+    ],
+)
+def test_what_cannot_be_measured_is_one_sentence(
+    words: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Captured,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["gate", *words]) == 2
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("pairs", ["8", "481", "many"])
+def test_a_number_of_pairs_that_cannot_decide_is_refused(pairs: str, capsys: Captured) -> None:
+    with pytest.raises(SystemExit) as refused:
+        main(["gate", ".", ".", "any", "--pairs", pairs])
+    assert refused.value.code == 2
+    assert "expected a whole number from 9" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("model", "sentence"),
+    [
+        ("gated:Missing", "has no attribute 'Missing'"),
+        ("gated:Idle", "nothing happens in it by itself"),
+        ("gated:Broken", "no such thing"),
+        ("firmware_runtime:Atomic", "expected a program that runs"),
+        ("tachobot", "tachobot uses no module of it"),
+    ],
+)
+def test_a_model_that_cannot_be_measured_is_a_sentence(
+    model: str, sentence: str, version: Version, capsys: Captured
+) -> None:
+    folder = str(version("one", 1))
+    assert main(["gate", folder, folder, model]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_help_behind_the_folders_is_help(capsys: Captured) -> None:
+    assert main(["gate", ".", ".", "--help"]) == 0
+    assert "cannot tell here" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_it_with_nothing_left_behind(
+    number: int, status: int, version: Version, tmp_path: Path
+) -> None:
+    folder = version("one", 1)
+    (tmp_path / "places").mkdir()
+    said = tmp_path / "said"
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "places")}
+    command = f"echo $$ >> {said}; exec sleep 600"
+    words = ["gate", str(folder), str(folder), "--", "sh", "-c", command]
+    running: subprocess.Popen[Any] = subprocess.Popen(
+        [sys.executable, "-m", "firmware_runtime.cli", *words], env=environment
+    )
+    try:
+        while not (said.exists() and said.read_text().strip()):
+            assert running.poll() is None
+        running.send_signal(number)
+        assert running.wait(timeout=60) == status
+    finally:
+        running.kill()
+        running.wait()
+    assert list((tmp_path / "places").iterdir()) == []
+    assert not Path("/proc", said.read_text().strip()).exists()
