@@ -52,11 +52,11 @@ class Segment:
         return None
 
     def from_instant(self, at: int) -> "Segment":
-        """From the last at which a replay can begin that does not stand after that instant."""
+        """From the last at which a replay can begin that stands before that instant."""
         begin = 0
         for place, content in enumerate(self.contents):
             if kind_of(content) in BEGINNINGS:
-                if decode(content).at > at:
+                if decode(content).at >= at:
                     break
                 begin = place
         return Segment(self.contents[begin:])

@@ -7,7 +7,7 @@ nothing is waited for.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypeVar
 
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
@@ -25,6 +25,8 @@ from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.recording.values import UnknownValue, plain
+
+T = TypeVar("T")
 
 KEYFRAME_EVERY: Final = 5 * SECOND
 RESERVE: Final = MILLISECOND
@@ -59,6 +61,7 @@ class Recorder:
         self._is_real_time = True
         self._is_given_up = False
         self._keyframes: Keyframes | None = None
+        self._make_keyframes: Callable[[], Keyframes] | None = None
         self._keyframe_at = 0
         self._longest = 0
         self._counts: Callable[[], object] = dict
@@ -106,18 +109,18 @@ class Recorder:
         self,
         ring: Ring,
         atomics: Sequence[Atomic],
-        keyframes: Keyframes | None,
+        keyframes: Callable[[], Keyframes],
         counts: Callable[[], object],
         *,
         is_real_time: bool,
     ) -> None:
         """Write what was heard while the robot was built, and every section from now on.
 
-        `counts` says at the end what became of the models' activations. In virtual time a keyframe
-        makes nothing late.
+        `keyframes` makes what captures the state, once the run has begun; `counts` says at the end
+        what became of the models' activations. In virtual time a keyframe makes nothing late.
         """
         self._ring = ring
-        self._keyframes = keyframes
+        self._make_keyframes = keyframes
         self._counts = counts
         self._is_real_time = is_real_time
         listen(atomics, self.own, self.heard.sent.append)
@@ -176,6 +179,8 @@ class Recorder:
         """The run begins or goes on, to instant `until`."""
         self._flush()
         self._write(Kind.GO_ON, until)
+        if self._make_keyframes is not None and self._keyframes is None and self.fault is None:
+            self._keyframes = self._able(self._make_keyframes)
 
     def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
         """Call the models' exit in a section of its own."""
@@ -202,15 +207,21 @@ class Recorder:
 
     def _take_keyframe(self, keyframes: Keyframes, now: int) -> None:
         begun = self._now()
-        try:
-            state = keyframes.capture()
-        except Exception as error:  # noqa: BLE001 -- the run goes on without
-            self.fault = self.fault or f"no keyframes: {text_of(error)}"
+        state = self._able(keyframes.capture)
+        if state is None:
             self._keyframes = None
             return
         self._write(Kind.KEYFRAME, now, state)
         self._longest = max(self._longest, self._now() - begun)
         self._keyframe_at = now + KEYFRAME_EVERY
+
+    def _able(self, function: Callable[[], T]) -> T | None:
+        """What a function returns; None if this robot's state cannot be kept, which is said."""
+        try:
+            return function()
+        except Exception as error:  # noqa: BLE001 -- the run goes on without keyframes
+            self.fault = self.fault or f"no keyframes: {text_of(error)}"
+            return None
 
     # ---------------------------------------------------------------------------------------------
 

@@ -33,8 +33,9 @@ class Engine(ABC):
 
     `instruments` may wrap each model's functions. With `checked`, an output function that changes
     its model's state, a send outside an output function, and a value of another type than its
-    port's are errors too. `internal_transitions` and `external_transitions` count; a confluent
-    transition is one of each. After an error the run is over: only `exit` may follow.
+    port's are errors too. `own_confluents` are those functions by number of the models that define
+    one. `internal_transitions` and `external_transitions` count; a confluent transition is one of
+    each. After an error the run is over: only `exit` may follow.
     """
 
     def __init__(
@@ -66,7 +67,7 @@ class Engine(ABC):
         self._connect(self._feeds(wiring))
         if checked:
             instruments = (*instruments, Checks(self))
-        self._models, self._own_confluents = bind(self.atomics, instruments)
+        self._models, self.own_confluents = bind(self.atomics, instruments)
         self._last = [0] * len(self.atomics)
         self._agenda = Agenda(len(self.atomics))
         self._initialize()

@@ -120,7 +120,7 @@ class Simulator(Engine):
     def _transit_imminent(self, at: int, imminent: list[int], following: list[int]) -> int:
         """Internal and confluent transitions; returns the number of the latter."""
         models, marks, last = self._models, self._delivery.marks, self._last
-        own_confluents, agenda = self._own_confluents, self._agenda
+        own_confluents, agenda = self.own_confluents, self._agenda
         due_at = agenda.due_at
         number = unreached = 0
         try:

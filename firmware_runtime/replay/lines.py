@@ -113,6 +113,10 @@ class ReplayedTime:
         return self._feed.time()
 
 
+REPLAYED: Final = (ReplayedBus, ReplayedPort, ReplayedTime, Feed)
+"""What stands where a run's lines are."""
+
+
 def _number(feed: Feed, name: str) -> int:
     return feed.lines.index(name) if name in feed.lines else -1
 

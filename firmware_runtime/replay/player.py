@@ -4,7 +4,9 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
 from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
 from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of
+from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
@@ -13,7 +15,8 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.recording.values import UnknownValue, made, unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
-from firmware_runtime.replay.rebuilt import rebuilt
+from firmware_runtime.replay.lines import REPLAYED
+from firmware_runtime.replay.rebuilt import Rebuilt, rebuilt
 from firmware_runtime.runs.black_box import counts_of
 from firmware_runtime.statistics.statistics import RunState, Statistics
 
@@ -47,11 +50,13 @@ class Player:
         self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
         self.lines, self.simulator = found.lines, found.profiler.simulator
         self._ledger, self._sent = found.ledger, found.sent
+        self.feed.check_all_taken()
+        self.table = self._state_table(found)
         if beginning.kind is Kind.BUILD:
-            self.feed.check_all_taken()
             self._report()
         else:
-            raise ConfigError.of_one("replay", "the beginning of the run is not in the recording")
+            self._noted.clear()  # nobody has recorded how a robot is built for a replay
+            self._restore(beginning)
 
     @property
     def statistics(self) -> Statistics:
@@ -142,13 +147,43 @@ class Player:
         self._ledger.finish(outcome.state, section.at, outcome.reason)
         self._compare_end(section, outcome)
 
+    # State ----------------------------------------------------------------------------------------
+
+    def _state_table(self, found: Rebuilt) -> StateTable | None:
+        """The table of the robot's state; None if it has one that cannot be kept."""
+        try:
+            return state_of_run(
+                found.robot, found.lines, found.profiler.state, found.own, (*REPLAYED, found.rig)
+            )
+        except UnkeepableState:
+            return None
+
+    def _restore(self, keyframe: Section) -> None:
+        """Be in the state of a keyframe."""
+        if self.table is None or not isinstance(keyframe.extra, bytes):
+            raise ConfigError.of_one("replay", "its keyframes are of no use; expected its start")
+        self.table.restore(keyframe.extra)
+        self.at = keyframe.at
+
+    def _compare_state(self, section: Section) -> None:
+        """Compare what every model has become with what it was then."""
+        if self.table is None or self.differences:  # what follows from a difference is none
+            return
+        try:
+            for each in self.table.differences(section.extra):
+                model, _, name = each.path.rpartition(".")
+                pair = each.recorded, each.present
+                self._note(Difference(section.at, "state", model, name, *pair))
+        except ForeignState as error:
+            raise ConfigError.of_one("replay", f"a keyframe: {text_of(error)}") from error
+
     # What is compared -----------------------------------------------------------------------------
 
     def _compare_end(self, section: Section, outcome: Outcome) -> None:
         if self.failure is not None and outcome.state is not RunState.FAILED:
             said = text_of(self.failure)
             self._note(Difference(section.at, "end", "", "failure", outcome.reason, said))
-        counted = counts_of(self.accounts)
+        counted = counts_of(self.accounts, self.profiler.faults)
         for path, recorded in section.extra["counts"].items():
             replayed = counted.get(path, {})
             for name, count in recorded.items():
@@ -198,4 +233,5 @@ class Player:
         Kind.RETUNED: _retune,
         Kind.EXIT: _exit,
         Kind.ENDED: _end,
+        Kind.KEYFRAME: _compare_state,
     }

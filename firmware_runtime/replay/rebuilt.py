@@ -9,6 +9,7 @@ from firmware_runtime.blackbox.models import listen, own_atomics
 from firmware_runtime.board.ends import end_of, robot_of
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
@@ -41,6 +42,8 @@ class Rebuilt:
 
     robot: Robot
     lines: Lines
+    rig: Rig | None
+    """The world's models are its, and play what they did."""
     own: frozenset[Atomic]
     profiler: Profiler
     ledger: Ledger
@@ -55,8 +58,9 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     lines = replayed_lines(board, feed, header.early)
     whole = board.build(lines)
     own = frozenset(own_atomics(whole.model))
-    if header.has_world:
-        rig_for(board, WorldClock()).attach(whole.model)
+    rig = rig_for(board, WorldClock()) if header.has_world else None
+    if rig is not None:
+        rig.attach(whole.model)
     elsewhere: tuple[str, ...] = ()
     robot = whole
     if header.role is not None:
@@ -74,4 +78,4 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
     ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
-    return Rebuilt(robot, lines, own, profiler, ledger, sent)
+    return Rebuilt(robot, lines, rig, own, profiler, ledger, sent)

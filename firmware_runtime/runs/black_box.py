@@ -17,11 +17,16 @@ from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.blackbox.size import size_for
+from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Rig
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.recording.code import code_of, digest_of
 from firmware_runtime.system.conditions import system_conditions
@@ -33,10 +38,12 @@ class RecordedRobot:
 
     recorder: Recorder
     executive: Executive
+    robot: Robot
+    lines: Lines
     board: Board
     end: BoardEnd | None
-    has_world: bool
-    """Whether its doubles are in this process."""
+    rig: Rig | None
+    """Its doubles and their world, where they are in this process."""
 
 
 def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None]) -> None:
@@ -57,8 +64,8 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
     recorder.open(
         ring,
         executive.simulator.atomics,
-        None,
-        lambda: counts_of(executive.accounts),
+        lambda: state_of_run(robot.robot, robot.lines, executive.state, recorder.own, [robot.rig]),
+        lambda: counts_of(executive.accounts, executive.faults),
         is_real_time=is_real_time,
     )
 
@@ -81,7 +88,7 @@ def header_of(robot: RecordedRobot) -> Header:
         source=str(board.source),
         table=dict(board.table),
         role=None if end is None else end.role,
-        has_world=robot.has_world,
+        has_world=robot.rig is not None,
         clock=type(executive.clock).__name__,
         speed=executive.clock.speed,
         lines=recorder.lines,
@@ -103,9 +110,9 @@ def encoded_header(header: Header) -> bytes:
     return encode((Kind.HEADER.value, 0, [], [], [], [], [], [], [], to_builtins(header)))
 
 
-def counts_of(accounts: Iterable[ModelAccount]) -> dict[str, dict[str, int]]:
-    """What became of each model's activations so far, by path."""
-    return {
+def counts_of(accounts: Iterable[ModelAccount], faults: FaultLog) -> dict[str, dict[str, int]]:
+    """What became of each model's activations so far, and its faults by kind, by path."""
+    counts = {
         account.path: {
             "run": account.run,
             "skipped": account.skipped,
@@ -114,6 +121,9 @@ def counts_of(accounts: Iterable[ModelAccount]) -> dict[str, dict[str, int]]:
         }
         for account in accounts
     }
+    for fault in faults.counted:
+        counts[fault.path][f"fault {fault.kind}"] = fault.count
+    return counts
 
 
 def below_root(path: str) -> str:

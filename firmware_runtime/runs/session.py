@@ -111,10 +111,16 @@ class Session:
             self.tuning = Tuning(board, self._retune)
             self._take_requests()
             if recording is not None and self.recorder is not None:
-                robot = RecordedRobot(
-                    self.recorder, self.executive, board, end, self.rig is not None
+                recorded = RecordedRobot(
+                    self.recorder,
+                    self.executive,
+                    self.robot,
+                    self.hardware.lines,
+                    board,
+                    end,
+                    self.rig,
                 )
-                open_black_box(robot, recording, log)
+                open_black_box(recorded, recording, log)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
             with self._section(Kind.PROBE):
                 self.robot.find_chips()

@@ -14,7 +14,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.replay.verdict import Stretch, Verdict, replay
 from firmware_runtime.runs.session import Session
 
 Record = Callable[..., Path]
@@ -67,6 +67,19 @@ def test_a_run_is_identical_to_its_replay(record: Record, board: str) -> None:
 def test_each_mode_of_tachobot_is_identical(record: Record, mode: str) -> None:
     verdict = _replayed(record("tachobot", settings={"controller.mode": mode}))
     assert (verdict.first, verdict.is_identical) == (None, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tachobot", "detective", "balancing"])
+def test_a_replay_begins_in_the_middle_at_a_keyframe(record: Record, board: str) -> None:
+    recording = read_recording(record(board, 8))
+    header = recording.header
+    whole = replay(recording, board_of_table(header.source, header.table))
+    begin = Stretch(begin=6 * SECOND)
+    late = replay(recording, board_of_table(header.source, header.table), begin)
+    assert (late.first, late.is_identical) == (None, True)
+    assert 0 < late.steps < whole.steps
+    assert late.duration < 4 * SECOND
 
 
 @pytest.mark.slow

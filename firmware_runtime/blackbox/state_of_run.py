@@ -1,0 +1,56 @@
+"""The state of a recorded robot: the same objects, by number, in its run and in its replay."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from firmware_runtime.blackbox.keyframes import StateTable
+from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.delivery import Delivery
+from firmware_runtime.devs.ports import InPort, OutPort, StandIn
+from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.spans import SpanRing
+
+_PARTS: Final = ("simulator", "step", "accounting", "faults", "watches")
+"""Of an executive, by which models are scheduled and counted."""
+_EDGES: Final = (
+    *(HeardBus, HeardPort, HeardTime),
+    *(Delivery, InPort, OutPort, StandIn),  # bags are empty between two steps
+    *(StatisticsFile, SpanRing, AccountedBus),
+)
+
+
+def state_of_run(
+    robot: Robot,
+    lines: Lines,
+    executive_state: Mapping[str, Any],
+    own: frozenset[Atomic],
+    edges: Iterable[object] = (),
+) -> StateTable:
+    """The table of a robot that is about to make its first step; a world's models are none of it.
+
+    `edges` are what else a replay has of its own. Raises UnkeepableState.
+    """
+    parts = {name: executive_state[name] for name in _PARTS}
+    accounts = parts["accounting"].accounts
+    strange = [each for account in accounts if account.atomic not in own for each in _of(account)]
+    world = [each for each in robot.model.components.values() if not _is_own(each, own)]
+    functions = parts["simulator"].own_confluents
+    own_edges = (parts["step"].now, lines.interlock, functions, *strange, *world, *edges)
+    return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges))
+
+
+def _of(account: Any) -> tuple[object, ...]:  # noqa: ANN401 -- a model's account
+    return account, account.atomic
+
+
+def _is_own(component: Component, own: frozenset[Atomic]) -> bool:
+    """Whether all of it was there before a world was attached."""
+    if isinstance(component, Coupled):
+        return all(_is_own(each, own) for each in component.components.values())
+    return component in own
