@@ -3,6 +3,7 @@
 #             three at a time
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
+# make machines  recordings of every CPython and processor that can be had, replayed on all of them
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
 # make test-ros  the tests of the ROS 2 node, with real rclpy; where .venv-ros is, `make test` ends so
@@ -33,7 +34,7 @@ IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal --ignore=tests/r
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite test-fast lint types ros test-ros vm-test bench docs pictures deb clean \
+.PHONY: run test suite test-fast lint types ros test-ros vm-test machines bench docs pictures deb clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -68,6 +69,9 @@ test-ros: $(ROS_VENV)/installed-test $(VENV)/installed-run
 
 vm-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.vm.run
+
+machines: $(VENV)/installed-test
+	@$(BIN)/python -m tests.machines
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone

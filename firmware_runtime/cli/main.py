@@ -47,6 +47,7 @@ VERBS = {
     "record": "record",
     "replay": "replay",
     "continuity": "continuity",
+    "certify": "certify",
     "arm": "arm",
     "disarm": "arm",
     "get": "get_and_set",

@@ -10,7 +10,7 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.replay import Event, Replayed, StateDifference
+from firmware_runtime.recording.replay import Event, InputDifference, Replayed, StateDifference
 from firmware_runtime.recording.values import Plain, UnknownValue, made, unpack
 from firmware_runtime.statistics.trace_file import plain as shown
 
@@ -50,6 +50,10 @@ class Comparison:
     state: StateDifference | None
     fault: str | None
     """What keeps the comparison from meaning anything, in a sentence."""
+    input: InputDifference | None = None
+    """The first value that did not enter as it was recorded."""
+    fields: int = 0
+    """Recorded fields of the state that were compared."""
 
     @property
     def is_equal(self) -> bool:
@@ -80,7 +84,16 @@ def compare(recording: Recording, replayed: Replayed) -> Comparison:
             count += 1
             first = first or difference
     fault = _fault(recording, replayed)
-    return Comparison(len(replayed.recorded), replayed.inputs, count, first, replayed.state, fault)
+    return Comparison(
+        events=len(replayed.recorded),
+        inputs=replayed.inputs,
+        differences=count,
+        first=first,
+        state=replayed.state,
+        fault=fault,
+        input=replayed.input,
+        fields=replayed.fields,
+    )
 
 
 def _as_far(events: list[Event], recorded: list[Event], last: int) -> list[Event]:

@@ -29,7 +29,7 @@ from firmware_runtime.recording.records import (
     State,
 )
 from firmware_runtime.recording.states import States
-from firmware_runtime.recording.values import Plain, UnknownValue, made, pack, plain
+from firmware_runtime.recording.values import Plain, UnknownValue, encoded, made, pack, plain
 
 Retune: TypeAlias = Callable[[Any], None]
 """Gives the part the gains and limits of the settings that were recorded."""
@@ -55,6 +55,16 @@ class StateDifference:
     replayed: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class InputDifference:
+    """A value that did not enter as it was recorded: what was made of the file is another."""
+
+    at: int
+    port: str
+    recorded: bytes
+    replayed: bytes
+
+
 @dataclass(slots=True)
 class Replayed:
     """What a replay made of a recording."""
@@ -62,6 +72,9 @@ class Replayed:
     recorded: list[Event] = field(default_factory=list)
     replayed: list[Event] = field(default_factory=list)
     inputs: int = 0
+    input: InputDifference | None = None
+    fields: int = 0
+    """Recorded fields of the part's state that were compared."""
     state: StateDifference | None = None
     failure: ModelError | None = None
     """What a model raised, if one did."""
@@ -134,8 +147,13 @@ class _Replay:
             self._result.recorded.append(Event(record.at, name, value, pack(value)))
             return
         position, port = self._entrances[record.name]
+        value = _made(record.value)
         self._result.inputs += 1
-        self._entries.append(Entry(record.round, position, port, _made(record.value)))
+        if (recorded := pack(record.value)) != (entering := encoded(value)):
+            name = list(self._recording.header.entering)[record.name]
+            difference = InputDifference(record.at, name, recorded, entering)
+            self._result.input = self._result.input or difference
+        self._entries.append(Entry(record.round, position, port, value))
 
     def _play(self) -> None:
         """Work off the visit that was come to, with all that entered in it."""
@@ -150,6 +168,7 @@ class _Replay:
         if isinstance(record, Retuned):
             self._retune(_made(record.settings))
         elif isinstance(record, State):
+            self._result.fields += len(record.fields)
             difference = self._fields.difference(record, self._states.changed())
             self._result.state = self._result.state or difference
         elif (atomic := self._atomics.get(record.path)) is not None:

@@ -71,6 +71,12 @@ def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
         raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
 
 
+def field_names(name: str) -> tuple[str, ...]:
+    """The fields of a class as a recording names it. Raises UnknownValue."""
+    kind = _class_named(name)
+    return () if issubclass(kind, Enum) else tuple(_field_names(kind))
+
+
 def pack(structure: Plain) -> bytes:
     """Plain values as bytes."""
     return _encode(structure)

@@ -1,0 +1,61 @@
+"""What one replay of one recording on one machine gave."""
+
+from typing import Literal
+
+from msgspec import Struct
+
+
+class Place(Struct, frozen=True, kw_only=True):
+    """Where a recording and its replay part: one number, text or truth value, and both sides."""
+
+    what: Literal["input", "state", "output"]
+    t_ns: int
+    model: str
+    """Path below the root."""
+    port: str | None = None
+    """Of an input or output event."""
+    field: str
+    """Of the model's state, or of the port's value; empty for the value itself."""
+    recorded: str
+    replayed: str
+    units_apart: int | None = None
+    """Floats between the two, one more than that: 1 is the next float."""
+
+    @property
+    def name(self) -> str:
+        """Model, port and field, joined by dots."""
+        return ".".join(filter(None, (self.model, self.port, self.field)))
+
+
+class Finding(Struct, frozen=True, kw_only=True):
+    """What a recording and its replay on one machine have in common."""
+
+    recording: str
+    """The file's name."""
+    sha256: str
+    """Of the file."""
+    board: str
+    made_with: dict[str, str | None]
+    """Versions of Python, kernel and packages in the recorded run."""
+    duration_s: float
+    events: int
+    """Output events recorded."""
+    inputs: int = 0
+    fields: int = 0
+    """Values of fields of the models' state that both sides had and that were compared."""
+    differences: int
+    """Output events that are not the same."""
+    first: Place | None = None
+    """The first difference, of an input, a field of the state or an output event."""
+    first_output: Place | None = None
+    fault: str | None = None
+    """What keeps the comparison from meaning anything."""
+    code_sha256: str | None = None
+    """Of the code that replayed."""
+    code_changed: list[str] = []
+    """Modules whose source is another than in the recorded run."""
+
+    @property
+    def is_identical(self) -> bool:
+        """Whether nothing at all differs, and nothing is missing."""
+        return self.differences == 0 and self.first is None and self.fault is None
