@@ -29,6 +29,8 @@ from firmware_runtime.recording.values import UnknownValue, plain
 T = TypeVar("T")
 
 KEYFRAME_EVERY: Final = 5 * SECOND
+KEYFRAME_AGAIN: Final = SECOND // 2
+"""Ns until a keyframe is tried again that could not be taken."""
 RESERVE: Final = MILLISECOND
 """Ns to the next event without which no keyframe is taken."""
 
@@ -54,6 +56,8 @@ class Recorder:
         """The robot's own models; others belong to a world."""
         self.heard = Heard()
         self.fault: str | None = None
+        self.no_keyframe: str | None = None
+        """Why the last keyframe that was due could not be taken; a chip may be coming up."""
         self._now = now
         self._ring: Ring | None = None
         self._step_at = -1
@@ -179,8 +183,8 @@ class Recorder:
         """The run begins or goes on, to instant `until`."""
         self._flush()
         self._write(Kind.GO_ON, until)
-        if self._make_keyframes is not None and self._keyframes is None and self.fault is None:
-            self._keyframes = self._able(self._make_keyframes)
+        if self._make_keyframes is not None:
+            self._keyframes, self._make_keyframes = self._able(self._make_keyframes), None
 
     def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
         """Call the models' exit in a section of its own."""
@@ -190,7 +194,8 @@ class Recorder:
     def finish(self, outcome: Outcome, at: int) -> None:
         """The run is over."""
         ended = {"state": outcome.state.name.lower(), "reason": outcome.reason}
-        self._write(Kind.ENDED, at, {**ended, "counts": self._counts()})
+        missing = {"fault": self.fault, "no_keyframe": self.no_keyframe}
+        self._write(Kind.ENDED, at, {**ended, **missing, "counts": self._counts()})
 
     # The executive's hook -----------------------------------------------------------------------
 
@@ -207,20 +212,21 @@ class Recorder:
 
     def _take_keyframe(self, keyframes: Keyframes, now: int) -> None:
         begun = self._now()
+        self._keyframe_at = now + KEYFRAME_AGAIN
         state = self._able(keyframes.capture)
         if state is None:
-            self._keyframes = None
             return
+        self.no_keyframe = None
         self._write(Kind.KEYFRAME, now, state)
         self._longest = max(self._longest, self._now() - begun)
         self._keyframe_at = now + KEYFRAME_EVERY
 
     def _able(self, function: Callable[[], T]) -> T | None:
-        """What a function returns; None if this robot's state cannot be kept, which is said."""
+        """What a function returns; None if the robot's state cannot be kept as it is now."""
         try:
             return function()
-        except Exception as error:  # noqa: BLE001 -- the run goes on without keyframes
-            self.fault = self.fault or f"no keyframes: {text_of(error)}"
+        except Exception as error:  # noqa: BLE001 -- the run goes on without a keyframe
+            self.no_keyframe = text_of(error)
             return None
 
     # ---------------------------------------------------------------------------------------------

@@ -39,6 +39,8 @@ class Player:
         self.first: Difference | None = None
         self.at = 0
         self.steps = 0
+        self.missing: str | None = None
+        """What the run could not record, in a sentence."""
         self.failure: Exception | None = None
         """What the robot raised in the step it came to last, if it did."""
         self.listeners: list[Callable[[Difference], None]] = []
@@ -142,6 +144,7 @@ class Player:
 
     def _end(self, section: Section) -> None:
         self.at = section.at
+        self.missing = section.extra.get("fault")
         state = _ENDS.get(section.extra["state"], RunState.FAILED)
         outcome = Outcome(state, section.extra["reason"])
         self._ledger.finish(outcome.state, section.at, outcome.reason)

@@ -41,6 +41,7 @@ class Verdict:
         self.duration += max(0, player.at - begin)
         self.differences += player.differences
         self.first = self.first or player.first
+        self.faults += [] if player.missing is None else [player.missing]
 
     def as_json(self) -> dict[str, Any]:
         """For a program."""
