@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from operator import attrgetter
 from typing import Protocol, TypeAlias
 
-from firmware_runtime.blackbox.contents import Content
+from firmware_runtime.blackbox.contents import Content, shown
 from firmware_runtime.blackbox.known import KnownObjects
 from firmware_runtime.blackbox.layouts import Layout, Thing, layout_of
 from firmware_runtime.blackbox.making import set_attributes, set_slots
@@ -116,8 +116,7 @@ class Contents:
     def fields(self, read: list[Thing]) -> Fields:
         """Each whole content; a comparison goes into it."""
         for (path, thing, _), each in zip(self._objects, read, strict=True):
-            base = layout_of(type(thing)).base
-            yield path, set(each) if base is set else each
+            yield path, shown(thing, each)
 
 
 _Getter: TypeAlias = Callable[[Thing], Thing]

@@ -40,6 +40,19 @@ def content_of(base: type[Thing]) -> Content | None:
     return None
 
 
+def shown(thing: Thing, content: Thing) -> Thing:
+    """A content as it is compared: items of arrays one by one, those of a set without order."""
+    if isinstance(thing, set):
+        return set(content)
+    if isinstance(thing, array.array):
+        return array.array(thing.typecode, content).tolist()
+    numpy: Any = sys.modules.get("numpy")
+    if numpy is not None and isinstance(thing, numpy.ndarray):
+        *shape, numbers = content
+        return numpy.frombuffer(numbers, thing.dtype).reshape(shape).tolist()
+    return content
+
+
 def _fill_list(thing: list[object], content: list[object]) -> None:
     list.__setitem__(thing, slice(None), content)
 

@@ -9,7 +9,7 @@ import array
 import itertools
 import sys
 import types
-from collections import OrderedDict, deque
+from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable
 from enum import Enum
 from functools import cache, partial
@@ -107,7 +107,7 @@ def _way_of(kind: type[Thing]) -> _Way:
     if kind.__module__.partition(".")[0] == "numpy":
         return _of_numpy
     layout = layout_of(kind)
-    is_made_here = layout.kind is not layout.base
+    is_made_here = layout.kind is not layout.base or issubclass(kind, BaseException)
     if not (layout.is_sound and is_made_here and _is_makeable(layout.base)):
         raise NoValue(f"a {kind.__module__}.{kind.__qualname__} made during the run")
     return partial(_of_object, layout)
@@ -188,6 +188,7 @@ _WAYS: Final[dict[type[Any], _Way]] = {
     types.BuiltinFunctionType: _of_builtin,
     partial: lambda thing: ("partial", None, [thing.func, thing.args, thing.keywords]),
     deque: lambda thing: ("deque", None, [list(thing), thing.maxlen]),
+    defaultdict: lambda thing: ("default", None, [thing.default_factory, dict(thing)]),
     OrderedDict: lambda thing: ("ordered", None, list(thing.items())),
     array.array: lambda thing: ("numbers", None, [thing.typecode, thing.tobytes()]),
     complex: lambda thing: ("complex", None, [thing.real, thing.imag]),

@@ -27,6 +27,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final, TypeAlias
 
+import msgspec
+
 from firmware_runtime.blackbox.contents import Content, content_of
 from firmware_runtime.devs.errors import ModelError
 
@@ -81,6 +83,9 @@ _CONSTANTS_ELSEWHERE: Final = frozenset(
 )
 _HEAP_TYPE: Final = 1 << 9
 """The bit of `type.__flags__` that classes written in Python have (and some written in C)."""
+_MADE_IN_C: Final = 1 << 8 | 1 << 7
+"""Bits that none written in Python has: immutable, not to be instantiated."""
+_POINTER: Final = struct.calcsize("P")
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,13 +150,21 @@ def _layout_of(kind: type[Thing]) -> Layout:
 
 
 def _base_of(kind: type[Thing]) -> type[Thing]:
-    """The first class that is not written in Python."""
-    for each in kind.__mro__:
-        new = vars(each).get("__new__")
-        is_own = isinstance(new, types.BuiltinFunctionType) and new.__self__ is each
-        if not each.__flags__ & _HEAP_TYPE or is_own:
-            return each
-    return object
+    """The first class that is not written in Python; the fields of a Struct are slots like any."""
+    base = next(each for each in kind.__mro__ if not _is_written_in_python(each))
+    return object if issubclass(kind, msgspec.Struct) else base
+
+
+def _is_written_in_python(kind: type[Thing]) -> bool:
+    """Whether its objects have room for slots, attributes and references, and for nothing else."""
+    if not kind.__flags__ & _HEAP_TYPE or kind.__flags__ & _MADE_IN_C or kind.__base__ is None:
+        return False
+    names = vars(kind)
+    new = names.get("__new__")
+    slots = sum(isinstance(each, types.MemberDescriptorType) for each in names.values())
+    room = slots + ("__weakref__" in names) + ("__dict__" in names)
+    size = kind.__basicsize__ - kind.__base__.__basicsize__
+    return size <= _POINTER * room and not isinstance(new, types.BuiltinFunctionType)
 
 
 def _is_constant(kind: type[Thing], base: type[Thing], slots: tuple[Thing, ...]) -> bool:

@@ -1,18 +1,20 @@
 """Makes objects of what stands in a file.
 
 Of classes that the robot has, or that stand in modules imported already; without running any
-function of those classes.
+function of those classes (a Struct's `__post_init__` aside).
 """
 
 import array
 import itertools
 import sys
 import types
-from collections import OrderedDict, deque
+from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
 from typing import Any, Final
+
+import msgspec
 
 from firmware_runtime.blackbox.later import (
     MADE_EMPTY,
@@ -49,6 +51,8 @@ class Making:
         return made
 
     def _of_container(self, read: Thing) -> Thing:
+        if isinstance(read, bytearray):
+            return bytearray(read)
         if isinstance(read, tuple | frozenset):
             return type(read)([self.of(each) for each in read])
         made = self._made[id(read)] = type(read)()
@@ -57,7 +61,7 @@ class Making:
         elif isinstance(read, list):
             made.extend(self.of(each) for each in read)
         else:
-            made.update([self.of(each) for each in read] if isinstance(read, set) else read)
+            made.update([self.of(each) for each in read])
         return made
 
     def _of_value(self, read: Value) -> Thing:
@@ -89,7 +93,10 @@ class Making:
         layout = layout_of(kind)
         base = layout.base
         content, slots, attributes = read.parts
-        if base in MADE_EMPTY:
+        made: Thing
+        if issubclass(kind, msgspec.Struct):  # made in no other way; `__post_init__` is run
+            made = kind(**self.of(slots))
+        elif base in MADE_EMPTY:
             made = self._made[id(read)] = MADE_EMPTY[base](kind)
             if layout.content is not None:
                 layout.content.fill(made, self.of(content))
@@ -169,6 +176,7 @@ _MAKERS: Final[dict[str, Callable[..., object]]] = {
     "builtin": _builtin,
     "partial": lambda func, args, keywords: partial(func, *args, **keywords),
     "deque": deque,
+    "default": defaultdict,
     "ordered": lambda *pairs: OrderedDict(pairs),
     "numbers": array.array,
     "complex": complex,

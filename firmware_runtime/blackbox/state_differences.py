@@ -125,6 +125,9 @@ class StateComparison:
         elif recorded.what in _WHOLE:
             if recorded.parts != present.parts:
                 yield path, recorded, present
+        elif recorded.what == "iterator":
+            if any(self._between(path, recorded.parts, present.parts)):
+                yield path, recorded, present
         elif recorded.what == "object":
             yield from self._of_object(path, recorded.parts, present.parts)
         else:
