@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator, Iterable, Iterator
 
+from drivers.chips.shared_bring_up import SharedBringUp
 from drivers.chips.step import Step
 
 RETRY_AFTER = 100_000_000
@@ -18,7 +19,7 @@ class BringUp:
 
     def restart(self) -> None:
         """Begin again with the first step; steps that were under way are given up."""
-        if isinstance(self._steps, Generator):
+        if isinstance(self._steps, Generator | SharedBringUp):
             self._steps.close()
         self._steps = iter(self._begin())
 

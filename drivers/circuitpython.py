@@ -147,8 +147,8 @@ class CircuitPythonSensor(HardwareModel, Generic[Driver, Value]):
             self._sample = None
             self.begin()
 
-    def _steps(self) -> Iterator[Step]:
-        yield Step("driver made", self._bring_up_driver, 0)
+    def _steps(self) -> tuple[Step, ...]:
+        return (Step("driver made", self._bring_up_driver, 0),)
 
     def _bring_up_driver(self) -> None:
         self._sample = None

@@ -11,7 +11,7 @@ external clock was latched on (EXTCLK) is refused: nothing but a reset clears it
 """
 
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Final
 
@@ -21,6 +21,7 @@ from drivers.chips.pca9685_rate import (
     actual_frequency_hz,
     prescale_for,
 )
+from drivers.chips.shared_bring_up import SharedBringUp, Turn
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
@@ -46,8 +47,6 @@ SWRST: Final = 0x06
 OSCILLATOR_START_NS: Final = 500_000
 LONGEST_CYCLE_NS: Final = 46_200_000
 """One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
-BRING_UP_POLL_NS: Final = 1_000_000
-"""Between two polls of a model whose chip another one brings up."""
 
 _FULL_WORD: Final = FULL << 8
 _BURSTS: Final = tuple(struct.Struct(f"<B{2 * channels}H") for channels in range(CHANNELS + 1))
@@ -97,7 +96,7 @@ class Pca9685:
         self.is_running = False
         """Whether it was brought up and has not been found reset since: only then it takes duties.
         """
-        self._is_coming_up = False
+        self._turn = Turn()
 
     # Bring-up -----------------------------------------------------------------------------------
 
@@ -119,31 +118,28 @@ class Pca9685:
             Step("verify", self.verify, 0),
         )
 
-    def share_bring_up(self, frequency_hz: float) -> Iterator[Step]:
+    def share_bring_up(self, frequency_hz: float) -> SharedBringUp:
         """Give the steps for one of several models that drive outputs of this chip.
 
         The first takes the steps of `bring_up`; the others wait until they are done. A chip that
         runs is verified and nothing else, so that the outputs of the others stay as they are.
-        Raises SettingError at the first step if the chip runs at another rate.
+        Raises SettingError at its first step if the chip runs at another rate.
         """
+        return SharedBringUp(self._turn, partial(self._steps_of_one, frequency_hz))
+
+    def _steps_of_one(self, frequency_hz: float, bring_up: SharedBringUp) -> tuple[Step, ...]:
         prescale = prescale_for(frequency_hz, self._osc_hz)
-        while self._is_coming_up:
-            yield Step("wait for the others", _nothing, BRING_UP_POLL_NS)
-        if self.is_running:
-            if prescale != self._prescale:
-                raise SettingError(
-                    f"{self.place}: runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is "
-                    "wanted as well; expected one rate for all its outputs"
-                )
-            yield Step("verify", self.verify, 0)
-            return
-        self._is_coming_up = True
-        try:
+        if not self.is_running:
+            self._turn.holder = bring_up
             # `silence` wakes a sleeping chip, and may have been called by a probe just before.
-            yield Step("let the oscillator start", _nothing, OSCILLATOR_START_NS)
-            yield from self.bring_up(frequency_hz)
-        finally:
-            self._is_coming_up = False
+            start = Step("let the oscillator start", _nothing, OSCILLATOR_START_NS)
+            return (start, *self.bring_up(frequency_hz))
+        if prescale != self._prescale:
+            raise SettingError(
+                f"{self.place}: runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is "
+                "wanted as well; expected one rate for all its outputs"
+            )
+        return (Step("verify", self.verify, 0),)
 
     def silence(self) -> None:
         """Turn all outputs off and leave the ALLCALL address; 58 bits.
