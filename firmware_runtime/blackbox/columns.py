@@ -6,7 +6,7 @@ read of attributes are the dictionaries themselves, not copies: the pickler read
 
 from collections.abc import Callable, Iterable, Iterator
 from operator import attrgetter
-from typing import Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 from firmware_runtime.blackbox.contents import Content, shown
 from firmware_runtime.blackbox.known import KnownObjects
@@ -25,25 +25,10 @@ class Column(Protocol):
         """What they hold now."""
 
     def fill(self, made: list[Thing]) -> None:
-        """Let them hold that. Raises ValueError or TypeError where it does not fit."""
+        """Let them hold that. Raises where it does not fit."""
 
     def fields(self, read: list[Thing]) -> Fields:
         """What has been read, as fields."""
-
-
-def columns_of(known: KnownObjects) -> list[Column]:
-    """The columns of a robot's objects. Raises UnkeepableState."""
-    things = [(known.paths[number], known.things[number]) for number in known.with_state]
-    found = [(path, thing, layout_of(type(thing))) for path, thing in things]
-    views = [(path, thing) for path, thing, layout in found if layout.base is memoryview]
-    return [
-        Attributes([(path, thing) for path, thing, layout in found if layout.has_attributes]),
-        Slots([(path, thing, layout) for path, thing, layout in found if layout.slots]),
-        Contents(
-            [(path, thing, layout.content) for path, thing, layout in found if layout.content]
-        ),
-        Views([(path, view) for path, view in views if not view.readonly]),
-    ]
 
 
 class Attributes:
@@ -141,3 +126,40 @@ def _by_name(layout: Layout, values: Thing) -> dict[str, Thing]:
     if isinstance(values, dict):
         return values
     return {name: value for (name, _), value in zip(layout.slots, values, strict=True)}
+
+
+class Columns(NamedTuple):
+    """The columns of a robot's objects."""
+
+    attributes: Attributes
+    slots: Slots
+    contents: Contents
+    views: Views
+
+    @property
+    def each(self) -> tuple[Column, ...]:
+        """All four."""
+        return self.attributes, self.slots, self.contents, self.views
+
+    def copied(self) -> list[list[Thing]]:
+        """What they hold now, and will be whatever becomes of the objects."""
+        return [[*map(dict, self.attributes.read())], *(each.read() for each in self.each[1:])]
+
+    def fill(self, made: list[list[Thing]]) -> None:
+        """Let the objects hold that. Raises where it does not fit."""
+        for column, each in zip(self.each, made, strict=True):
+            column.fill(each)
+
+
+def columns_of(known: KnownObjects) -> Columns:
+    """The columns of the objects that have state. Raises UnkeepableState."""
+    things = [(known.paths[number], known.things[number]) for number in known.with_state]
+    found = [(path, thing, layout_of(type(thing))) for path, thing in things]
+    contents = [(path, thing, layout.content) for path, thing, layout in found if layout.content]
+    views = [(path, thing) for path, thing, layout in found if layout.base is memoryview]
+    return Columns(
+        Attributes([(path, thing) for path, thing, layout in found if layout.has_attributes]),
+        Slots([(path, thing, layout) for path, thing, layout in found if layout.slots]),
+        Contents(contents),
+        Views([(path, view) for path, view in views if not view.readonly]),
+    )

@@ -14,7 +14,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from threading import Lock, RLock
 
-from firmware_runtime.blackbox.columns import Attributes, columns_of
+from firmware_runtime.blackbox.columns import Column, columns_of
 from firmware_runtime.blackbox.known import KnownObjects, edges_of
 from firmware_runtime.blackbox.later import NoValue
 from firmware_runtime.blackbox.layouts import Thing, UnkeepableState
@@ -49,21 +49,19 @@ class StateTable:
     def __init__(self, roots: Mapping[str, object], edges: Iterable[object] = ()) -> None:
         self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
         self._columns = columns_of(self._known)
-        names = [
-            name for each in self._columns if isinstance(each, Attributes) for name in each.names
-        ]
+        names = self._columns.attributes.names
         self.objects = len(self._known.things)
         """How many objects have a number."""
         self.fingerprint = zlib.crc32("\n".join(names).encode(), self._known.fingerprint)
         """The same for robots that can exchange states."""
-        self._writer = StateWriter(self._known.things, names)
+        self._writer = StateWriter(self._known.things, names, self._columns.views.part)
         self._reader = StateReader(self.objects, names)
 
     def capture(self) -> bytes:
         """The state now. Raises UnkeepableState for an object that was made since and has none."""
         try:
             return self._writer.written(
-                [self.fingerprint, *(each.read() for each in self._columns)]
+                [self.fingerprint, *(each.read() for each in self._columns.each)]
             )
         except NoValue as error:
             raise self._blamed(error) from error
@@ -78,9 +76,14 @@ class StateTable:
             made = Making(self._known.things).of(read)
         except (NoValue, IndexError) as error:
             raise _foreign(f"{error}") from error
-        for _ in range(2):  # what the first time has let go of may change others as it goes
-            for column, each in zip(self._columns, made, strict=True):
-                column.fill(each)
+        before = self._columns.copied()
+        try:
+            self._columns.fill(made)
+        except Exception as error:  # whatever stands in a file
+            self._columns.fill(before)
+            raise _foreign(f"{type(error).__name__}: {error}") from error
+        del before
+        self._columns.fill(made)  # again: what has gone with `before` may have changed others
 
     def differences(self, content: bytes) -> Iterator[FieldDifference]:
         """Each field that is another now than it was recorded. Raises as `capture` and `restore`.
@@ -89,8 +92,8 @@ class StateTable:
         """
         recorded, present = self._read(content), self._read(self.capture())
         comparison = StateComparison(self._known)
-        for column, old, new in zip(self._columns, recorded, present, strict=True):
-            before, after = dict(column.fields(old)), dict(column.fields(new))
+        for column, old, new in zip(self._columns.each, recorded, present, strict=True):
+            before, after = _fields(column, old), _fields(column, new)
             for path in [*before, *(path for path in after if path not in before)]:
                 pair = before.get(path, ABSENT), after.get(path, ABSENT)
                 yield from comparison.between(path, *pair)
@@ -104,13 +107,13 @@ class StateTable:
             raise _foreign(f"{error}") from error
         if fingerprint != self.fingerprint:
             raise _foreign("it is of another robot; expected one of this board and these settings")
-        if len(columns) != len(self._columns):
-            raise _foreign(f"{len(columns)} columns; expected {len(self._columns)}")
+        if len(columns) != len(self._columns.each):
+            raise _foreign(f"{len(columns)} columns; expected {len(self._columns.each)}")
         return columns
 
     def _blamed(self, error: NoValue) -> UnkeepableState:
         """The error, with the path of the field that cannot be written."""
-        for column in self._columns:
+        for column in self._columns.each:
             for path, value in column.fields(column.read()):
                 try:
                     self._writer.written(value)
@@ -120,6 +123,13 @@ class StateTable:
 
 
 EXPECTED = "expected numbers, texts, containers, arrays and objects made of these"
+
+
+def _fields(column: Column, read: list[Thing]) -> dict[str, Thing]:
+    try:
+        return dict(column.fields(read))
+    except (TypeError, ValueError, AttributeError) as error:
+        raise _foreign(f"{type(error).__name__}: {error}") from error
 
 
 def _foreign(fault: str) -> ForeignState:

@@ -33,6 +33,8 @@ class KnownObjects:
         self.things: list[Thing] = []
         self.paths: list[str] = []
         self._numbers: dict[int, int] = {}
+        self._taken: dict[str, int] = {}
+        """How many objects have, or were refused, a path."""
         self._is_edge = is_edge
         self._sets: list[tuple[Thing, str]] = []
         self._walk(deque((thing, name) for name, thing in roots.items()))
@@ -65,12 +67,18 @@ class KnownObjects:
                 path = thing.path.partition(".")[2] or path
             is_passing = type(thing) in ITERATORS
             if not is_passing:
+                path = self._new_path(path)
                 self._numbers[id(thing)] = len(self.things)
                 self.things.append(thing)
                 self.paths.append(path)
                 if self._is_edge(thing):
                     continue
             waiting.extend(self._parts(thing, path))
+
+    def _new_path(self, path: str) -> str:
+        """The path, with a number where another object has it: all that one partial leads to."""
+        count = self._taken[path] = self._taken.get(path, 0) + 1
+        return path if count == 1 else self._new_path(f"{path}.<{count}>")
 
     def _parts(self, thing: Thing, path: str) -> Iterator[tuple[Thing, str]]:
         layout = layout_of(type(thing))

@@ -140,6 +140,10 @@ def _iterator(iterated: Thing, place: int) -> Thing:
     return made
 
 
+def _view(known: memoryview, begin: int, end: int, number_format: Any) -> memoryview:  # noqa: ANN401
+    return known.cast("B")[begin:end].cast(number_format)
+
+
 def _array(dtype: str, shape: tuple[int, ...], order: Any, numbers: bytes) -> Thing:  # noqa: ANN401
     numpy: Any = sys.modules.get("numpy")
     if numpy is None:
@@ -184,6 +188,7 @@ _MAKERS: Final[dict[str, Callable[..., object]]] = {
     "slice": slice,
     "singleton": lambda name: {"NotImplemented": NotImplemented, "Ellipsis": ...}[name],
     "count": itertools.count,
+    "view": _view,
     "iterator": _iterator,
     "array": _array,
     "number": lambda dtype, number: _array(dtype, (), "C", number)[()],

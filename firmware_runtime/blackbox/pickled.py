@@ -7,7 +7,7 @@ is refused.
 import io
 import pickle
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, Never
 
 from firmware_runtime.blackbox.later import Known, NoValue, Value, reduced
@@ -21,15 +21,24 @@ _VALUE: Final = -1
 
 
 class StateWriter:
-    """Writes states of a robot; `things` and `names` go into them as numbers."""
+    """Writes states of a robot; `things` and `names` go into them as numbers.
 
-    def __init__(self, things: Sequence[Thing], names: Sequence[str]) -> None:
+    `part_of` says of which known memoryview another one is a part.
+    """
+
+    def __init__(
+        self,
+        things: Sequence[Thing],
+        names: Sequence[str],
+        part_of: Callable[[memoryview], tuple[object, ...]],
+    ) -> None:
         self._content = io.BytesIO()
         self._primed = _Pickler(io.BytesIO(), PROTOCOL)
         self._primed.memo = {
             id(each): (place, each) for place, each in enumerate((Value, *things, *names))
         }
         self._pickler = _Pickler(self._content, PROTOCOL)
+        self._pickler.part_of = part_of
 
     def written(self, state: object) -> bytes:
         """The state as bytes. Raises NoValue for an object in it that has no value."""
@@ -47,7 +56,11 @@ class StateWriter:
 
 
 class _Pickler(pickle.Pickler):
+    part_of: Callable[[memoryview], tuple[object, ...]]
+
     def reducer_override(self, thing: Thing) -> tuple[Any, ...]:
+        if type(thing) is memoryview:
+            return Value, ("view", None), self.part_of(thing)
         return reduced(thing)
 
 

@@ -9,13 +9,15 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
+from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.spans import SpanRing
 
-EDGES = (Executive, MonotonicClock, VirtualClock, Inbox, StatisticsFile, SpanRing)
-"""What stands at the edge of every run."""
+EDGES = (Executive, MonotonicClock, VirtualClock, Inbox, StatisticsFile, SpanRing, GarbageTime)
+"""What stands at the edge of every run. The file of its statistics is kept as far as models, buses
+and the like count in it, without what it says of the run as a whole."""
 
 
 def robot_state(robot: Robot, executive: Executive, edges: Iterable[object] = ()) -> StateTable:
@@ -24,7 +26,8 @@ def robot_state(robot: Robot, executive: Executive, edges: Iterable[object] = ()
     To be made when the run has begun, before its first step: in the first call of a hook. Where
     counters are kept is settled then. Raises UnkeepableState.
     """
-    return StateTable({"robot": robot, **executive.state}, (*EDGES, *edges))
+    roots = {"robot": robot, **executive.state}
+    return StateTable(roots, (*EDGES, executive.cells, *edges))
 
 
 def world_models(board: Board, model: Coupled, engine: Engine) -> list[object]:

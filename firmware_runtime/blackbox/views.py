@@ -7,6 +7,7 @@ import ctypes
 from collections.abc import Iterator, Sequence
 from typing import Final, TypeAlias
 
+from firmware_runtime.blackbox.later import NoValue
 from firmware_runtime.blackbox.layouts import UnkeepableState
 
 Chunks: TypeAlias = dict[int, bytes]
@@ -22,9 +23,21 @@ class Views:
     def __init__(self, views: Sequence[tuple[str, memoryview]]) -> None:
         places = [_place(path, view) for path, view in views]
         kept = _not_within_another(places)
+        self._places = [places[number] for number in kept]
         self.paths = [views[number][0] for number in kept]
         self.views = [views[number][1] for number in kept]
         self._bytes = [view.cast("B") for view in self.views]
+
+    def part(self, view: memoryview) -> tuple[memoryview, int, int, str]:
+        """Where a view made later lies: within which, its first byte, the byte after it, format.
+
+        Raises NoValue for one of other memory.
+        """
+        begin, end = _place("a memoryview", view)
+        for place, known in zip(self._places, self.views, strict=True):
+            if place[0] <= begin <= end <= place[1]:
+                return known, begin - place[0], end - place[0], view.format
+        raise NoValue("a memoryview of memory that was made during the run")
 
     def read(self) -> list[Chunks]:
         """What the memory holds."""
@@ -64,8 +77,10 @@ def _chunks(content: bytes) -> Chunks:
 
 def _place(path: str, view: memoryview) -> tuple[int, int]:
     """Where the memory begins and ends."""
-    if not view.c_contiguous:
-        raise UnkeepableState(path, "a memoryview with gaps; expected one of memory in one piece")
+    if not view.c_contiguous or view.readonly:
+        raise UnkeepableState(
+            path, "a memoryview with gaps, or not to be written to; expected another"
+        )
     begin = ctypes.addressof(ctypes.c_char.from_buffer(view)) if view.nbytes else 0
     return begin, begin + view.nbytes
 

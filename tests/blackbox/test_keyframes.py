@@ -148,6 +148,21 @@ def test_memory_behind_views_is_kept_once() -> None:
     assert (memory[4], memory[11], memory[4999], sum(memory)) == (-5, 0, 1, -4)
 
 
+def test_a_view_made_later_is_one_of_the_same_memory() -> None:
+    memory = memoryview(array.array("q", bytes(80)))
+    node = Node(memory=memory, view=None)
+    table = StateTable({"node": node})
+    node.view = memory[2:4]
+    state = table.capture()
+    node.view = None
+    table.restore(state)
+    node.view[1] = 5
+    assert memory[3] == 5
+    node.view = memoryview(bytearray(8))
+    with pytest.raises(UnkeepableState, match="memory that was made during the run"):
+        table.capture()
+
+
 def test_iterators_are_replaced_by_equal_ones() -> None:
     node = Node(steps=iter((1, 2, 3)), count=itertools.count(), of_list=iter([1, 2]))
     table = StateTable({"node": node})
@@ -237,3 +252,14 @@ def test_a_default_dictionary_is_kept() -> None:
     node = Node(counts=counts)
     assert changed_and_restored(node, lambda: counts["new"].append(1)) == ["node.counts['new']"]
     assert counts["other"] == []
+
+
+def test_every_object_has_a_path_of_its_own() -> None:
+    first, second = Node(value=1), Node(value=1)
+    node = Node(call=partial(print, first, second), other=partial(print, end=[[1], [1]]))
+    table = StateTable({"node": node})
+    state = table.capture()
+    second.value = 2
+    node.other.keywords["end"][1].append(2)
+    found = list(table.differences(state))
+    assert len(found) == len({each.path for each in found}) == 2

@@ -35,13 +35,33 @@ def test_a_robot_that_has_run_on_is_set_back(board: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("board", BOARDS, ids=" ".join)
 def test_another_robot_of_the_same_board_takes_up_its_state(board: tuple[str, ...]) -> None:
     with run_with_state(*board) as run, run_with_state(*board) as fresh:
-        states = [run.to(at_s) for at_s in (0.6, 1.111, 2.0)]
-        fresh.to(0.5)
+        states = [run.to(at_s) for at_s in (0.0, 0.02, 0.6, 1.5)]
+        fresh.to(0.004)
         assert fresh.table.fingerprint == run.table.fingerprint
         for state in states:
             assert list(fresh.table.differences(state)) != []
             fresh.table.restore(state)
             assert list(fresh.table.differences(state)) == []
+
+
+@pytest.mark.parametrize("board", BOARDS, ids=" ".join)
+def test_a_robot_and_its_world_go_on_from_a_state_to_the_bit(board: tuple[str, ...]) -> None:
+    with (
+        run_with_state(*board, has_world=True) as run,
+        run_with_state(*board, has_world=True) as fresh,
+    ):
+        run.listen()
+        fresh.listen()
+        state = run.to(1.25)
+        run.sent.clear()
+        at_the_end = run.to(2.5)
+        fresh.to(0.004)
+        fresh.go_on_from(1.25, state)
+        fresh.sent.clear()
+        fresh.to(2.5)
+        assert len(run.sent) > 100
+        assert repr(fresh.sent) == repr(run.sent)
+        assert list(fresh.table.differences(at_the_end)) == []
 
 
 class Place(NamedTuple):

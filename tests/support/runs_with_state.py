@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.blackbox.robot_state import robot_state, world_models
@@ -12,10 +13,15 @@ from firmware_runtime.runs.session import Session
 
 
 class RunWithState:
-    """A board's run that pauses where it is told to; its table is made before the first step."""
+    """A board's run that pauses where it is told to; its table is made before the first step.
 
-    def __init__(self, session: Session) -> None:
+    With its world, the state of doubles and plant is in the table too.
+    """
+
+    def __init__(self, session: Session, *, has_world: bool) -> None:
         self.session = session
+        self._has_world = has_world
+        self.sent: list[tuple[int, str, object]] = []
         session.executive.hooks.append(self)
         self._table: StateTable | None = None
 
@@ -27,12 +33,32 @@ class RunWithState:
     def between_steps(self, now: int, left: int) -> None:  # noqa: ARG002 -- a hook's
         if self._table is None:
             session, executive = self.session, self.session.executive
-            rig = session.rig
-            assert rig is not None
-            world = world_models(session.board, session.robot.model, executive.simulator)
-            edges = [session, rig, session.board, session.world_now, *world]
-            edges += [*rig.buses.values(), *getattr(rig, "ports", {}).values()]
+            edges: list[object] = [self, session, session.board]
+            if not self._has_world:
+                edges += self._world(session)
             self._table = robot_state(session.robot, executive, edges)
+
+    def _world(self, session: Session) -> list[object]:
+        rig, simulator = session.rig, session.executive.simulator
+        assert rig is not None
+        lines = [*rig.buses.values(), *getattr(rig, "ports", {}).values()]
+        models = world_models(session.board, session.robot.model, simulator)
+        return [rig, session.world_now, *lines, *models]
+
+    def listen(self) -> None:
+        """Take down what leaves every model, from now on."""
+        for atomic in self.session.executive.simulator.atomics:
+            for port in atomic.out_ports.values():
+                take = partial(self._take_down, port.path)
+                self.session.executive.simulator.listen(port, take)
+
+    def _take_down(self, path: str, now: int, value: object) -> None:
+        self.sent.append((now, path, value))
+
+    def go_on_from(self, at_s: float, state: bytes) -> None:
+        """Be in that state, at that instant."""
+        self.session.executive.reached = seconds(at_s)
+        self.table.restore(state)
 
     def to(self, at_s: float) -> bytes:
         """Run on to that instant; the state there."""
@@ -41,11 +67,13 @@ class RunWithState:
 
 
 @contextmanager
-def run_with_state(board: str, *assignments: str) -> Iterator[RunWithState]:
+def run_with_state(
+    board: str, *assignments: str, has_world: bool = False
+) -> Iterator[RunWithState]:
     session = Session(
         registry.load(board, assignments), VirtualClock(), doubles=True, statistics_path=None
     )
     try:
-        yield RunWithState(session)
+        yield RunWithState(session, has_world=has_world)
     finally:
         session.close()
