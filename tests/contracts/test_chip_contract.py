@@ -43,6 +43,7 @@ PARTS_OF_DRIVERS = {
     "mounting",
     "mpu9250_burst",
     "pca9685_rate",
+    "shared_bring_up",
     "mpu9250_settings",
 }
 ON_SERIAL_LINES = {"sabertooth", "maxbotix"}
