@@ -1,6 +1,6 @@
 """A bus's counters, copied into the statistics file, and what each device took of a step."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from struct import Struct
 from typing import Protocol
@@ -59,6 +59,15 @@ class BusMeter:
     def busy_ns(self) -> int:
         """Time on the wire so far."""
         return self._bus.busy_ns
+
+    @property
+    def retries(self) -> int:
+        """Attempts made again so far."""
+        return self._bus.retries
+
+    def spent(self) -> Iterator[tuple[int, int]]:
+        """Each device with a place, by address, and the time it took in the last step, ns."""
+        return zip(self._bus.by_address, self._spent, strict=False)
 
     def devices(self) -> list[int]:
         """Addresses of the devices with a place, then the time each took, as laid out."""

@@ -6,13 +6,17 @@ During a step nothing is written, so a process killed in the middle of one leave
 from collections.abc import Callable
 from time import process_time_ns
 
-from firmware_runtime.devs.time import NEVER
+from msgspec import structs
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.blame.blamer import NOTHING, Blamer, Late
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
+from firmware_runtime.statistics.blame import BlameRow, Cause, blame_of, sentence
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import (
@@ -31,6 +35,9 @@ from firmware_runtime.statistics.layout import (
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.timeline import Lately, Timeline
 from firmware_runtime.statistics.worst_list import WorstList
+
+SETTLING = 100 * MILLISECOND
+"""When a run reads its counters for the first time after its start; then each second."""
 
 
 class Ledger:
@@ -62,14 +69,20 @@ class Ledger:
         self._cpu_time = _CpuTime(clock)
         profiler.accounting.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
+        self._look_at = SETTLING
+        """When the next second is over, or the counters are to be read for the first time."""
+        self._blamer = Blamer(
+            clock, profiler.step, self._accounting.accounts, self._counters.meters
+        )
+        self._late_by_cause = cells[layout.late_by_cause]
 
     def commit(self, ended: int, next_at: Callable[[], int]) -> int:
         """Write the step that has just ended; return when the next event is due."""
         file, timeline, garbage = self.file, self._timeline, self._garbage
         step_time = ended - self._step.started
+        if ended >= self._look_at:
+            self._look(ended)
         file.open_section()
-        if ended >= timeline.closes_at:
-            timeline.close(ended)
         until = self._until
         latest = self._accounting.settle(ended if ended <= until else until + 1)
         self._step_times.record(step_time)
@@ -119,6 +132,7 @@ class Ledger:
         """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""
         file = self.file
         self._cpu_time.pause()
+        self._blamer.close()
         file.open_section()
         self._counters.read()
         file.cells[ELAPSED] = now
@@ -129,10 +143,12 @@ class Ledger:
         """The run goes on, or begins, to instant `until`; processor time of a pause is not its."""
         self._until = until
         self._cpu_time.go_on()
+        self._blamer.open(self._steps)
 
     def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
+        self._blamer.close()
         file.open_section()
         self._accounting.end(min(now, self._until))
         self._counters.end()
@@ -147,10 +163,36 @@ class Ledger:
         """Note the activation that ran latest: maximum, cause of an episode, one of the worst."""
         if latest.lateness > self._timeline.lateness_max:
             self._timeline.lateness_max = latest.lateness
+        blame = self._blame(latest, step_time, garbage)
         if latest.in_episode and latest.cause == "":
-            latest.cause = self._cause_of(latest, garbage)
+            latest.cause = self._cause_of(latest, garbage, blame)
         if latest.lateness + step_time > self._worst.smallest:
-            self._keep(latest, step_time, garbage)
+            self._keep(latest, step_time, garbage, blame)
+
+    def _blame(self, latest: ModelAccount, step_time: int, garbage: int) -> BlameRow:
+        """Why the step was late, or took so long; of one that was neither there is nothing."""
+        usual = (self._step_times.sum - step_time) // max(self._steps - 1, 1)
+        if not latest.in_episode and step_time <= usual + self._accounting.tolerance:
+            return NOTHING
+        step, previous_end = self._step, self._previous_end
+        behind = max(previous_end - step.at, 0)
+        wake = max(step.started - step.at - behind, 0)
+        late = Late(step.started + step_time, behind, wake, step_time, usual, garbage, previous_end)
+        row = self._blamer.explain(late, self._steps)
+        if row.cause > 0:
+            self._late_by_cause[row.cause - 1] += 1
+        return row
+
+    def _look(self, ended: int) -> None:
+        """Close the timeline's second if it is over; after a step on time, read the counters."""
+        if ended >= self._timeline.closes_at:
+            self.file.open_section()
+            self._timeline.close(ended)
+            self.file.close_section_as_it_was()
+        usual = self._step_times.sum // max(self._steps, 1)
+        if ended - self._step.at <= usual + self._accounting.tolerance:
+            self._blamer.keep(self._steps + 1)  # this one is not counted yet
+        self._look_at = self._timeline.closes_at
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""
@@ -159,8 +201,14 @@ class Ledger:
         busy = sum(meter.busy_ns for meter in self._counters.meters)
         return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
 
-    def _cause_of(self, latest: ModelAccount, garbage: int) -> str:
-        """What took most of the time before a late activation: one of the keys in `causes`."""
+    def _cause_of(self, latest: ModelAccount, garbage: int, blame: BlameRow) -> str:
+        """Why it was late, in a few words; where that is unknown, where the time went.
+
+        The latter is one of the keys in `causes`.
+        """
+        found = blame_of(blame, self.file.layout)
+        if found is not None and found.cause != Cause.UNKNOWN:
+            return sentence(found)
         step = self._step
         behind = max(self._previous_end - step.at, 0)
         spent = {"wake": max(step.started - step.at - behind, 0), "behind": behind}
@@ -169,7 +217,7 @@ class Ledger:
         spent.update(dict(earlier))
         return max(spent, key=spent.__getitem__)
 
-    def _keep(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
+    def _keep(self, latest: ModelAccount, step_time: int, garbage: int, blame: BlameRow) -> None:
         """Put an activation on the list of the worst, with what the step spent its time on."""
         step = self._step
         behind = max(self._previous_end - step.at, 0)
@@ -178,6 +226,7 @@ class Ledger:
         row += step.own_times
         for meter in self._counters.meters:
             row += meter.devices()
+        row += structs.astuple(blame)
         self._worst.keep(row)
 
 

@@ -22,6 +22,7 @@ from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.blame import BLAME, CAUSES
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
@@ -84,6 +85,8 @@ class Profiler:
             fault_models=self.faults.models,
             worst=self._worst,
             has_link=self._has_link,
+            blame=BLAME,
+            causes=CAUSES,
         )
 
     def _open_account(self, atomic: Atomic, functions: Functions) -> Functions:

@@ -176,6 +176,8 @@ def _counters(layout: Layout) -> Iterator[int]:
     yield from range(layout.deadline(0), layout.deadline(len(layout.deadlines)))
     if layout.has_link:
         yield from (layout.link + counter for counter in _LINK_COUNTERS)
+    late = layout.late_by_cause
+    yield from range(late.start, late.stop)
 
 
 def _histograms(layout: Layout) -> Iterator[slice]:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from msgspec import Struct, convert, json, to_builtins
 
+from firmware_runtime.statistics.blame import Blame
 from firmware_runtime.statistics.conditions import SETTINGS, Conditions
 from firmware_runtime.statistics.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.histogram import Distribution
@@ -124,6 +125,8 @@ class WorstActivation(Struct, frozen=True):
     lateness_us: float
     step_us: float
     causes: Causes
+    blame: Blame | None = None
+    """Why it was late; None where it was not, or where nothing of that was measured."""
 
 
 class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
@@ -143,6 +146,8 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
     conditions: Conditions
     link: LinkFigures | None = None
     """None for a run of a whole model."""
+    late_by_cause: dict[str, int] | None = None
+    """How many late steps each cause made; None where causes are not looked for."""
 
     @property
     def is_virtual(self) -> bool:
@@ -178,8 +183,12 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
     def as_json(self) -> dict[str, Any]:
         """The JSON; spelling and meaning of its keys are what other programs rely on."""
         found = {**to_builtins(self), "conditions": self.conditions.as_json()}
-        if self.link is None:
-            del found["link"]
+        absent = [name for name in ("link", "late_by_cause") if getattr(self, name) is None]
+        for name in absent:
+            del found[name]
+        for activation in found["worst"]:
+            if activation["blame"] is None:
+                del activation["blame"]
         return found
 
 

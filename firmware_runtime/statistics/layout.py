@@ -3,8 +3,9 @@
 In order: the run's own cells, the histogram of step times, one block for each model (its
 counters, then its histograms of lateness and of own time), one block for each bus, one cell for
 each deadline, one block for each place in the list of worst activations, the text that says how
-the run ended, the timeline, one block for each model that can report faults (`fault_table`), and
-one for the link to the other part of a model that runs in two processes.
+the run ended, the timeline, one block for each model that can report faults (`fault_table`), one
+for the link to the other part of a model that runs in two processes, and one cell for each cause
+that can make a step late (`blame`).
 Blocks of a kind have the same length; they stand in the order in which the header names models,
 buses and deadlines.
 
@@ -99,6 +100,10 @@ class Layout:
     fault_models: tuple[str, ...] = ()
     """Models with a port for faults, by path."""
     has_link: bool = False
+    blame: tuple[str, ...] = ()
+    """What a place of the list of worst activations says of its cause, a cell each."""
+    causes: tuple[str, ...] = ()
+    """What can make an activation late, by name; how often each did is counted."""
 
     def model(self, index: int) -> int:
         """First cell of a model's block."""
@@ -128,15 +133,23 @@ class Layout:
 
     @property
     def place_cells(self) -> int:
-        """Fields, own time of each model, then for each bus its devices' addresses and times."""
+        """Fields, own times of models, for each bus its devices' addresses and times, the cause."""
+        return self._blame_at + len(self.blame)
+
+    @property
+    def _blame_at(self) -> int:
         return len(WORST) + len(self.timed) + len(self.buses) * _DEVICE_CELLS
+
+    def blame_of(self, index: int) -> slice:
+        """The cells of a place that say why it was late."""
+        first = self.place(index) + self._blame_at
+        return slice(first, first + len(self.blame))
 
     @property
     def cells(self) -> int:
         """How many cells there are in all."""
-        faults = len(self.fault_models) * fault_table.MODEL_CELLS
-        link = len(LINK) + 2 * CELLS if self.has_link else 0
-        return self.place(self.worst) + REASON + TIMELINE + faults + link
+        cells: int = self.late_by_cause.stop
+        return cells
 
     @property
     def reason(self) -> slice:
@@ -157,7 +170,7 @@ class Layout:
 
     @property
     def link(self) -> int:
-        """First cell of the link's block, where there is one, behind all others."""
+        """First cell of the link's block, where there is one, behind the faults."""
         timeline_ends: int = self.timeline.stop
         return timeline_ends + len(self.fault_models) * fault_table.MODEL_CELLS
 
@@ -171,6 +184,12 @@ class Layout:
     def round_trip(self) -> slice:
         """The histogram of the link's round trips."""
         return slice(self.link_age.stop, self.link_age.stop + CELLS)
+
+    @property
+    def late_by_cause(self) -> slice:
+        """How often each of `causes` made a step late, a cell each, behind all others."""
+        first = self.link + (len(LINK) + 2 * CELLS if self.has_link else 0)
+        return slice(first, first + len(self.causes))
 
     def describe(self) -> dict[str, Any]:
         """The layout as the file's header carries it, with every offset and stride in cells."""
@@ -208,7 +227,11 @@ class Layout:
                 "at": self.place(0),
                 "stride": self.place_cells,
                 "fields": WORST,
-                "then": ["own time of each of `timed`", "for each bus 8 addresses, then 8 times"],
+                "then": [
+                    "own time of each of `timed`",
+                    "for each bus 8 addresses, then 8 times",
+                    "a cell for each of `blame`",
+                ],
             },
             "reason_block": {"at": self.reason.start, "cells": REASON, "text": "UTF-8"},
             "timeline_block": {
@@ -233,6 +256,7 @@ class Layout:
                 ],
             },
             **self._describe_link(),
+            "late_by_cause_block": {"at": self.late_by_cause.start, "fields": self.causes},
         }
 
     def _describe_link(self) -> dict[str, Any]:

@@ -148,7 +148,14 @@ class Statistics:
             worst=read_worst(self.cells, self.layout),
             conditions=conditions_of(self.header.conditions, self._run(), self.cells[YIELDED]),
             link=self._link() if self.layout.has_link else None,
+            late_by_cause=self._late_by_cause(),
         )
+
+    def _late_by_cause(self) -> dict[str, int] | None:
+        """Causes that made a step late; none at all in virtual time, in which nothing is."""
+        counted = zip(self.layout.causes, self.cells[self.layout.late_by_cause], strict=True)
+        found = {cause: steps for cause, steps in counted if steps > 0}
+        return found if self.layout.causes and not self.is_virtual else None
 
     def faults(self) -> dict[str, dict[str, FaultFigures]]:
         """What models reported, by path and kind; a model without faults is left out."""

@@ -6,6 +6,7 @@ the least bad one. At most one of an instant is kept, the latest: its neighbours
 
 from collections.abc import Iterator, Sequence
 
+from firmware_runtime.statistics.blame import read_blame
 from firmware_runtime.statistics.figures import Causes, WorstActivation
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import DEVICES, WORST, Layout
@@ -36,7 +37,7 @@ class WorstList:
 
 def read_worst(cells: Cells, layout: Layout) -> list[WorstActivation]:
     """The list as it stands in a file, the worst first."""
-    places = (_activation(cells, layout, layout.place(index)) for index in range(layout.worst))
+    places = (_activation(cells, layout, index) for index in range(layout.worst))
     return sorted((each for each in places if _badness(each) > 0), key=_badness, reverse=True)
 
 
@@ -52,14 +53,17 @@ def _badness(activation: WorstActivation) -> float:
     return activation.lateness_us + activation.step_us
 
 
-def _activation(cells: Cells, layout: Layout, first: int) -> WorstActivation:
+def _activation(cells: Cells, layout: Layout, index: int) -> WorstActivation:
+    first = layout.place(index)
     row = read_row(WorstRow, cells, first)
+    blame = read_blame(cells[layout.blame_of(index)], layout)
     return WorstActivation(
         t_ns=row.t_ns,
         model=layout.models[row.model] if layout.models else None,
         lateness_us=row.lateness_ns / 1000,
         step_us=row.step_ns / 1000,
         causes=_causes(row, layout, cells[first + len(WORST) : first + layout.place_cells]),
+        blame=blame,
     )
 
 

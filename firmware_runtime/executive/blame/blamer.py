@@ -1,0 +1,190 @@
+"""Reads the counters after a late activation, and once a second, and has the rules judge them.
+
+A step on time costs nothing: it is not looked at. Once a second, after a step that was on time, a
+reading is kept: what comes later is compared with it. After a late one, or a step that took much
+longer than usual, counters are read, what is usual is taken off (`usual`), and the rules name a
+cause. Readings lie `GAP` apart, so that a loop that is late all the time is not made later by them.
+
+An activation that is late because of the step before has that step's cause: it was judged already.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from msgspec import structs
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.blame.fault_cost import fault_ns
+from firmware_runtime.executive.blame.rules import ENOUGH, Evidence, Verdict, verdict
+from firmware_runtime.executive.blame.usual import LEAST_STEPS, Grown, Mark, beyond_usual, grown
+from firmware_runtime.executive.bus_meter import BusMeter
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, BlameRow
+from firmware_runtime.system.continued import CONTINUED
+from firmware_runtime.system.thread_counters import ThreadCounters
+
+GAP = MILLISECOND
+"""Ns from one reading to the next; a late activation in between has no evidence."""
+NOTHING = BlameRow()
+UNREAD = BlameRow(cause=1)
+"""Late, and the counters were not read."""
+
+
+class Late(NamedTuple):
+    """What the loop knows of a step that is to be explained; times in ns.
+
+    `behind` and `wake` lie before it, `step` is how long it took, `usual_step` how long one takes.
+    """
+
+    ended: int
+    behind: int
+    wake: int
+    step: int
+    usual_step: int
+    garbage: int
+    previous_end: int
+
+    @property
+    def in_step(self) -> int:
+        """What the step took longer than is usual."""
+        return max(self.step - self.usual_step, 0)
+
+
+class Blamer:
+    """Judges the late steps of one run, in real time; on any other clock there is nothing to."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        step: Step,
+        accounts: Sequence[ModelAccount],
+        meters: Sequence[BusMeter],
+    ) -> None:
+        self._is_real = isinstance(clock, MonotonicClock) and clock.speed == 1
+        self._step = step
+        self._accounts = accounts
+        self._meters = meters
+        self._counters: ThreadCounters | None = None
+        self._before: Mark | None = None
+        self._quiet: tuple[Mark, Mark] | None = None
+        self._read_at = -GAP
+        self._last: BlameRow = NOTHING
+        self._last_ended = -1
+
+    def open(self, steps: int) -> None:
+        """Open the counters and read them; in the thread that runs the loop."""
+        if self._is_real:
+            fault_ns()
+            CONTINUED.watch()
+            self._counters = ThreadCounters()
+            self._before = self._mark(self._counters, steps)
+
+    def close(self) -> None:
+        """Close them: the run is over or pauses."""
+        if self._counters is not None:
+            CONTINUED.unwatch()
+            self._counters.close()
+            self._counters = self._before = None
+
+    def keep(self, steps: int) -> None:
+        """Read what later readings are compared with; nothing has been late since the last."""
+        if self._counters is None or self._before is None:
+            return
+        mark = self._mark(self._counters, steps)
+        if self._quiet is None or steps - self._before.steps >= LEAST_STEPS:
+            self._quiet = self._before, mark
+        self._before = mark
+
+    def explain(self, late: Late, steps: int) -> BlameRow:
+        """Why the step that has just ended was late, or took so long."""
+        if self._counters is None or self._before is None:
+            return NOTHING
+        of_ns = late.behind + late.wake + late.in_step
+        is_behind = late.behind > late.wake + late.in_step
+        if is_behind and late.previous_end == self._last_ended:
+            row = structs.replace(
+                self._last, of_ns=of_ns, explained_ns=min(self._last.explained_ns, of_ns)
+            )
+        elif late.ended < self._read_at + GAP:
+            row = structs.replace(UNREAD, of_ns=of_ns)
+        else:
+            row = self._judge(self._counters, self._before, late, steps)
+        self._last, self._last_ended = row, late.ended
+        return row
+
+    def _judge(self, counters: ThreadCounters, before: Mark, late: Late, steps: int) -> BlameRow:
+        self._read_at = late.ended
+        mark = self._mark(counters, steps)
+        quiet = None if self._quiet is None else grown(*self._quiet)
+        evidence = self._evidence(late, beyond_usual(grown(before, mark), quiet))
+        if min(evidence.cpu_ns, evidence.in_step_ns) >= ENOUGH * evidence.of_ns:
+            evidence = structs.replace(evidence, supply=counters.supply())
+        self._before = mark
+        return _row(evidence, verdict(evidence))
+
+    def _mark(self, counters: ThreadCounters, steps: int) -> Mark:
+        retries = sum(meter.retries for meter in self._meters)
+        busy_ns = sum(meter.busy_ns for meter in self._meters)
+        return Mark(counters.read(), steps, retries, busy_ns)
+
+    def _evidence(self, late: Late, found: Grown) -> Evidence:
+        counted = found.counted
+        faults = (counted.minor_faults + counted.major_faults) * fault_ns()
+        same_names = (
+            name for name in counted.__struct_fields__ if name in Evidence.__struct_fields__
+        )
+        return Evidence(
+            **{name: getattr(counted, name) for name in same_names},
+            of_ns=late.behind + late.wake + late.in_step,
+            in_wake_ns=late.wake,
+            in_step_ns=late.in_step + late.behind,
+            garbage_ns=late.garbage,
+            bus_ns=found.busy_ns,
+            faults_ns=min(faults, counted.cpu_ns),
+            stops=counted.continued,
+            retries=found.retries,
+            model=self._slowest(late),
+            device=self._busiest(),
+        )
+
+    def _slowest(self, late: Late) -> int:
+        """The model that took the most beyond its usual time; -1 where it was a step before."""
+        if late.in_step < late.behind:
+            return NOT_MEASURED
+        beyond = [
+            own - account.own_time.sum // max(account.run + account.reactions, 1)
+            for account, own in zip(self._accounts, self._step.own_times, strict=True)
+        ]
+        return beyond.index(max(beyond)) if beyond else NOT_MEASURED
+
+    def _busiest(self) -> int:
+        """The device that had its bus the longest in this step, as a `BlameRow` numbers it."""
+        found = max(
+            (
+                (spent, number << 8 | address)
+                for number, meter in enumerate(self._meters)
+                for address, spent in meter.spent()
+            ),
+            default=(0, NOT_MEASURED),
+        )
+        return found[1] if found[0] > 0 else NOT_MEASURED
+
+
+def _row(evidence: Evidence, found: Verdict) -> BlameRow:
+    """A verdict and its evidence, as the file keeps them."""
+    kept = {
+        name: value
+        for name in BlameRow.__struct_fields__
+        if (value := getattr(evidence, name, None)) is not None
+    }
+    return BlameRow(
+        **{
+            **kept,
+            "cause": 1 + CAUSES.index(found.cause),
+            "culprit": found.culprit,
+            "explained_ns": found.explained_ns,
+            "moved": int(evidence.was_moved),
+        }
+    )
