@@ -36,6 +36,8 @@ from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.timeline import Lately, Timeline
 from firmware_runtime.statistics.worst_list import WorstList
 
+FEW = 5
+"""Steps after which it is known how long one takes."""
 SETTLING = 100 * MILLISECOND
 """When a run reads its counters for the first time after its start; then each second."""
 
@@ -171,7 +173,8 @@ class Ledger:
 
     def _blame(self, latest: ModelAccount, step_time: int, garbage: int) -> BlameRow:
         """Why the step was late, or took so long; of one that was neither there is nothing."""
-        usual = (self._step_times.sum - step_time) // max(self._steps - 1, 1)
+        before = self._steps - 1
+        usual = (self._step_times.sum - step_time) // before if before >= FEW else step_time
         if not latest.in_episode and step_time <= usual + self._accounting.tolerance:
             return NOTHING
         step, previous_end = self._step, self._previous_end

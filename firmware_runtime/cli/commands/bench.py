@@ -27,6 +27,7 @@ _BENCHES = (
     "kills",
     "ros2",
     "qss",
+    "blame",
 )
 
 

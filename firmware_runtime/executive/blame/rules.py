@@ -14,9 +14,12 @@ from collections.abc import Callable
 from msgspec import Struct
 
 from firmware_runtime.statistics.blame import Cause
+from firmware_runtime.system.thread_counters import TICK_NS
 
 ENOUGH = 0.6
 """The share that a cause must explain."""
+FETCHED_NS = 50_000
+"""What a page that comes from a disk takes at least, of a quick one."""
 SLOWER = 0.9
 """A clock at less than this of what it was has stepped down."""
 
@@ -105,8 +108,8 @@ def _throttled(of: Evidence) -> int | None:
 
 
 def _garbage(of: Evidence) -> int | None:
-    """As far as the thread ran: a collection, too, may lose its processor."""
-    return min(of.garbage_ns, of.cpu_ns)
+    """Without what it may have waited for its processor: a collection, too, can lose that."""
+    return of.garbage_ns - (of.run_delay_ns or 0)
 
 
 def _bus(of: Evidence) -> int | None:
@@ -116,9 +119,9 @@ def _bus(of: Evidence) -> int | None:
 
 
 def _faults(of: Evidence) -> int | None:
-    """By what one fault was measured to take; with I/O, what the thread was asleep for it."""
+    """By what one fault was measured to take; with I/O, what the thread was asleep for them."""
     asleep = (of.asleep_ns or 0) if of.major_faults > 0 else 0
-    return (of.faults_ns or 0) + asleep
+    return max((of.faults_ns or 0) + asleep, of.major_faults * FETCHED_NS)
 
 
 def _disk(of: Evidence) -> int | None:
@@ -129,11 +132,13 @@ def _disk(of: Evidence) -> int | None:
 
 
 def _interrupts(of: Evidence) -> int | None:
-    return of.interrupt_ns
+    """Ticks that are mostly sampled: two may come by chance."""
+    return max((of.interrupt_ns or 0) - 2 * TICK_NS, 0)
 
 
 def _stolen(of: Evidence) -> int | None:
-    return of.stolen_ns
+    """Ticks of a time that is exact: so many and one less have certainly passed."""
+    return max((of.stolen_ns or 0) - TICK_NS, 0)
 
 
 def _preempted(of: Evidence) -> int | None:

@@ -12,8 +12,8 @@ from firmware_runtime.system.thread_counters import Counted, Reading, between
 
 LEAST_STEPS = 5
 """A quiet time with fewer says little; it is used only while there is no other."""
-_STATES = {"from_cpu", "to_cpu", "was_moved", "khz_before", "khz", "continued"}
-"""Fields that do not grow with the steps."""
+_KEPT = {"from_cpu", "to_cpu", "was_moved", "khz_before", "khz", "continued", "throttled_ns"}
+"""Fields that do not grow with the steps: states, and what no run has in the usual way."""
 
 
 class Mark(NamedTuple):
@@ -53,7 +53,7 @@ def beyond_usual(found: Grown, quiet: Grown | None) -> Grown:
             getattr(found.counted, name), getattr(quiet.counted, name), found.steps, quiet.steps
         )
         for name in found.counted.__struct_fields__
-        if name not in _STATES
+        if name not in _KEPT
     }
     return Grown(
         structs.replace(found.counted, **counted),

@@ -1,0 +1,162 @@
+"""What a model can do to be late: page faults, garbage, retries, computing, a disk.
+
+Each does it for some 3 to 8 ms. The device hangs on an adapter that takes its time on the wire, as
+a real one does: the thread sleeps meanwhile.
+"""
+
+import gc
+import mmap
+import os
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import monotonic_ns, sleep
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.budget import framed_bits, wire_bytes, wire_ns
+from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.i2c import I2cBus, Message
+
+DEVICE = 0x68
+HZ = 100_000
+_ANONYMOUS = 64 << 20
+_FILE = 4 << 20
+_BLOCK = 1 << 16
+_OBJECTS = 150_000
+
+
+class SlowAdapter(I2cBus):
+    """A bus of 100 kHz on which one device answers zeros, but for the next `silent` attempts."""
+
+    def __init__(self) -> None:
+        self.name = "i2c-bench"
+        self.silent = 0
+
+    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
+        """Sleep for as long as the bits take. Raises NoAcknowledge while the device is silent."""
+        bits = framed_bits(wire_bytes(messages), len(messages))
+        sleep(wire_ns(bits, HZ) / SECOND)
+        if self.silent > 0:
+            self.silent -= 1
+            raise NoAcknowledge(self.name, address)
+        return bytes(sum(each for each in messages if isinstance(each, int)))
+
+
+class Act(ABC):
+    """Something that makes a step late when it is called; what it needs is made beforehand."""
+
+    def prepare(self) -> None:  # noqa: B027 -- most need nothing
+        """Do a part of what is needed, in each tick before it."""
+
+    @abstractmethod
+    def __call__(self) -> None:
+        """Make this step late."""
+
+
+class Faults(Act):
+    """Memory that is gone, by turns: fresh pages of the process, and pages of a file on a disk."""
+
+    def __init__(self, folder: Path, rng: random.Random) -> None:
+        self._rng = rng
+        self._is_file = False
+        self._memory = mmap.mmap(-1, _ANONYMOUS)
+        self._memory.madvise(mmap.MADV_NOHUGEPAGE)
+        path = folder / "pages"
+        path.write_bytes(os.urandom(_FILE))
+        self._descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        os.fsync(self._descriptor)
+
+    def __call__(self) -> None:
+        """Drop them, and touch them one by one until it has taken long enough."""
+        until = monotonic_ns() + self._rng.randint(3, 8) * MILLISECOND
+        if self._is_file:
+            os.posix_fadvise(self._descriptor, 0, 0, os.POSIX_FADV_DONTNEED)
+            with mmap.mmap(self._descriptor, _FILE, prot=mmap.PROT_READ) as pages:
+                pages.madvise(mmap.MADV_RANDOM)  # or the kernel fetches many at a time
+                _read(pages, until)
+        else:
+            self._memory.madvise(mmap.MADV_DONTNEED)
+            _write(self._memory, until)
+        self._is_file = not self._is_file
+
+
+def _read(pages: mmap.mmap, until: int) -> None:
+    for at in range(0, len(pages), mmap.PAGESIZE):
+        pages[at]
+        if monotonic_ns() > until:
+            return
+
+
+def _write(memory: mmap.mmap, until: int) -> None:
+    for at in range(0, len(memory), mmap.PAGESIZE):
+        memory[at] = 1
+        if monotonic_ns() > until:
+            return
+
+
+class Garbage(Act):
+    """A collection that has many objects to look at, though it frees none of them."""
+
+    def __init__(self) -> None:
+        self._objects: list[list[object]] = []
+
+    def prepare(self) -> None:
+        """Make them, in the first tick: what is there before the run is left out of collections."""
+        if not self._objects:
+            self._objects = [[each] for each in range(_OBJECTS)]
+
+    def __call__(self) -> None:
+        """Collect."""
+        gc.collect()
+
+
+class Computing(Act):
+    """A model whose own code takes long."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self._rng = rng
+
+    def __call__(self) -> None:
+        """Compute."""
+        until = monotonic_ns() + self._rng.randint(3, 8) * MILLISECOND
+        while monotonic_ns() < until:
+            pass
+
+
+class Silence(Act):
+    """A device that does not acknowledge, twice."""
+
+    def __init__(self, adapter: SlowAdapter) -> None:
+        self._adapter = adapter
+
+    def __call__(self) -> None:
+        """Have the next two attempts fail."""
+        self._adapter.silent = 2
+
+
+class Sync(Act):
+    """A file that is written and has to be on the disk before it goes on."""
+
+    def __init__(self, folder: Path) -> None:
+        self._descriptor = os.open(folder / "synced", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC)
+        self._block = os.urandom(_BLOCK)
+
+    def __call__(self) -> None:
+        """Write and wait, until it has taken 3 ms."""
+        until = monotonic_ns() + 3 * MILLISECOND
+        while monotonic_ns() < until:
+            os.pwrite(self._descriptor, self._block, 0)
+            os.fsync(self._descriptor)
+
+
+def act(cause: str, adapter: SlowAdapter, folder: Path, rng: random.Random) -> Act:
+    """What makes a step late, by the name of the cause."""
+    made: dict[str, Callable[[], Act]] = {
+        "faults": lambda: Faults(folder, rng),
+        "garbage": Garbage,
+        "retries": lambda: Silence(adapter),
+        "slow-model": lambda: Computing(rng),
+        "sync": lambda: Sync(folder),
+    }
+    return made[cause]()
