@@ -22,7 +22,7 @@ DEVICE = 0x68
 HZ = 100_000
 _ANONYMOUS = 64 << 20
 _FILE = 4 << 20
-_BLOCK = 1 << 16
+_BLOCK = 1 << 20
 _OBJECTS = 150_000
 
 

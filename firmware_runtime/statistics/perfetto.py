@@ -17,6 +17,8 @@ from typing import Any, TypeAlias
 from msgspec import to_builtins
 
 from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.statistics.blame import sentence
+from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.late_watch import Late
 from firmware_runtime.statistics.spans import TRACKS, Recorded
 from firmware_runtime.statistics.statistics import Statistics
@@ -35,7 +37,8 @@ def chrome_trace(
 
     `trigger`, the late activation it was taken for, is marked across all tracks.
     """
-    conditions = statistics.figures().conditions
+    figures = statistics.figures()
+    conditions = figures.conditions
     board = conditions.text("board") or "firmware-runtime"
     events = [
         *_names(board),
@@ -43,6 +46,7 @@ def chrome_trace(
         *_waking(recorded),
         *_garbage(recorded),
         *_counters(recorded),
+        *_causes(figures.worst, recorded),
         *_trigger(trigger),
     ]
     about = {"writer": to_builtins(statistics.header.writer), "conditions": conditions.as_json()}
@@ -113,6 +117,19 @@ def _counters(recorded: Sequence[Recorded]) -> Iterator[Event]:
             yield _event("C", "lateness (us)", _LOOP, each.begin_ns, us=_us(late))
             yield _event("C", "step (us)", _LOOP, each.begin_ns, us=_us(took))
             late = 0
+
+
+def _causes(worst: Sequence[WorstActivation], recorded: Sequence[Recorded]) -> Iterator[Event]:
+    """Why the worst activations of that time were late, where they began."""
+    since = min((each.begin_ns for each in recorded), default=0)
+    for each in sorted(worst, key=_began):
+        if each.blame is not None and each.t_ns >= since:
+            late = f"{each.model}: {sentence(each.blame)}"
+            yield _event("i", late, _WAKING, _began(each), **each.blame.evidence) | {"s": "t"}
+
+
+def _began(activation: WorstActivation) -> int:
+    return activation.t_ns + round(activation.lateness_us * MICROSECOND)
 
 
 def _trigger(trigger: Late | None) -> Iterator[Event]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
+from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.number_formats import NOTHING, duration_us, instant
 from firmware_runtime.statistics.page.markup import element
@@ -100,7 +101,16 @@ def _activation(number: int, activation: WorstActivation, colours: Colours) -> E
         picture(shapes, _HEIGHT, f"worst-{number}", title, said),
         _list("", lanes[0]),
         _list("within it: ", lanes[1]) if lanes[1] else None,
+        _because(activation),
     )
+
+
+def _because(activation: WorstActivation) -> Element | None:
+    """Why it was late, where that was looked for."""
+    blame = activation.blame
+    if blame is None:
+        return None
+    return element("p", f"because: {sentence(blame)}", class_="quiet")
 
 
 def _sum(causes: Sequence[Cause]) -> float:

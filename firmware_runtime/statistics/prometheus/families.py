@@ -62,6 +62,9 @@ class Families:
         self._elapsed = _counter("elapsed_seconds", "Time since the start of the run", board)
         self._cpu = _counter("cpu_seconds", "Processor time the run has used", board)
         self._steps = _counter("steps", "Steps of the loop", board)
+        self._late_steps = _counter(
+            "late_steps", "Steps that were late, by what made them so", [*board, "cause"]
+        )
         self._dropped = _counter("inputs_dropped", "Inputs that found no room", board)
         self._activations = _counter(
             "activations", "What became of scheduled activations", [*model, "outcome"]
@@ -124,6 +127,8 @@ class Families:
             self._cpu.add_metric([board], run.cpu_s)
         self._steps.add_metric([board], run.steps)
         self._dropped.add_metric([board], run.inputs_dropped)
+        for cause, steps in (figures.late_by_cause or {}).items():
+            self._late_steps.add_metric([board, cause], steps)
         _add(self._step, [board], statistics.step_times())
         for name, missed in figures.deadline_misses.items():
             self._misses.add_metric([board, name], missed)

@@ -2,8 +2,15 @@
 
 from collections.abc import Iterator
 
+from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
-from firmware_runtime.statistics.figures import Causes, Figures, LinkFigures, ModelFigures
+from firmware_runtime.statistics.figures import (
+    Causes,
+    Figures,
+    LinkFigures,
+    ModelFigures,
+    WorstActivation,
+)
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate, seconds
 from firmware_runtime.statistics.rows import DeadlineRow
@@ -29,6 +36,7 @@ def statistics_text(figures: Figures, worst: int = _WORST_SHOWN) -> list[str]:
         *_deadlines(figures),
         *_link(figures.link),
         *(f"  fault: {line}" for line in fault_lines(figures)),
+        *_late_by_cause(figures),
         *_worst(figures, worst),
         "",
         *_conditions(figures.conditions),
@@ -192,9 +200,21 @@ def _worst(figures: Figures, shown: int) -> list[str]:
     return [
         f"  worst: {worst.model} at {instant(worst.t_ns)}, "
         f"{microseconds(worst.lateness_us)} late, step {microseconds(worst.step_us)}: "
-        f"{causes_text(worst.causes)}"
+        f"{causes_text(worst.causes)}{because(worst)}"
         for worst in figures.worst[:shown]
     ]
+
+
+def because(worst: WorstActivation) -> str:
+    """Why it was late, where that was looked for."""
+    return "" if worst.blame is None else f"; because: {sentence(worst.blame)}"
+
+
+def _late_by_cause(figures: Figures) -> list[str]:
+    """How often each cause made a step late, the most frequent first."""
+    counted = sorted((figures.late_by_cause or {}).items(), key=lambda each: -each[1])
+    named = ", ".join(f"{cause} {steps}" for cause, steps in counted)
+    return [f"  late steps by cause: {named}"] if named else []
 
 
 def _conditions(conditions: Conditions) -> list[str]:

@@ -1,0 +1,160 @@
+"""When counters are read, what is taken off them, and whose cause a late activation inherits."""
+
+import pytest
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
+from firmware_runtime.executive.blame import blamer as blamer_module
+from firmware_runtime.executive.blame.blamer import GAP, NOTHING, Blamer, Late
+from firmware_runtime.executive.blame.usual import Grown, beyond_usual
+from firmware_runtime.executive.clocks import MonotonicClock, ScaledClock, VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.profiler import Profiler
+from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, Cause
+from firmware_runtime.system.thread_counters import Counted, Reading
+
+
+class Counters:
+    """Stands in for the kernel: what it counts is set by the test."""
+
+    def __init__(self) -> None:
+        self.cpu_ns = self.run_delay_ns = self.minor_faults = self.reads = 0
+
+    def read(self) -> Reading:
+        self.reads += 1
+        schedule = b"0 %d 1" % self.run_delay_ns
+        usage = (self.minor_faults, 0, 0, 0)
+        return Reading(
+            self.cpu_ns, usage, frozenset({0}), 0, 0, schedule, None, None, None, None, []
+        )
+
+    def pass_steps(self, steps: int) -> None:
+        """What is usual for so many: each runs 300 us and waits 40 us for its turn."""
+        self.cpu_ns += 300 * MICROSECOND * steps
+        self.run_delay_ns += 40 * MICROSECOND * steps
+
+    def supply(self) -> int | None:
+        return None
+
+    def close(self) -> None:
+        self.reads = -1
+
+
+@pytest.fixture
+def counters(monkeypatch: pytest.MonkeyPatch) -> Counters:
+    stand_in = Counters()
+    monkeypatch.setattr(blamer_module, "ThreadCounters", lambda: stand_in)
+    return stand_in
+
+
+@pytest.fixture
+def blamer(counters: Counters) -> Blamer:
+    """One that has seen a quiet second of 100 steps."""
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    root.add(Atomic("yaw"))
+    clock = MonotonicClock()
+    profiler = Profiler(root, clock.now, Configuration())
+    found = Blamer(clock, profiler.step, profiler.accounting.accounts, ())
+    found.open(0)
+    counters.pass_steps(100)
+    found.keep(100)
+    profiler.step.own_times[1] = 4 * MILLISECOND
+    return found
+
+
+def late(at: int = 2 * SECOND, **parts: int) -> Late:
+    nothing = Late(at, 0, 0, 300 * MICROSECOND, 300 * MICROSECOND, 0, at - 10 * MILLISECOND)
+    return nothing._replace(**parts)
+
+
+def cause(number: int) -> str:
+    return CAUSES[number - 1]
+
+
+def test_what_came_beyond_the_usual_is_blamed(blamer: Blamer, counters: Counters) -> None:
+    counters.pass_steps(50)
+    counters.run_delay_ns += 3 * MILLISECOND
+    row = blamer.explain(late(wake=3200 * MICROSECOND), 150)
+    assert cause(row.cause) == Cause.PREEMPTED
+    assert (row.explained_ns, row.of_ns) == (3 * MILLISECOND, 3200 * MICROSECOND)
+    assert row.throttled_ns == NOT_MEASURED
+
+
+def test_what_is_usual_explains_nothing(blamer: Blamer, counters: Counters) -> None:
+    counters.pass_steps(100)  # with 4 ms of run delay in all
+    row = blamer.explain(late(wake=3 * MILLISECOND), 200)
+    assert cause(row.cause) == Cause.UNKNOWN
+    assert (row.run_delay_ns, row.cpu_ns, row.asleep_ns) == (0, 0, 3 * MILLISECOND)
+
+
+def test_a_reading_after_a_late_one_is_what_the_next_is_compared_with(
+    blamer: Blamer, counters: Counters
+) -> None:
+    counters.run_delay_ns += 3 * MILLISECOND
+    blamer.explain(late(wake=3 * MILLISECOND), 101)
+    row = blamer.explain(late(3 * SECOND, wake=3 * MILLISECOND), 102)
+    assert cause(row.cause) == Cause.UNKNOWN
+
+
+def test_a_long_step_is_its_slowest_models(blamer: Blamer, counters: Counters) -> None:
+    counters.cpu_ns += 4 * MILLISECOND
+    row = blamer.explain(late(step=4300 * MICROSECOND), 101)
+    assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
+
+
+def test_an_activation_behind_a_late_step_has_its_cause_and_costs_no_reading(
+    blamer: Blamer, counters: Counters
+) -> None:
+    counters.cpu_ns += 12 * MILLISECOND
+    first = blamer.explain(late(step=12 * MILLISECOND), 101)
+    reads = counters.reads
+    second = blamer.explain(
+        late(2 * SECOND + MILLISECOND, behind=2 * MILLISECOND, previous_end=2 * SECOND), 102
+    )
+    assert counters.reads == reads
+    assert (second.cause, second.culprit) == (first.cause, first.culprit)
+    assert second.explained_ns == second.of_ns == 2 * MILLISECOND
+
+
+def test_behind_a_step_that_was_not_judged_the_counters_are_read(
+    blamer: Blamer, counters: Counters
+) -> None:
+    counters.cpu_ns += 5 * MILLISECOND
+    row = blamer.explain(late(behind=5 * MILLISECOND, previous_end=SECOND), 101)
+    assert (cause(row.cause), row.culprit) == (Cause.MODEL, NOT_MEASURED)
+
+
+def test_readings_keep_apart_however_often_the_loop_is_late(
+    blamer: Blamer, counters: Counters
+) -> None:
+    blamer.explain(late(wake=3 * MILLISECOND), 101)
+    reads = counters.reads
+    row = blamer.explain(late(2 * SECOND + GAP - 1, wake=3 * MILLISECOND), 102)
+    assert counters.reads == reads
+    assert (cause(row.cause), row.run_delay_ns) == (Cause.UNKNOWN, NOT_MEASURED)
+
+
+@pytest.mark.parametrize("clock", [VirtualClock(), ScaledClock(2)])
+def test_only_real_time_is_judged(counters: Counters, clock: VirtualClock | ScaledClock) -> None:
+    root = Coupled("root")
+    profiler = Profiler(root, clock.now, Configuration())
+    blamer = Blamer(clock, profiler.step, [], ())
+    blamer.open(0)
+    blamer.keep(1)
+    assert blamer.explain(late(wake=SECOND), 1) == NOTHING
+    assert counters.reads == 0
+
+
+def test_a_run_that_is_over_has_its_counters_closed(blamer: Blamer, counters: Counters) -> None:
+    blamer.close()
+    assert counters.reads == -1
+    assert blamer.explain(late(wake=SECOND), 1) == NOTHING
+
+
+def test_states_and_throttling_have_no_usual_amount() -> None:
+    found = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=10), 10, 0, 0)
+    quiet = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=20), 10, 0, 0)
+    counted = beyond_usual(found, quiet).counted
+    assert (counted.throttled_ns, counted.continued, counted.khz, counted.cpu_ns) == (5, 1, 7, 0)
