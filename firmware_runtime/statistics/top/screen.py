@@ -12,7 +12,12 @@ from firmware_runtime.statistics.histogram import Histogram, bucket_of
 from firmware_runtime.statistics.number_formats import microseconds, percent, seconds
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.text.sentences import fault_lines
-from firmware_runtime.statistics.text.statistics import because, causes_text, deadline_text, link_text
+from firmware_runtime.statistics.text.statistics import (
+    because,
+    causes_text,
+    deadline_text,
+    link_text,
+)
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.statistics.top.table import models_table
 
@@ -144,7 +149,8 @@ def _worst(figures: Figures) -> Iterable[Text]:
     for worst in figures.worst[:_WORST]:
         yield Text(
             f"{seconds(worst.t_ns / 1e9):>11}  {worst.model} {microseconds(worst.lateness_us)}"
-            f" late, step {microseconds(worst.step_us)}: {causes_text(worst.causes)}{because(worst)}",
+            f" late, step {microseconds(worst.step_us)}: {causes_text(worst.causes)}"
+            f"{because(worst)}",
             overflow="ellipsis",
             no_wrap=True,
         )
