@@ -4,7 +4,6 @@ During a step nothing is written, so a process killed in the middle of one leave
 """
 
 from collections.abc import Callable
-from time import process_time_ns
 
 from msgspec import structs
 
@@ -12,7 +11,8 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.blame.blamer import NOTHING, Blamer, Late
 from firmware_runtime.executive.bus_meter import BusMeter
-from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.cpu_time import CpuTime
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
@@ -68,11 +68,13 @@ class Ledger:
         self._worst = WorstList(cells, layout)
         self._steps = 0
         self._previous_end = 0
-        self._cpu_time = _CpuTime(clock)
+        self._cpu_time = CpuTime(clock)
         profiler.accounting.count_in(cells, layout)
         self._timeline = Timeline(cells[layout.timeline], self._growing)
         self._look_at = SETTLING
         """When the next second is over, or the counters are to be read for the first time."""
+        self._usual, self._long = 0, NEVER
+        """What a step takes, and what is much longer than that; NEVER while it is not known."""
         self._blamer = Blamer(
             clock, profiler.step, self._accounting.accounts, self._counters.meters
         )
@@ -165,22 +167,21 @@ class Ledger:
         """Note the activation that ran latest: maximum, cause of an episode, one of the worst."""
         if latest.lateness > self._timeline.lateness_max:
             self._timeline.lateness_max = latest.lateness
-        blame = self._blame(latest, step_time, garbage)
+        is_late = latest.in_episode or step_time > self._long
+        blame = self._blame(step_time, garbage) if is_late else NOTHING
         if latest.in_episode and latest.cause == "":
             latest.cause = self._cause_of(latest, garbage, blame)
         if latest.lateness + step_time > self._worst.smallest:
             self._keep(latest, step_time, garbage, blame)
 
-    def _blame(self, latest: ModelAccount, step_time: int, garbage: int) -> BlameRow:
-        """Why the step was late, or took so long; of one that was neither there is nothing."""
-        before = self._steps - 1
-        usual = (self._step_times.sum - step_time) // before if before >= FEW else step_time
-        if not latest.in_episode and step_time <= usual + self._accounting.tolerance:
-            return NOTHING
+    def _blame(self, step_time: int, garbage: int) -> BlameRow:
+        """Why the step was late, or took so long."""
         step, previous_end = self._step, self._previous_end
         behind = max(previous_end - step.at, 0)
         wake = max(step.started - step.at - behind, 0)
-        late = Late(step.started + step_time, behind, wake, step_time, usual, garbage, previous_end)
+        usual = step_time if self._long == NEVER else self._usual
+        ended = step.started + step_time
+        late = Late(ended, behind, wake, step_time, usual, garbage, previous_end)
         row = self._blamer.explain(late, self._steps)
         if row.cause > 0:
             self._late_by_cause[row.cause - 1] += 1
@@ -192,8 +193,10 @@ class Ledger:
             self.file.open_section()
             self._timeline.close(ended)
             self.file.close_section_as_it_was()
-        usual = self._step_times.sum // max(self._steps, 1)
-        if ended - self._step.at <= usual + self._accounting.tolerance:
+        if self._steps >= FEW:
+            self._usual = self._step_times.sum // self._steps
+            self._long = self._usual + self._accounting.tolerance
+        if ended - self._step.at <= self._long:
             self._blamer.keep(self._steps + 1)  # this one is not counted yet
         self._look_at = self._timeline.closes_at
 
@@ -267,34 +270,3 @@ class _Counters:
         for _, watch in self._watches:
             watch.end()
         self.read()
-
-
-class _CpuTime:
-    """Processor time of the run, without that of its pauses, ns.
-
-    None passes on a clock that is not the machine's: in virtual time equal runs have equal
-    statistics, whatever they cost.
-    """
-
-    def __init__(self, clock: Clock) -> None:
-        self._now = process_time_ns if isinstance(clock, MonotonicClock) else _nothing
-        self._began_with = self._now()
-        self._paused_with: int | None = None
-
-    def spent(self) -> int:
-        """So far."""
-        return self._now() - self._began_with
-
-    def pause(self) -> None:
-        """Count no more for a while."""
-        self._paused_with = self._now()
-
-    def go_on(self) -> None:
-        """Count again after a pause, if there was one."""
-        if self._paused_with is not None:
-            self._began_with += self._now() - self._paused_with
-            self._paused_with = None
-
-
-def _nothing() -> int:
-    return 0
