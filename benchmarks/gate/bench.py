@@ -15,8 +15,10 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from benchmarks.gate.apart import apart
 from benchmarks.gate.neighbours import busy_neighbours
 from benchmarks.gate.versions import BOARD, Versions, make_versions
+from benchmarks.loop.certainty import CERTAINTY, highest_share
 from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
@@ -30,6 +32,7 @@ from firmware_runtime.system.exit_on_signals import exit_on_signals
 
 SUMMARY = "How often the timing gate is wrong, beside busy neighbours."
 SAME, LONGER = "the same code", "a longer step"
+_RIGHT = {SAME: Verdict.NO_SLOWER, LONGER: Verdict.SLOWER}
 _SAID_EVERY = 10
 
 
@@ -68,8 +71,9 @@ def execute(arguments: argparse.Namespace) -> int:
     with exit_on_signals(), TemporaryDirectory(prefix="gate-bench-") as folder:
         versions = make_versions(Path(folder), arguments.longer / 100)
         with busy_neighbours(arguments.neighbours):
+            same_code = apart(versions.base)
             found = _decisions(versions, arguments)
-    kinds = {kind: _summary(outcomes) for kind, outcomes in found.items()}
+    kinds = {kind: _summary(outcomes, _RIGHT[kind]) for kind, outcomes in found.items()}
     report = {
         "conditions": before,
         "board": BOARD,
@@ -77,6 +81,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "longer_percent": arguments.longer,
         "tolerance_percent": arguments.tolerance,
         "turns": versions.turns,
+        "apart": same_code,
         "kinds": kinds,
         "ratio": kinds[LONGER]["ratio"],
     }
@@ -107,12 +112,13 @@ def _counted(outcomes: Sequence[Outcome]) -> str:
     return ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict if counts[verdict])
 
 
-def _summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def _summary(outcomes: Sequence[Outcome], right: Verdict) -> dict[str, Any]:
     counts = Counter(each.decision.verdict for each in outcomes)
     ratios = sorted(each.decision.ratio for each in outcomes)
     return {
         "decisions": len(outcomes),
         "verdicts": {verdict.value: counts[verdict] for verdict in Verdict},
+        "missed_at_most": highest_share(len(outcomes) - counts[right], len(outcomes)),
         "ratio": median(ratios),
         "ratio_least": ratios[0],
         "ratio_most": ratios[-1],
@@ -124,6 +130,7 @@ def _summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _text(report: dict[str, Any]) -> str:
+    same = report["apart"]
     lines = [
         conditions_text(report["conditions"]),
         "",
@@ -137,6 +144,13 @@ def _text(report: dict[str, Any]) -> str:
         ),
         *(_row(kind, found) for kind, found in report["kinds"].items()),
         "  ratio: the median of the decisions, the least and the most; pairs, s: medians",
+        *(
+            f"  {kind}: another answer than that in at most {found['missed_at_most']:.1%}, "
+            f"with {CERTAINTY:.0%} certainty"
+            for kind, found in report["kinds"].items()
+        ),
+        "The dearest by the cheapest, the same code at the same time:",
+        f"  processors {same['processors']:.3f}, processes on one of them {same['processes']:.3f}",
     ]
     return "\n".join([*lines, f"ratio {report['ratio']:.3f} (the longer step by the plain one)"])
 

@@ -17,7 +17,7 @@ from firmware_runtime.gate.side import Side
 BOARD = "tachobot"
 TRIAL_TURNS = 2000
 SPAN_S = 1.0
-STRETCHES = 20
+STRETCHES = 60
 _CHANGED = Path("boards", "tachobot", "allocation.py")
 _LOOP = """
 
