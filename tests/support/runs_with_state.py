@@ -5,11 +5,17 @@ from contextlib import contextmanager
 from functools import partial
 
 from firmware_runtime.blackbox.keyframes import StateTable
-from firmware_runtime.blackbox.robot_state import robot_state, world_models
 from firmware_runtime.board import registry
+from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.garbage import GarbageTime
+from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.loop import Executive
 from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.file import StatisticsFile
+
+EDGES = (Executive, VirtualClock, Inbox, StatisticsFile, GarbageTime)
 
 
 class RunWithState:
@@ -33,17 +39,20 @@ class RunWithState:
     def between_steps(self, now: int, left: int) -> None:  # noqa: ARG002 -- a hook's
         if self._table is None:
             session, executive = self.session, self.session.executive
-            edges: list[object] = [self, session, session.board]
+            edges: list[object] = [*EDGES, executive.cells, self, session, session.board]
             if not self._has_world:
                 edges += self._world(session)
-            self._table = robot_state(session.robot, executive, edges)
+            self._table = StateTable({"robot": session.robot, **executive.state}, edges)
 
     def _world(self, session: Session) -> list[object]:
         rig, simulator = session.rig, session.executive.simulator
         assert rig is not None
         lines = [*rig.buses.values(), *getattr(rig, "ports", {}).values()]
-        models = world_models(session.board, session.robot.model, simulator)
-        return [rig, session.world_now, *lines, *models]
+        board, components = session.board, session.robot.model.components
+        own = board.build(absent_lines(board.settings.buses, board.ports)).model.components
+        attached = {name: each for name, each in components.items() if name not in own}
+        atomics = [each for each in simulator.atomics if each.path.split(".")[1] in attached]
+        return [rig, session.world_now, *lines, *attached.values(), *atomics]
 
     def listen(self) -> None:
         """Take down what leaves every model, from now on."""

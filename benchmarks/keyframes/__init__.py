@@ -1,0 +1,1 @@
+"""What it costs to capture the state of a robot."""
