@@ -4,9 +4,12 @@
 
 TachoBot on served doubles, which outlive what is killed and log what their outputs did, with its
 guard. One is two processes with a link over UDP between them; of the other the ROS 2 node is
-killed, which had armed it on a lease. Beside it, from spans of one run in turns: the lateness of
-its loop with kills and without, with a node and without, and with `strangers`, processes that are
-started and killed as often and have nothing to do with it.
+killed, which had armed it on a lease.
+
+Beside it, from spans of one run in turns: the lateness of its loop with kills, left alone, and with
+`strangers`: processes like those that are killed, started and killed as often, which have nothing
+to do with the robot. What kills cost beyond strangers is the link's, or the node's; what strangers
+cost beyond a robot left alone is the machine's, on which processes start and end.
 """
 
 import argparse
@@ -24,6 +27,7 @@ from benchmarks.kills.kills import GOAL_MS
 from benchmarks.kills.linked_robot import LinkedRobot
 from benchmarks.kills.noded_robot import NodedRobot
 from benchmarks.kills.rounds import TURNS, Rounds
+from benchmarks.kills.standstill import Standstills
 from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
@@ -90,6 +94,7 @@ def _kill(
         if "controller" in parts:
             _compare_controller(rounds, linked, count)
         later.append(partial(_kill_linked, rounds, linked, parts, count))
+    rounds.standstills = Standstills(stack, _folder(stack))
     with ThreadPoolExecutor(len(later)) as pool:
         try:
             for done in as_completed(pool.submit(each) for each in later):
@@ -102,17 +107,20 @@ def _compare_node(rounds: Rounds, robot: NodedRobot, count: int) -> None:
     """Spans of a run without a node, with one, and with one that is killed."""
     kill = robot.kill_node
     spans = {
-        "no node": (robot.drive_without_node, robot.leave_alone),
         "a node": (robot.wait_until_driving, robot.leave_alone),
+        "no node": (robot.drive_without_node, robot.leave_alone),
     }
     rounds.compare("a node", robot, spans)
     rounds.compare(
         "kills of the node",
         robot,
         {
-            "a node": (robot.wait_until_driving, robot.leave_alone),
+            "kills": (
+                robot.wait_until_driving,
+                partial(rounds.share_of, "node", robot, kill, count),
+            ),
+            "left alone": (robot.wait_until_driving, robot.leave_alone),
             "strangers": (robot.start_strangers,),
-            "kills": (partial(rounds.share_of, "node", robot, kill, count),),
         },
     )
 
@@ -124,9 +132,12 @@ def _compare_controller(rounds: Rounds, robot: LinkedRobot, count: int) -> None:
         "kills of the controller",
         robot,
         {
+            "kills": (
+                robot.wait_until_driving,
+                partial(rounds.share_of, "controller", robot, kill, count),
+            ),
             "left alone": (robot.wait_until_driving, robot.leave_alone),
             "strangers": (robot.start_strangers,),
-            "kills": (partial(rounds.share_of, "controller", robot, kill, count),),
         },
     )
 
@@ -159,6 +170,7 @@ def _text(report: dict[str, Any]) -> str:
     lines.append(f"{'killed':28}" + "".join(f"{name:>12}" for name in _COLUMNS))
     for what, each in kills.items():
         lines.append(f"{what:28}" + "".join(f"{_cell(each[name]):>12}" for name in _COLUMNS))
+    lines += [_beyond(what, one) for what, each in kills.items() for one in each["beyond"]]
     lines.append("")
     for what, each in report["lateness"].items():
         p99 = ", ".join(f"{name} {found:.0f} us" for name, found in each["p99_us"].items())
@@ -169,6 +181,18 @@ def _text(report: dict[str, Any]) -> str:
     goal = f"outputs off within {report['goal_ms']:g} ms"
     lines.append(f"{goal}: {within} of {total}; off for 0.5 s and more after that: {stayed}")
     return "\n".join(lines)
+
+
+def _beyond(what: str, one: dict[str, float | None]) -> str:
+    """A kill beyond the goal, and what is known of the machine meanwhile."""
+    still = one["stood_still_ms"]
+    if still is None:
+        seen = "whether the machine stood still meanwhile was not watched"
+    elif still > 0:
+        seen = f"a processor stood still for {still:.1f} ms meanwhile"
+    else:
+        seen = "no processor stood still meanwhile"
+    return f"{what}: off after {one['took_ms']:.1f} ms; {seen}"
 
 
 def _cell(value: object) -> str:

@@ -11,10 +11,13 @@ from threading import Event
 from time import monotonic_ns
 from typing import Final
 
+from benchmarks.disturbance.ends import EndsError
+from benchmarks.kills.killed import Killed, kill_now
 from benchmarks.kills.processes import LONGEST_S, Processes
 from firmware_runtime.links.ros2.interpreter import command_of, find_environment, variables_of
 
 _ROOT: Final = Path(__file__).parents[2]
+_OTHER_DOMAIN: Final = "77"
 _THIS_MACHINE: Final = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
@@ -35,12 +38,20 @@ class NodedRobot(Processes):
         log = {"ROS_LOG_DIR": str(self._directory)}
         self.node = self.start("ros2", "tachobot", "--autostart", over={**_THIS_MACHINE, **log})
 
-    def kill_node(self) -> None:
+    def kill_node(self) -> Killed:
         """And start another."""
-        if self.node is not None:
-            self.node.kill()
-            self.node.wait()
+        if self.node is None:
+            raise EndsError("there is no node to be killed")
+        killed = kill_now(self.node.pid)
+        self.node.wait()
         self.start_node()
+        return killed
+
+    def start_stranger(self) -> subprocess.Popen[str]:
+        """A node of no robot, in another ROS domain."""
+        log = {"ROS_LOG_DIR": str(self._directory), "ROS_DOMAIN_ID": _OTHER_DOMAIN}
+        over = {**_THIS_MACHINE, **log, **self.elsewhere}
+        return self.start("ros2", "tachobot", "--autostart", over=over)
 
     def wait_until_driving(self) -> None:
         """The node arms it if need be; raises EndsError if it never does."""

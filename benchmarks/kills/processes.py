@@ -13,10 +13,9 @@ from threading import Event
 from time import monotonic
 from typing import Final
 
-from benchmarks.disturbance.ends import EndsError, free_port
+from benchmarks.disturbance.ends import EndsError
 from benchmarks.kills.record import OutputRecord
 from firmware_runtime.links.control import ControlError, ask
-from firmware_runtime.links.key_file import write_key
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
@@ -25,9 +24,10 @@ COMMAND: Final = (sys.executable, "-m", "firmware_runtime.cli")
 LONGEST_S: Final = 60.0
 LOOK_S: Final = 0.01
 SPAN_S: Final = 4.0
-"""How long a span without kills is."""
+"""How long a span without kills is, unless it is beside one with kills."""
+LONGEST_SPAN_S: Final = 20.0
 STRANGER_S: Final = 1.3
-"""How long a process that has nothing to do with the robot lives: about a round of kills."""
+"""How long a process that has nothing to do with the robot lives, unless a round of kills says."""
 _SETTINGS: Final = (
     "arming.max_late_percent=100",  # one that was hurt is to drive again soon
     "thrust_pairs.timeout_s=1",  # its own stop is not what is measured
@@ -46,6 +46,7 @@ class Processes:
     def __init__(
         self, stack: ExitStack, directory: Path, words: Sequence[str], stopping: Event
     ) -> None:
+        self.span_s, self.life_s = SPAN_S, STRANGER_S
         self.record = OutputRecord(directory / "doubles.log")
         self.statistics = directory / "tachobot.stats"
         self._stack, self._directory, self._stopping = stack, directory, stopping
@@ -98,22 +99,30 @@ class Processes:
         """The run's statistics by now."""
         return read_statistics(self.statistics)
 
+    def last_like(self, span_s: float, kills: int) -> None:
+        """From now on let spans without kills be as long, and strangers live as long as a part."""
+        self.span_s = min(max(span_s, SPAN_S), LONGEST_SPAN_S)
+        self.life_s = span_s / kills if kills > 0 else STRANGER_S
+
     def leave_alone(self) -> None:
         """Let a span pass."""
-        self.pause(SPAN_S)
+        self.pause(self.span_s)
+
+    @property
+    def elsewhere(self) -> dict[str, str]:
+        """The variables of a process that has nothing to do with this robot."""
+        return {"FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self._directory / "stranger")}
+
+    def start_stranger(self) -> subprocess.Popen[str]:
+        """A process like the one that is killed, of no robot."""
+        raise NotImplementedError
 
     def start_strangers(self) -> None:
-        """Let a span pass, in which controllers of no robot are started and killed."""
-        key = self._directory / "stranger.key"
-        if not key.exists():
-            write_key(key)
-        ends_at = monotonic() + SPAN_S
+        """Let a span pass, in which processes of no robot are started and killed one by one."""
+        ends_at = monotonic() + self.span_s
         while monotonic() < ends_at:
-            link = f"udp:127.0.0.1:{free_port()},key={key}"
-            own = {"FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self._directory / "stranger")}
-            words = ("run", "tachobot", "--role", "controller", "--link", link)
-            stranger = self.start(*words, over=own)
-            self.pause(STRANGER_S)
+            stranger = self.start_stranger()
+            self.pause(self.life_s)
             stranger.kill()
             stranger.wait()
 

@@ -3,13 +3,15 @@
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from random import Random
-from time import monotonic_ns
+from time import monotonic, monotonic_ns
 from typing import Any, Final
 
+from benchmarks.kills.killed import Killed
 from benchmarks.kills.kills import Kills
 from benchmarks.kills.linked_robot import LinkedRobot
 from benchmarks.kills.noded_robot import NodedRobot
 from benchmarks.kills.processes import Processes
+from benchmarks.kills.standstill import Standstills
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.statistics import Statistics
 
@@ -23,13 +25,15 @@ class Rounds:
     """Kills of each part so far, at instants that a seed decides, and what was compared."""
 
     def __init__(self, seed: int) -> None:
+        self.standstills: Standstills | None = None
+        """Watches the machine, where nothing is compared that it would disturb."""
         self.kills: dict[str, Kills] = {}
         self.lateness: dict[str, dict[str, Any]] = {}
         self._seed = seed
         self._randoms: dict[str, Random] = {}
 
     def of(
-        self, what: str, robot: LinkedRobot | NodedRobot, kill: Callable[[], None], count: int
+        self, what: str, robot: LinkedRobot | NodedRobot, kill: Callable[[], Killed], count: int
     ) -> None:
         """Kill one part so often; another was started when `kill` returns."""
         kills = self.kills.setdefault(what, Kills())
@@ -37,16 +41,15 @@ class Rounds:
         for _ in range(count):
             robot.wait_until_driving()
             robot.pause(random.uniform(0, WITHIN_S))
-            at = monotonic_ns()
-            kill()
-            off_at = _off_at(robot, at)
+            killed = kill()
+            off_at = _off_at(robot, killed.before)
             robot.wait_until_driving()
-            kills.note(at, off_at, robot.record.on_after(off_at))
+            kills.note(killed, off_at, robot.record.on_after(off_at), self._stood_still_ms)
             if (done := len(kills.took_ms)) % 10 == 0:
                 say(f"{what}: {done} kills, outputs off after {kills.took_ms[-1]:.0f} ms")
 
     def share_of(
-        self, what: str, robot: LinkedRobot | NodedRobot, kill: Callable[[], None], count: int
+        self, what: str, robot: LinkedRobot | NodedRobot, kill: Callable[[], Killed], count: int
     ) -> None:
         """A turn's share of so many kills."""
         done = len(self.kills[what].took_ms) if what in self.kills else 0
@@ -55,24 +58,34 @@ class Rounds:
     def compare(
         self, what: str, robot: Processes, during: Mapping[str, Sequence[Callable[[], None]]]
     ) -> None:
-        """Lateness of one run in spans of several kinds, in turns, and ratios of the last to them.
+        """Lateness of one run in spans of several kinds, in turns, and ratios of the first to them.
 
-        A kind has what comes before its span, if anything, and what is done in it. The run must
-        outlive all of them.
+        A kind has what comes before its span, if anything, and what is done in it. The first says
+        how long the others are. The run must outlive all of them.
         """
         spans: dict[str, list[Statistics]] = {name: [] for name in during}
         for turn in range(TURNS):
-            for name, (*before, inside) in during.items():
+            for number, (name, (*before, inside)) in enumerate(during.items()):
                 for each in before:
                     each()
-                earlier = robot.read()
+                earlier, kills, began = robot.read(), self._count, monotonic()
                 inside()
+                if number == 0:
+                    robot.last_like(monotonic() - began, self._count - kills)
                 spans[name].append(difference(robot.read(), earlier))
             say(f"lateness beside {what}: {turn + 1} of {TURNS} turns")
         p99 = {name: _p99_us(each) for name, each in spans.items()}
-        *others, last = p99
-        ratios = {f"{last} to {name}": p99[last] / p99[name] for name in others}
+        first, *others = p99
+        ratios = {f"{first} to {name}": p99[first] / p99[name] for name in others}
         self.lateness[what] = {"p99_us": p99, "ratio": ratios}
+
+    @property
+    def _count(self) -> int:
+        return sum(len(each.took_ms) for each in self.kills.values())
+
+    def _stood_still_ms(self, begin: int, end: int) -> float | None:
+        watched = self.standstills
+        return None if watched is None else watched.longest_ms(begin, end)
 
 
 def say(line: str) -> None:

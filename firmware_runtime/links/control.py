@@ -7,8 +7,8 @@
 A Unix datagram socket beside the statistics (`BOARD.control`). The answer is one JSON object, sent
 back to the socket the request came from. The loop reads it between two steps, as it reads any other
 source, one request a pass, so that a flood of them costs no more than one each time, and never
-waits for a client: an answer that is not fetched is dropped. What takes longer than a request may
-(`slow`) waits until the next event is far enough away.
+waits for a client: an answer that is not fetched is dropped. What takes longer than a step may be
+late (`slow`) waits until the next event is far enough away.
 Only the run's own user and root may ask: reading statistics takes fewer rights than moving motors.
 """
 
@@ -16,13 +16,14 @@ import json
 import os
 import socket
 from collections import deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.links.socket_file import SocketFile
 
@@ -30,10 +31,8 @@ TIMEOUT_S = 5.0
 """How long a request waits for its answer."""
 LONGEST: Final = 1 << 16
 """Bytes of the longest request and the longest answer."""
-SLOW_NEEDS: Final = 5 * MILLISECOND
-"""Ns that a slow request may take; reading a board's settings takes 1.3 ms on a PC."""
-SLOW_PATIENCE: Final = SECOND
-"""Ns after which it is answered all the same: a fast loop never has that much time."""
+SLOW_PATIENCE: Final = SECOND // 2
+"""Ns after which a slow request is answered all the same: a fast loop never has so much time."""
 _MOST_SLOW = 8
 _TO_SHOW = 200
 
@@ -51,11 +50,15 @@ class ControlError(FirmwareRuntimeError):
 class ControlSocket:
     """The run's end, a source of its loop and a hook; `answers` has a function for every request.
 
-    Raises ConfigError if the socket cannot be made.
+    `slow` says of a request how many ns it may take. Raises ConfigError if the socket cannot be
+    made.
     """
 
     def __init__(
-        self, path: Path, answers: Mapping[str, Respond], slow: Collection[str] = ()
+        self,
+        path: Path,
+        answers: Mapping[str, Respond],
+        slow: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         self._answers = answers
         self._slow = slow
@@ -90,9 +93,15 @@ class ControlSocket:
         """Answer a slow request, as soon as it makes no activation late."""
         if not self._waiting:
             self._answer_at = now + SLOW_PATIENCE
-        elif left >= SLOW_NEEDS or now >= self._answer_at:
+        elif left >= self._slow[self._waiting[0][0]["request"]] or now >= self._answer_at:
             request, sender = self._waiting.popleft()
             self._send(self._answer(request), sender)
+
+    def refuse_waiting(self, name: str, why: str) -> None:
+        """Refuse the slow requests of this name that wait."""
+        for each in [each for each in self._waiting if each[0]["request"] == name]:
+            self._waiting.remove(each)
+            self._send({"refused": [why]}, each[1])
 
     def close(self) -> None:
         """Stop listening; the socket of another run that has taken this one's place stays."""

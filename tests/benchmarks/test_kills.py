@@ -1,12 +1,19 @@
 """The bench kills, says when outputs were off by the doubles' record, and leaves nothing behind."""
 
 import json
+import os
+import signal
+import subprocess
+from contextlib import ExitStack
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
+from benchmarks.kills.killed import Killed, kill_now
 from benchmarks.kills.kills import Kills
 from benchmarks.kills.record import FLICKER, OutputRecord
+from benchmarks.kills.standstill import Standstills
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 
@@ -52,11 +59,41 @@ def test_outputs_that_have_just_gone_off_may_come_on_again(tmp_path: Path) -> No
 
 def test_kills_count_those_in_time_and_those_that_stayed_off() -> None:
     kills = Kills()
-    kills.note(0, 500 * MILLISECOND, None)
-    kills.note(0, 520 * MILLISECOND, 900 * MILLISECOND)
+    kills.note(Killed(0, 0), 500 * MILLISECOND, None)
+    kills.note(Killed(0, MILLISECOND), 520 * MILLISECOND, 900 * MILLISECOND)
     found = kills.report()
     assert (found["kills"], found["within"], found["stayed_off"]) == (2, 1, 1)
-    assert (found["median_ms"], found["worst_ms"]) == (510.0, 520.0)
+    assert (found["median_ms"], found["worst_ms"], found["known_to_ms"]) == (510.0, 520.0, 1.0)
+
+
+def test_what_is_beyond_the_goal_is_said_with_what_the_machine_did_meanwhile() -> None:
+    kills = Kills()
+    kills.note(Killed(0, 0), 500 * MILLISECOND, None, lambda _begin, _end: 7.0)
+    kills.note(Killed(0, 0), 520 * MILLISECOND, None, lambda begin, end: (end - begin) / 1e8)
+    assert kills.report()["beyond"] == [{"took_ms": 520.0, "stood_still_ms": 5.2}]
+
+
+def test_a_process_that_is_killed_is_so_between_two_instants() -> None:
+    process = subprocess.Popen(["sleep", "60"])
+    killed = kill_now(process.pid)
+    assert process.wait() == -signal.SIGKILL
+    assert killed.before <= killed.after
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER
+
+
+def test_the_longest_standstill_that_touches_a_span_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with ExitStack() as stack:
+        monkeypatch.setattr("subprocess.Popen", lambda *_, **__: Mock())
+        found = Standstills(stack, tmp_path)
+    assert found.longest_ms(0, 10**9) is None
+    (tmp_path / f"standstill-{min(os.sched_getaffinity(0))}").write_text(
+        "1000000 3000000\n20000000 9000000\n900000000 40000000\n95"
+    )
+    assert found.longest_ms(2_000_000, 10_000_000) == 3.0
+    assert found.longest_ms(2_000_000, 21_000_000) == 9.0
+    assert found.longest_ms(50_000_000, 60_000_000) == 0.0
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.loop import Executive
-from firmware_runtime.links.control import Answer, ControlSocket, Request
+from firmware_runtime.links.control import SLOW_PATIENCE, Answer, ControlSocket, Request
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S, Leases
 from tests.support.periodic_models import Robot
@@ -115,12 +115,17 @@ def test_a_lease_without_a_sensible_time_is_refused(robot: Leased, lease_s: obje
         robot.leases.take(lease_s)
 
 
+NEEDS = SECOND // 100
+
+
 class Control:
     """A control socket and a client of it."""
 
     def __init__(self, path: Path) -> None:
         self.seen: list[Request] = []
-        self.control = ControlSocket(path, {"quick": self._note, "slow": self._note}, ("slow",))
+        self.control = ControlSocket(
+            path, {"quick": self._note, "slow": self._note}, {"slow": NEEDS}
+        )
         self.client = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self.client.bind("")
         self._path = str(path)
@@ -142,11 +147,35 @@ def test_a_slow_request_waits_for_time_enough(tmp_path: Path) -> None:
     socket_ = Control(tmp_path / "x.control")
     socket_.control.between_steps(0, 0)
     socket_.say(b'{"request": "slow", "values": 1}')
-    socket_.control.between_steps(0, 0)
+    socket_.control.between_steps(0, NEEDS - 1)
     assert socket_.seen == []
-    socket_.control.between_steps(0, SECOND)
+    socket_.control.between_steps(0, NEEDS)
     assert socket_.seen == [{"values": 1}]
     assert json.loads(socket_.client.recv(4096)) == {"refused": []}
+    socket_.close()
+
+
+def test_a_loop_that_never_has_time_enough_answers_a_slow_request_all_the_same(
+    tmp_path: Path,
+) -> None:
+    socket_ = Control(tmp_path / "x.control")
+    socket_.control.between_steps(0, 0)
+    socket_.say(b"slow")
+    socket_.control.between_steps(SLOW_PATIENCE - 1, 0)
+    assert socket_.seen == []
+    socket_.control.between_steps(SLOW_PATIENCE, 0)
+    assert socket_.seen == [{}]
+    socket_.close()
+
+
+def test_slow_requests_that_wait_are_refused_by_name(tmp_path: Path) -> None:
+    socket_ = Control(tmp_path / "x.control")
+    socket_.say(b"slow")
+    socket_.control.refuse_waiting("quick", "another name")
+    socket_.control.refuse_waiting("slow", "too late")
+    socket_.control.between_steps(0, SECOND)
+    assert socket_.seen == []
+    assert json.loads(socket_.client.recv(4096)) == {"refused": ["too late"]}
     socket_.close()
 
 

@@ -1,0 +1,89 @@
+"""What other processes ask of a run, and when it has time for it."""
+
+import json
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.board import registry
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.loop import Executive
+from firmware_runtime.links.control import Answer, ControlSocket
+from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.requests import SLOW, Requests
+from firmware_runtime.runs.tuning import Tuning
+from tests.support.periodic_models import Robot
+
+
+class Asked:
+    """The requests of a run whose loop passes when the test says so."""
+
+    def __init__(self, path: Path) -> None:
+        executive = Executive(Robot(), VirtualClock(), list, Configuration(armed_at_start=False))
+        self.arming = Arming(executive, Permission(at_start=False, demand_guard=False), list)
+        tuning = Tuning(registry.load("tachobot"), lambda _: None)
+        self.requests = Requests(path, executive, self.arming, tuning, lambda _: None)
+        [self._control] = [each for each in executive.hooks if isinstance(each, ControlSocket)]
+        self._path = path
+        self.client = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self.client.bind("")
+
+    def ask(self, *requests: bytes) -> None:
+        """Let the loop read these."""
+        for each in requests:
+            self.client.sendto(each, str(self._path))
+            self._control.answer_next()
+
+    def pass_by(self, left: int) -> None:
+        """A pass of the loop, with so much time left until the next event."""
+        self._control.between_steps(0, left)
+
+    def answers(self) -> list[Answer]:
+        """What has been answered since the last call."""
+        found: list[Answer] = []
+        while True:
+            try:
+                answer = self.client.recv(4096)
+            except BlockingIOError:
+                return found
+            found.append(json.loads(answer))
+
+
+@pytest.fixture
+def asked(tmp_path: Path) -> Iterator[Asked]:
+    found = Asked(tmp_path / "x.control")
+    found.pass_by(0)
+    yield found
+    found.client.close()
+    found.requests.close()
+
+
+def test_arming_waits_for_time_enough_so_that_it_makes_no_step_late(asked: Asked) -> None:
+    asked.ask(b"arm")
+    asked.pass_by(SLOW["arm"] - 1)
+    assert not asked.arming.armed
+    asked.pass_by(SLOW["arm"])
+    assert asked.arming.armed
+    assert asked.answers() == [{"refused": [], "armed": True}]
+
+
+def test_disarming_waits_for_nothing_and_no_request_before_it_arms(asked: Asked) -> None:
+    asked.ask(b"arm")
+    asked.pass_by(SECOND)
+    asked.ask(b"arm", b"disarm")
+    assert not asked.arming.armed
+    asked.pass_by(SECOND)
+    assert not asked.arming.armed
+    _, refused, disarmed = asked.answers()
+    assert "disarmed" in refused["refused"][0]
+    assert disarmed == {"not_safe": [], "armed": False}
+
+
+def test_what_is_asked_after_disarming_arms_again(asked: Asked) -> None:
+    asked.ask(b"arm", b"disarm", b"arm")
+    asked.pass_by(SECOND)
+    assert asked.arming.armed
