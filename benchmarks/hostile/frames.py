@@ -27,7 +27,10 @@ class Fields(NamedTuple):
     step: int = 0
     body: bytes = b""
     flags: int = 0
-    magic: bytes = b"FWL2"
+    missing_since: int = 0
+    missing: int = 0
+    missing_port: int = 0
+    magic: bytes = b"FWL3"
 
 
 def frame(fields: Fields, key: bytes | None = KEY) -> bytes:
@@ -46,6 +49,9 @@ def frame(fields: Fields, key: bytes | None = KEY) -> bytes:
             bytes(16),
             fields.origin.to_bytes(8, "big", signed=True),
             fields.step.to_bytes(8, "big"),
+            fields.missing_since.to_bytes(8, "big", signed=True),
+            fields.missing.to_bytes(8, "big"),
+            fields.missing_port.to_bytes(2, "big"),
             fields.body,
         )
     )
@@ -59,9 +65,9 @@ def tag(plain: bytes, key: bytes = KEY) -> bytes:
 
 def fields_of(plain: bytes) -> Fields | None:
     """What the bytes of a frame say; None if they are none."""
-    if len(plain) < 88 or plain[:4] != b"FWL2":
+    if len(plain) < 106 or plain[:4] != b"FWL3":
         return None
-    words = [int.from_bytes(plain[at : at + 8], "big") for at in range(8, 88, 8)]
+    words = [int.from_bytes(plain[at : at + 8], "big") for at in range(8, 104, 8)]
     signed = [word - (1 << 64) if word >> 63 else word for word in words]
     found = Fields(
         kind=plain[4],
@@ -75,7 +81,10 @@ def fields_of(plain: bytes) -> Fields | None:
         held=signed[5],
         origin=signed[8],
         step=words[9],
-        body=plain[88:],
+        missing_since=signed[10],
+        missing=words[11],
+        missing_port=int.from_bytes(plain[104:106], "big"),
+        body=plain[106:],
     )
     is_sound = 1 <= found.kind <= 5 and found.flags == 0 and 0 not in (found.session, found.counter)
     return found if is_sound else None

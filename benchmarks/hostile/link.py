@@ -64,6 +64,9 @@ class LinkTarget:
         self._rules = LinkRules(link.peer.session, self._hellos, TIMEOUT)
         self._found: list[tuple[str, object]] = []
         self._refused: Counter[str] = Counter()
+        self._lacks: list[bool] = []
+        """For each attempt whether the robot lacked something for too long after it."""
+        self._should_lack: list[bool] = []
         self._peer = PeerFrames(self._random, lambda: self._end.now, self._rules.session)
         self._note_session()
 
@@ -108,7 +111,7 @@ class LinkTarget:
             ("cut short", lambda: (d := value())[: random.randrange(len(d))]),
             ("made longer", lambda: value() + random.randbytes(random.randrange(1, 40))),
             ("oversized", lambda: value() + bytes(random.randrange(61_440, 62_000))),
-            ("oversized, signed", lambda: honest(STEP, body=bytes(61_440 - 88))),
+            ("oversized, signed", lambda: honest(STEP, body=bytes(61_440 - 106))),
             ("noise", lambda: random.randbytes(random.randrange(300))),
             ("noise, signed", self._noise),
             ("said before", self._again),
@@ -143,8 +146,18 @@ class LinkTarget:
             ("a bye", lambda: honest(BYE, body=GOOD_BYE)),
             ("a bad bye", lambda: honest(BYE, body=random.choice(BAD_BYES))),
             ("heartbeat", lambda: honest(HEARTBEAT)),
+            ("what is missing", lambda: honest(HEARTBEAT, missing=self._missing())),
+            ("what is missing, in a step", lambda: value(missing=self._missing())),
         ]
         return [*ways, *[("honest", value)] * (len(ways) // 2)]
+
+    def _missing(self) -> tuple[int, int, int]:
+        """For how long something is missing, its sequence and its port; most of it is there."""
+        port = self._random.choice((0, 1, 2, 2, 3, 65535))
+        sequences = self._peer.sequences
+        newest = sequences[port] if port < len(sequences) else 1
+        ago = self._random.choice((0, TIMEOUT // 8, *OLD))
+        return ago, max(0, newest + self._random.choice((-3, 0, 0, 1, 1000))), port
 
     def _held(self) -> bytes:
         """What was held back comes, or something is."""
@@ -223,6 +236,7 @@ class LinkTarget:
         """The product's."""
         values = self._end.take(attempt.datagram)
         self._found += values
+        self._lacks.append(self._end.lacks())
         before, self._refused = self._refused, self._end.refused()
         new = self._refused - before
         if new.total() > 1:
@@ -231,7 +245,9 @@ class LinkTarget:
 
     def expected(self, attempt: Attempt) -> str:
         """The reference's."""
-        return self._rules.verdict(attempt.datagram, attempt.at)
+        verdict = self._rules.verdict(attempt.datagram, attempt.at)
+        self._should_lack.append(self._rules.lacks(attempt.at))
+        return verdict
 
     def taken(self) -> tuple[object, object]:
         """What entered, and what should have."""
@@ -239,7 +255,8 @@ class LinkTarget:
         order = self._rules.order
         values = [(names[port], value) for port, value in order.values]
         expected = {"overtaken": order.overtaken, "dropped": order.dropped}
-        return (self._found, self._end.counted()), (values, expected)
+        found = (self._found, self._end.counted(), self._lacks)
+        return found, (values, expected, self._should_lack)
 
     def counted(self) -> dict[str, int]:
         """By reason."""

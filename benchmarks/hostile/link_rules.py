@@ -10,6 +10,7 @@ from typing import Final
 from benchmarks.hostile.frames import (
     BAD_BYES,
     BYE,
+    HEARTBEAT,
     HELLO,
     REPORT,
     STEP,
@@ -69,6 +70,8 @@ class LinkRules:
     """When the last frame of the peer came; None while the link is bad."""
     _bye: int = 0
     """The counter of the peer's bye; 0 while there is none."""
+    _missing: tuple[int, int, int] = (0, 0, 0)
+    """Port, sequence and instant of what this end may lack."""
 
     def __post_init__(self) -> None:
         self.order = OrderRules(self.timeout)
@@ -78,6 +81,7 @@ class LinkRules:
         entered = len(self.order.values)
         found = self._verdict(datagram, now)
         self.order.expire(self._clock(now))
+        self.order.settle()
         if self.order.has_lost():
             self._received_at = None
         return ACCEPTED if found == NO_VALUE and len(self.order.values) > entered else found
@@ -92,6 +96,12 @@ class LinkRules:
         if fields is None or fields.kind == REPORT:
             return "malformed"
         return self._carrier(fields, now) or self._run(fields, now)
+
+    def lacks(self, now: int) -> bool:
+        """Whether something that left the peer longer ago than the limit is missing here."""
+        port, sequence, since = self._missing
+        is_old = self._clock(now) - since >= self.timeout
+        return is_old and sequence > self.order.newest(port)
 
     # The carrier ----------------------------------------------------------------------------------
 
@@ -135,6 +145,8 @@ class LinkRules:
             return "stale"
         if fields.kind != BYE and self._clock(now) - fields.sent_at > self.timeout:
             return "too_old"
+        if fields.counter > self._received.highest and fields.kind in {STEP, HEARTBEAT}:
+            self._missing = (fields.missing_port, fields.missing, fields.missing_since)
         self._received.note(fields)
         self._received_at = now
         self._bye = 0
@@ -165,6 +177,7 @@ class LinkRules:
         self._former |= {self._peer} - {0}
         self._peer, self._candidate = fields.session, 0
         self._received, self._received_at, self._bye = Received(), None, 0
+        self._missing = (0, 0, 0)
         self.order.begin_again()
         return ""
 

@@ -50,10 +50,18 @@ class OrderRules:
     _known: dict[int, set[int]] = field(default_factory=dict)
     _entered: dict[int, int] = field(default_factory=dict)
     _lost: bool = False
+    _entering: list[tuple[int, list[object]]] = field(default_factory=list)
+    """By port, what enters in this pass."""
 
     def begin_again(self) -> None:
         """There is another peer."""
         self._waiting, self._known, self._entered = [], {}, {}
+
+    def newest(self, port: int) -> float:
+        """The highest sequence of a port that has come or was given up; infinity of no port."""
+        if port not in PORTS:
+            return float("inf")
+        return max(self._entered.get(port, 0), *self._known.get(port, ()), 0)
 
     def has_lost(self) -> bool:
         """Whether a turn was lost for good since the last call."""
@@ -79,6 +87,9 @@ class OrderRules:
             self.overtaken += len(values[port][2])
             self._note(port, values.pop(port)[0])
         if values and clock - fields.origin > self.timeout:
+            for port, (sequence, _, _) in values.items():  # nothing waits for it
+                self._entered[port] = max(sequence, self._entered.get(port, 0))
+            self._release()
             return "too_old"
         for port, (sequence, _, _) in values.items():
             self._note(port, sequence)
@@ -120,7 +131,17 @@ class OrderRules:
                 continue
             self._lost |= port == ORDERED and 0 < before < sequence - 1
             self._entered[port] = sequence
-            self.values += [(port, value) for value in values]
+            self._entering.append((port, values))
+
+    def settle(self) -> None:
+        """The pass is over: of what entered in it the newest of a port count, but all turns."""
+        entering, self._entering = self._entering, []
+        newest = {port: number for number, (port, _) in enumerate(entering)}
+        for number, (port, values) in enumerate(entering):
+            if port == ORDERED or newest[port] == number:
+                self.values += [(port, value) for value in values]
+            else:
+                self.dropped += len(values)
 
     def _note(self, port: int, sequence: int) -> None:
         self._known.setdefault(port, set()).add(sequence)

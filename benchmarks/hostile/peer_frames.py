@@ -51,8 +51,12 @@ class PeerFrames:
         ports: int = 0,
         old: int = 0,
         flags: int = 0,
+        missing: tuple[int, int, int] | None = None,
     ) -> bytes:
-        """A frame of the peer, about a millisecond on its way; `late` ns more, if that is said."""
+        """A frame of the peer, about a millisecond on its way; `late` ns more, if that is said.
+
+        `missing` is for how long something is, its sequence and its port.
+        """
         now = self._now()
         sent_at = max(now - self._random.randrange(200_000, MS), self._sent_at)
         if counter is None and late == 0:
@@ -76,6 +80,7 @@ class PeerFrames:
             self._steps,
             body,
             flags,
+            *(() if missing is None else (sent_at - missing[0], *missing[1:])),
         )
         made = frame(fields, key)
         if key is KEY and self._random.random() < 0.02:
@@ -93,6 +98,7 @@ class PeerFrames:
         old: int = 0,
         session: int | None = None,
         peer: int | None = None,
+        missing: tuple[int, int, int] | None = None,
     ) -> bytes:
         """A step, as a rule of one or two ports of which the newest counts."""
         if entries is None:
@@ -108,6 +114,7 @@ class PeerFrames:
             body=step(*entries),
             ports=len(entries),
             old=old,
+            missing=missing,
         )
 
     def entry(self, number: int, *, back: int = 0, values: bytes | None = None) -> Entry:

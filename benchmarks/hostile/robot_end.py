@@ -130,6 +130,11 @@ class RobotEnd:
         self.link.between_steps(0, 0)
         return {"overtaken": self.link.counts.overtaken, "dropped": self.link.counts.dropped}
 
+    def lacks(self) -> bool:
+        """Whether it is kept from driving by what it lacks."""
+        link = self.link
+        return bool(link.lacks_at(self.now) <= self.now)
+
     def take(self, datagram: bytes) -> list[tuple[str, object]]:
         """Let a datagram come; the values that enter the model."""
         self._network.send(datagram)

@@ -375,3 +375,79 @@ def test_a_bad_network_alone_keeps_no_end_from_driving(seed: int) -> None:
     for tick in range(2000):
         pair.tick(*["mind.sample"] * (tick % 7 == 0 or tick < 1000))
     assert pair.mind.bad == []
+
+
+def without_steps(network: Network, marker: bytes = b"") -> None:
+    """From now on it loses steps, of those that bear this, and lets everything else pass."""
+    send = network.send
+
+    def lossy(datagram: bytes, now: int) -> None:
+        if not (datagram[4] == Kind.STEP and marker in datagram):
+            send(datagram, now)
+
+    network.send = lossy  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("every", [30, 200], ids=["a stream", "a command now and then"])
+def test_a_robot_that_gets_heartbeats_and_no_steps_goes_off_until_it_gets_them(every: int) -> None:
+    pair = Pair(Impairment(delay=20 * MILLISECOND, seed=1), Terms())
+    pair.tick("mind.sample")
+    pair.settle()
+    send = pair.ways[0].send
+    without_steps(pair.ways[0])
+    begin = pair.now + TICK
+    for tick in range(400):
+        pair.tick(*["mind.sample"] * (tick % every == 0))
+        is_early = pair.now - begin < Terms().timeout
+        assert (pair.body.bad == []) is is_early
+        assert pair.is_good_to(pair.body), "its controller is there, and says so"
+    assert pair.body.bad == ["mind.sample has left and does not arrive"]
+    assert "does not arrive" in str(pair.body.link.why_not(0))
+    pair.ways[0].send = send  # type: ignore[method-assign]
+    for _ in range(300):
+        pair.tick("mind.sample")
+    assert pair.body.link.why_not(0) is None
+
+
+def test_a_rare_command_that_is_lost_is_noticed_beside_a_stream_that_arrives() -> None:
+    pair = Pair(Impairment(delay=20 * MILLISECOND, seed=1), Terms(ordered=frozenset()))
+    for _ in range(100):
+        pair.tick("mind.sample")
+    without_steps(pair.ways[0], b"order")
+    pair.tick("mind.order")
+    left_at = pair.now
+    while not pair.body.bad:
+        pair.tick("mind.sample")
+        assert pair.now - left_at <= Terms().timeout + 50 * MILLISECOND
+    assert pair.now - left_at >= Terms().timeout
+    assert pair.body.bad == ["mind.order has left and does not arrive"]
+    assert len(pair.of("mind.sample", pair.entered)) > 100, "which goes on"
+
+
+def test_a_last_order_that_is_lost_keeps_outputs_off_until_it_is_there() -> None:
+    pair = Pair(Impairment(delay=MILLISECOND, seed=1), Terms(ordered=frozenset({"mind.order"})))
+    pair.tick("mind.order")
+    pair.settle()
+    send = pair.ways[0].send
+    without_steps(pair.ways[0])
+    pair.tick("mind.order")
+    pair.settle()
+    assert pair.body.bad == ["mind.order has left and does not arrive"]
+    assert "does not arrive" in str(pair.body.link.why_not(0))
+    pair.ways[0].send = send  # type: ignore[method-assign]
+    pair.settle()
+    assert pair.body.link.counts.own[Reason.TOO_OLD] == 1
+    assert pair.body.link.why_not(0) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+def test_a_link_is_not_cut_while_everything_that_counts_arrives_in_time(seed: int) -> None:
+    """Delays of up to 0.48 s for a timeout of 0.5: what has not been confirmed is not missing."""
+    how = Impairment(
+        delay=240 * MILLISECOND, jitter=230 * MILLISECOND, reorder=0.05, duplicate=0.02, seed=seed
+    )
+    pair = Pair(how, Terms(retain=frozenset({"mind.state"})))
+    for tick in range(1500):
+        pair.tick(*["mind.sample"] * (tick % 2), *["mind.order"] * (tick % 90 == 0))
+    assert all("does not arrive" not in why for why in pair.body.bad)

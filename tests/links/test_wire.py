@@ -13,7 +13,16 @@ from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, fare
 from firmware_runtime.links.cut.packed import Packing
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.step import HEAD, Entry, body_of, entries_of
-from firmware_runtime.links.cut.wire import HEADER, LONGEST, Frame, Kind, decoded, encoded, opened
+from firmware_runtime.links.cut.wire import (
+    HEADER,
+    LONGEST,
+    Frame,
+    Kind,
+    Missing,
+    decoded,
+    encoded,
+    opened,
+)
 from firmware_runtime.models.motion import Motion
 
 KEY = bytes(range(32))
@@ -44,6 +53,7 @@ VECTORS = {
             2,
             1_499_900_000,
             3,
+            Missing(1_499_800_000, 2, 1),
             body_of(
                 [
                     Entry(1, 3, 0, Packing(Motion).pack_all([Motion(0.5, -1.25)])),
@@ -96,6 +106,7 @@ frames = st.builds(
     st.integers(0, 2**16 - 1),
     instants,
     words,
+    st.builds(Missing, instants, words, st.integers(0, 2**16 - 1)),
     st.binary(max_size=200),
 )
 

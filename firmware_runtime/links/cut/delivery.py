@@ -22,7 +22,7 @@ from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.step import Entry, entries_of
 from firmware_runtime.links.cut.terms import Terms
 from firmware_runtime.links.cut.window import Seen
-from firmware_runtime.links.cut.wire import Frame
+from firmware_runtime.links.cut.wire import Frame, Missing
 
 MOST_WAITING: Final = 256
 """How many steps may wait for what comes before them."""
@@ -105,6 +105,17 @@ class Delivery:
         self._waiting.clear()
         for each in self._entrances.values():
             each.seen, each.entered = Seen(), 0
+
+    def lacks(self, missing: Missing) -> str | None:
+        """The crossing of which this end has nothing as new as that; None if it has.
+
+        What may be old is not missed.
+        """
+        entrance = self._entrances.get(missing.port)
+        if missing.sequence == 0 or entrance is None or entrance.may_be_old:
+            return None
+        newest = max(entrance.entered, entrance.seen.highest)
+        return entrance.crossing.name if newest < missing.sequence else None
 
     def take(self, frame: Frame, age: int) -> list[str]:
         """Take a step of this age; the crossings of which something is new. Raises Refused.

@@ -11,7 +11,7 @@ from time import monotonic_ns
 from typing import Any, Final
 
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.inbox import Bag, EventSource
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links.cut.channel import Channel, ChannelClosed, frames
@@ -126,14 +126,15 @@ class Link(EventSource):
         if sender.departures:
             sender.collect(clock - now)
         is_there = self.peer.is_good(clock)
-        is_good = is_there and clock < sender.unheard_at
+        lacks_at = self.lacks_at(clock)
+        is_good = is_there and clock < min(sender.unheard_at, lacks_at)
         if self._was_good and not is_good:
-            self._turn_bad(self.peer.why_bad(clock) or _UNHEARD)
+            self._turn_bad(self._why_bad(clock) or "")
         self._was_good = is_good
         if not is_good:
             self._heard_since = clock
         if is_there:
-            turns_bad_at = min(self.peer.silent_at, sender.unheard_at)
+            turns_bad_at = min(self.peer.silent_at, sender.unheard_at, lacks_at)
             if is_good:
                 self._executive.poll_by(now + turns_bad_at - clock)
             sender.send_steps(clock, counts)
@@ -145,13 +146,19 @@ class Link(EventSource):
 
     # For arming, and at the end -------------------------------------------------------------------
 
+    def lacks_at(self, clock: int) -> int:
+        """The instant at which this end works by what is too old, by what the peer says."""
+        missing = self.peer.missing
+        if self._delivery.lacks(missing) is None:
+            return NEVER
+        age = self.peer.clock.age(clock, missing.since) or 0
+        return clock - age + self.terms.timeout
+
     def why_not(self, _now: int) -> str | None:
         """Pre-arm check: the link must have been good for a while."""
         clock = self._time()
-        if (why := self.peer.why_bad(clock)) is not None:
+        if (why := self._why_bad(clock)) is not None:
             return f"the link is not good: {why}"
-        if clock >= self._sender.unheard_at:
-            return f"the link is not good: {_UNHEARD}"
         good_for = clock - max(self.peer.good_since or clock, self._heard_since)
         if good_for >= self.terms.good:
             return None
@@ -205,6 +212,16 @@ class Link(EventSource):
                 self._meter.note_age(age)
             if known is not None:
                 self.ages[name] = known
+
+    def _why_bad(self, clock: int) -> str | None:
+        """Why the link is not good; None if it is."""
+        if (why := self.peer.why_bad(clock)) is not None:
+            return why
+        if clock >= self._sender.unheard_at:
+            return _UNHEARD
+        if clock >= self.lacks_at(clock):
+            return f"{self._delivery.lacks(self.peer.missing)} has left and does not arrive"
+        return None
 
     def _age(self, origin: int) -> int:
         return self.peer.clock.age(self._time(), origin) or 0

@@ -6,7 +6,8 @@ sent again until it is accepted, is too old, or `keep` newer ones of its port ha
 `ordered` port each is sent until it is accepted or too old, `MOST_ORDERED` of a port at most, and
 says which one has to enter before it. A `retained` port's last is never too old: an end that comes
 later, or again, gets it. Nor is the last of any port that was sent and did not arrive, as long as
-the peer is there: that works by an older one, and switches off once it knows.
+the peer is there: that works by an older one, and switches off once it knows. Until it has it, all
+that is sent says since when it may be missing (`unaccepted`).
 """
 
 from collections import deque
@@ -16,6 +17,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.links.cut.step import Entry
+from firmware_runtime.links.cut.unaccepted import Unaccepted
 from firmware_runtime.links.cut.window import was_accepted
 from firmware_runtime.links.cut.wire import Frame
 
@@ -53,6 +55,7 @@ class Outbox:
     ) -> None:
         self.dropped = 0
         """Values that were never sent, and those of ordered ports that were given up."""
+        self.unaccepted = Unaccepted()
         self._keep = keep
         self._retained = frozenset(retained)
         self._ordered = frozenset(ordered)
@@ -74,6 +77,7 @@ class Outbox:
         after = self._tails.get(port, 0)
         message = Message(step, port, origin, sequence, after, values, body)
         self._latest[port] = message
+        self.unaccepted.put(port, sequence, origin)
         waiting = self._open.setdefault(port, deque())
         waiting.append(message)
         if port in self._ordered:
@@ -104,9 +108,12 @@ class Outbox:
                 if is_latest and (port in self._retained or (is_good and waiting[0].sent_at != 0)):
                     break
                 self._give_up(waiting)
+            if not waiting:  # what was given up counts as missing for as long again
+                self.unaccepted.forget(port, now - 2 * self._timeout)
 
     def note(self, frame: Frame) -> None:
         """The peer says what it has accepted: what else was sent before that is lost."""
+        self.unaccepted.note(frame)
         for port, waiting in self._open.items():
             accepted = []
             for message in waiting:
@@ -129,6 +136,8 @@ class Outbox:
                 message.counter = 0
             if port in self._ordered:
                 self._chain(port, waiting)
+        open_ = {port: [(m.sequence, m.origin) for m in each] for port, each in self._open.items()}
+        self.unaccepted.begin_again(open_)
 
     def _chain(self, port: int, waiting: deque[Message]) -> None:
         """Let each come after the one before it, and the first after none."""

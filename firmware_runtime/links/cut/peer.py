@@ -27,10 +27,11 @@ from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, fare
 from firmware_runtime.links.cut.peer_clock import PeerClock
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import Window
-from firmware_runtime.links.cut.wire import Frame, Kind
+from firmware_runtime.links.cut.wire import NOTHING_MISSING, Frame, Kind, Missing
 
 _FORMER: Final = 256
 """How many former sessions of the other end are remembered."""
+_SAY_WHAT_IS_MISSING: Final = (Kind.STEP, Kind.HEARTBEAT)
 
 
 class Peer:
@@ -55,6 +56,8 @@ class Peer:
         """Whether the other end has said lately that it has another peer."""
         self.wants_hello = False
         """Whether a hello is to be sent at once: a greeting came."""
+        self.missing = NOTHING_MISSING
+        """What this end may lack for longest, by the newest step or heartbeat of the peer."""
         self.session_of_peer = 0
         self.clock = PeerClock(is_same=False)
         self._window = Window()
@@ -122,7 +125,7 @@ class Peer:
         self.session_of_peer, self.greeting = self._candidate
         self._candidate = None
         self._compare_clocks(self.greeting)
-        self._window, self._bye = Window(), 0
+        self._window, self._bye, self.missing = Window(), 0, NOTHING_MISSING
         self.wants_hello = True
 
     def _answers_now(self, frame: Frame, now: int) -> bool:
@@ -151,6 +154,8 @@ class Peer:
         """A frame of the peer is accepted."""
         if self._window.accept(frame.counter, frame.sent_at):
             self._newest_at = now
+            if frame.kind in _SAY_WHAT_IS_MISSING:
+                self.missing = frame.missing
         self.clock.note(now, frame.sent_at, frame.echo, frame.held)
         if self.good_since is None:
             self.good_since = now
@@ -202,6 +207,7 @@ class Peer:
         ports: int = 0,
         origin: int = 0,
         step: int = 0,
+        missing: Missing = NOTHING_MISSING,
         body: bytes = b"",
     ) -> Frame:
         """The next frame to the peer."""
@@ -221,6 +227,7 @@ class Peer:
             ports,
             origin,
             step,
+            missing,
             body,
         )
 

@@ -79,7 +79,8 @@ class Sender:
             self._hello_at = clock
             self._send(self._peer.hello(clock), counts)
         elif is_good and clock - self._sent_at >= self._speak_every:
-            self._send(self._peer.frame(Kind.HEARTBEAT, clock), counts)
+            missing = self.outbox.unaccepted.oldest
+            self._send(self._peer.frame(Kind.HEARTBEAT, clock, missing=missing), counts)
 
     def say_goodbye(self, clock: int, farewell: Farewell, counts: Counts) -> None:
         """Let the other end know that this one ends; more than once, one may be lost."""
@@ -107,6 +108,7 @@ class Sender:
             ports=len(messages),
             origin=first.origin,
             step=first.step,
+            missing=self.outbox.unaccepted.oldest,
             body=body_of(each.entry for each in messages),
         )
         if not self._send(frame, counts):
@@ -118,6 +120,7 @@ class Sender:
             else:
                 counts.repeated += message.values
             message.counter, message.sent_at = frame.counter, clock
+            self.outbox.unaccepted.note_sent(frame.counter, message.port, message.sequence)
 
     def _send(self, frame: Frame, counts: Counts) -> bool:
         """Send a frame; whether there was room for it, and an end to take it."""

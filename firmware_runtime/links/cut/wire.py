@@ -1,6 +1,6 @@
 """The frame of a link: what two runs say to each other, one datagram each (docs/wire.md).
 
-A header of 88 bytes, the body, and, where there is a key, HMAC-SHA256 over both. Whole numbers are
+A header of 106 bytes, the body, and, where there is a key, HMAC-SHA256 over both. Whole numbers are
 big-endian; instants are CLOCK_MONOTONIC of the machine that is named, in ns.
 
 Codec without I/O: bytes in, a frame or Refused out.
@@ -14,11 +14,11 @@ from typing import Final, NamedTuple
 
 from firmware_runtime.links.cut.refusal import Reason, Refused
 
-MAGIC: Final = b"FWL2"
+MAGIC: Final = b"FWL3"
 LONGEST: Final = 60 * 1024
 """Bytes of the longest frame, its authentication code included."""
 TAG: Final = sha256().digest_size
-_HEADER: Final = Struct("!4sBBHQQQqqqQQqQ")
+_HEADER: Final = Struct("!4sBBHQQQqqqQQqQqQH")
 HEADER: Final = _HEADER.size
 LONGEST_BODY: Final = LONGEST - HEADER - TAG
 
@@ -38,8 +38,21 @@ class Kind(IntEnum):
     """What a carrier has counted; between a run and its own carrier only, never on the network."""
 
 
+class Missing(NamedTuple):
+    """What the receiver is not known to have, by one port: nothing if the sequence is 0."""
+
+    since: int
+    """When the first of it left its model, by the sender's clock."""
+    sequence: int
+    """Of that."""
+    port: int
+
+
+NOTHING_MISSING: Final = Missing(0, 0, 0)
+
+
 class Frame(NamedTuple):
-    """One frame. Fields from `ports` on, but for the body, have a meaning in steps only."""
+    """One frame. `ports`, `origin` and `step` have a meaning in steps only."""
 
     kind: Kind
     session: int
@@ -64,12 +77,15 @@ class Frame(NamedTuple):
     """The instant at which they left their model, by the sender's clock."""
     step: int = 0
     """Of the steps in which values left, rising from 1; what is sent again keeps its own."""
+    missing: Missing = NOTHING_MISSING
+    """What the receiver is not known to have for longest; in steps and heartbeats."""
     body: bytes = b""
 
 
 def encoded(frame: Frame, key: bytes | None = None) -> bytes:
     """The bytes of a frame, with its authentication code if there is a key."""
-    plain = _HEADER.pack(MAGIC, frame.kind, 0, frame.ports, *frame[1:9], *frame[10:12]) + frame.body
+    numbers = (*frame[1:9], *frame[10:12], *frame.missing)
+    plain = _HEADER.pack(MAGIC, frame.kind, 0, frame.ports, *numbers) + frame.body
     return sealed(plain, key) if key is not None else plain
 
 
@@ -97,7 +113,8 @@ def decoded(plain: bytes) -> Frame:
     _, kind, flags, ports, *numbers = _HEADER.unpack_from(plain)
     if not Kind.HELLO <= kind <= Kind.REPORT or flags != 0:
         raise Refused(Reason.MALFORMED, f"kind {kind}, flags {flags}")
-    frame = Frame._make((_KINDS[kind], *numbers[:8], ports, *numbers[8:], plain[HEADER:]))
+    missing, body = Missing._make(numbers[10:]), plain[HEADER:]
+    frame = Frame._make((_KINDS[kind], *numbers[:8], ports, *numbers[8:10], missing, body))
     if frame.session == 0 or frame.counter == 0:
         raise Refused(Reason.MALFORMED, "no session, or no counter")
     return frame
