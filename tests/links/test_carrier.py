@@ -196,6 +196,18 @@ def test_it_ends_with_a_run_that_is_killed() -> None:
 
 
 @pytest.mark.slow
+def test_its_process_says_the_bye_of_a_run_whose_end_of_the_pair_is_closed() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        other.settimeout(PATIENCE_S)
+        with channel("--peer", f"127.0.0.1:{other.getsockname()[1]}") as made:
+            made.send(encoded(Frame(Kind.HEARTBEAT, OWN, OTHER, 7, 1)))
+            assert decoded(other.recv(LONGEST)).kind is Kind.HEARTBEAT
+        bye = decoded(other.recv(LONGEST))
+    assert (bye.kind, bye.session, bye.peer, bye.counter) == (Kind.BYE, OWN, OTHER, 8)
+
+
+@pytest.mark.slow
 def test_a_carrier_that_is_killed_closes_the_channel() -> None:
     with channel("--listen", f"127.0.0.1:{free_port()}") as made:
         made.process.kill()

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import pytest
 
 from firmware_runtime.links.cut import udp
+from firmware_runtime.links.cut.greeting import BYES, farewell_of
 from firmware_runtime.links.cut.udp import GREETINGS_EVERY, SESSIONS, Carrier
-from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded
+from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded, opened
 from sim_doubles.clock import ManualClock
 
 KEY = bytes(range(32))
@@ -100,4 +101,34 @@ def test_the_last_frames_of_a_run_that_had_not_read_all_still_go_out(rig: Rig) -
     rig.run.close()
     while rig.carrier.work():
         pass
+    rig.carrier.part()
     assert peer.recv(16384) == encoded(bye, KEY)
+    with pytest.raises(BlockingIOError):
+        peer.recv(16384)
+
+
+def test_for_a_run_that_was_killed_its_carrier_says_the_bye(rig: Rig) -> None:
+    peer = rig.end()
+    rig.from_network(peer, Frame(Kind.HELLO, PEER, 0, 1, 1))
+    rig.from_run(Frame(Kind.HEARTBEAT, OWN, PEER, 7, 0))
+    peer.recv(16384)
+    rig.run.close()
+    while rig.carrier.work():
+        pass
+    rig.carrier.part()
+    byes = [decoded(opened(peer.recv(16384), KEY)) for _ in range(BYES)]
+    assert [(each.kind, each.counter) for each in byes] == [(Kind.BYE, 8 + n) for n in range(BYES)]
+    assert {(each.session, each.peer) for each in byes} == {(OWN, PEER)}
+    farewell = farewell_of(byes[0].body)
+    assert (farewell.is_over, farewell.failed) == (False, True)
+
+
+def test_a_run_that_had_no_peer_leaves_none(rig: Rig) -> None:
+    peer = rig.end()
+    rig.from_network(peer, Frame(Kind.HELLO, PEER, 0, 1, 1))
+    rig.run.close()
+    while rig.carrier.work():
+        pass
+    rig.carrier.part()
+    with pytest.raises(BlockingIOError):
+        peer.recv(16384)

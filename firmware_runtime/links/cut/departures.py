@@ -62,6 +62,6 @@ def packed(left: Left) -> Iterator[tuple[Crossing, int, bytes]]:
         room -= HEAD + len(body)
         if room < 0:
             names = ", ".join(each.name for each in left)
-            fault = f"{names}: what left in one step cannot cross the link"
-            raise ModelError(f"{fault}: expected {LONGEST_BODY} bytes at most")
+            fault = f"{names}: more left in one step than crosses a link in one frame"
+            raise ModelError(f"{fault}; expected {LONGEST_BODY} bytes at most, the rest later")
         yield crossing, len(values), body

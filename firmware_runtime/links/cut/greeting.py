@@ -1,8 +1,13 @@
 """What an end says of itself in a hello: which cut it belongs to, and which side of it it is."""
 
+from typing import Final
+
 import msgspec
 
 from firmware_runtime.links.cut.refusal import Reason, Refused
+
+BYES: Final = 3
+"""How often an end says its bye: one may be lost."""
 
 
 class Greeting(msgspec.Struct, frozen=True, array_like=True):

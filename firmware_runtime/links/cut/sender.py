@@ -10,7 +10,7 @@ from firmware_runtime.links.cut.acceptance import Acceptance
 from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.counts import Counts
 from firmware_runtime.links.cut.departures import Departures, packed
-from firmware_runtime.links.cut.greeting import Farewell
+from firmware_runtime.links.cut.greeting import BYES, Farewell
 from firmware_runtime.links.cut.outbox import Message, Outbox
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.step import body_of
@@ -23,7 +23,6 @@ SEEK_EVERY: Final = 100 * MILLISECOND
 ANSWER_WITHIN: Final = 20 * MILLISECOND
 """Ns after which the peer learns what has arrived, if nothing else is sent to it; after which it is
 asked what has, where something of an ordered port is on its way."""
-_BYES: Final = 3
 
 
 class Sender:
@@ -86,7 +85,7 @@ class Sender:
         """Let the other end know that this one ends; more than once, one may be lost."""
         if self._peer.session_of_peer != 0:
             self._channel.linger()
-            for _ in range(_BYES):
+            for _ in range(BYES):
                 self._send(self._peer.bye(clock, farewell), counts)
 
     # ----------------------------------------------------------------------------------------------

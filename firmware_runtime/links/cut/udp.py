@@ -3,10 +3,11 @@
     run <--pair of Unix sockets--> this process <--UDP--> the other end's carrier <--pair--> run
 
 It is started by the run and ends when the pair of sockets is closed, however that came: by no
-signal else, so that the last frames of a run that is stopped still go out. With a key it signs what
-goes out and refuses what is not signed; what was seen before, or was meant for another session of
-its run, goes no further either. All this is counted and reported to the run. What passes is judged
-there once more, by the same rules (`peer`).
+signal else, so that the last frames of a run that is stopped still go out. In the place of one that
+was killed it says the bye itself, so that the other end need not wait until it is silent. With a
+key it signs what goes out and refuses what is not signed; what was seen before, or was meant for
+another session of its run, goes no further either. All this is counted and reported to the run.
+What passes is judged there once more, by the same rules (`peer`).
 
 One time it wakes it carries `AT_ONCE` datagrams each way at most, and never waits to send.
 """
@@ -28,9 +29,10 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.route import Endpoint, endpoint
 from firmware_runtime.links.cut.counts import Carried, report
+from firmware_runtime.links.cut.greeting import BYES, Farewell, encode
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import Window
-from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, opened, sealed
+from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, encoded, opened, sealed
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.status import Status
 
@@ -42,6 +44,7 @@ GREETINGS_EVERY: Final = 5 * MILLISECOND
 """Ns from one greeting of an end that does not know the run yet to the next that is handed on."""
 REPORT_EVERY: Final = 100 * MILLISECOND
 _OPTION: Final = "--link"
+_DIED: Final = Farewell("its process ended without a word", is_over=False, failed=True)
 
 UdpAddress: TypeAlias = tuple[Any, ...]
 
@@ -66,6 +69,10 @@ class Carrier:
         self._peer = peer
         self._latest = peer
         self._own_session = 0
+        self._counter = 0
+        """Of the latest frame of the run."""
+        self._has_parted = False
+        """Whether that was a bye."""
         self._peer_session = 0
         """Of the run's peer, which greetings of others do not displace."""
         self._sessions: OrderedDict[int, _Session] = OrderedDict()
@@ -110,6 +117,8 @@ class Carrier:
 
     def _send(self, plain: bytes) -> None:
         self._own_session = int.from_bytes(plain[8:16])
+        self._counter = int.from_bytes(plain[24:32])
+        self._has_parted = plain[4] == Kind.BYE
         receiver = int.from_bytes(plain[16:24])
         if plain[4] != Kind.HELLO:  # which goes to anyone who greets
             self._peer_session = receiver
@@ -123,6 +132,16 @@ class Carrier:
             pass
         self.carried.unsent += 1
         self._has_news = True
+
+    def part(self) -> None:
+        """The run has closed its socket: say a bye in its place, where it has said none."""
+        if self._has_parted or self._peer_session == 0:
+            return
+        body = encode(_DIED)
+        for counter in range(self._counter + 1, self._counter + 1 + BYES):
+            now = monotonic_ns()
+            bye = Frame(Kind.BYE, self._own_session, self._peer_session, counter, now, body=body)
+            self._send(encoded(bye))
 
     # From the network -----------------------------------------------------------------------------
 
@@ -224,6 +243,7 @@ def main() -> int:
     carrier = Carrier(run, udp, key, None if peer is None else peer.where)
     while carrier.work():
         pass
+    carrier.part()
     return Status.OK
 
 

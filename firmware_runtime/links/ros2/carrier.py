@@ -151,6 +151,7 @@ def main() -> int:
     sys.stdout.flush()
     while carrier.work():
         pass
+    carrier.part()
     spinning.close()
     return Status.OK
 
