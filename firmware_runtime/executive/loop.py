@@ -268,7 +268,7 @@ class Executive:
         if self.readiness.waiting:
             self.readiness.poll()
         if self._collector is not None:
-            self._collector.offer(until - self.clock.now())
+            self._collector.offer(min(until, self._poll_by) - self.clock.now())
 
     def _work_off(self, at: int) -> int:
         """One step: everything that happens at instant `at`, then its entries in the ledger.

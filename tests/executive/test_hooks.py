@@ -72,3 +72,21 @@ def test_a_hook_is_called_at_the_instant_it_asked_for_and_no_step_is_made_there(
     run.until(PERIOD)
     asked_for = (PERIOD // 2, PERIOD - PERIOD // 2)
     assert prompt.calls == other.calls == [(0, 0), (0, PERIOD), asked_for, (PERIOD, 0)]
+
+
+class Offered:
+    """What time garbage may be collected in, where the run would have it so."""
+
+    def __init__(self) -> None:
+        self.lefts: list[int] = []
+
+    def offer(self, left: int) -> None:
+        self.lefts.append(left)
+
+
+def test_garbage_is_collected_before_the_instant_that_a_hook_asked_for() -> None:
+    run, offered = Run(Robot(), VirtualClock()), Offered()
+    Prompt(run)
+    run.executive._collector = offered  # type: ignore[assignment]
+    run.until(PERIOD)
+    assert offered.lefts == [0, PERIOD // 2, PERIOD // 2, 0]
