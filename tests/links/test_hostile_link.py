@@ -72,7 +72,12 @@ class Robot:
         doubles = directory / "doubles.socket"
         self.start("doubles", "serve", "tachobot", "--socket", doubles, "--log", self.log)
         wait_until(doubles.exists, "the doubles are served")
-        self._words = ["--doubles", doubles, "--set", "arming.demand_guard=false"]
+        settings = ("arming.demand_guard=false", "arming.max_late_percent=100")
+        self._words = [
+            "--doubles",
+            doubles,
+            *(word for each in settings for word in ("--set", each)),
+        ]
 
     def start(self, *words: object) -> "subprocess.Popen[bytes]":
         environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self._directory)}
