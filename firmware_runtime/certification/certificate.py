@@ -9,7 +9,7 @@
 Certificates of several machines are merged by their machines; a recording is known by its SHA-256.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -65,13 +65,23 @@ class Certificate(Struct, frozen=True, kw_only=True):
                 found[finding.sha256] |= {finding.code_sha256} - {None}  # type: ignore[arg-type]
         return found
 
+    def lacking(self) -> Iterator[str]:
+        """What keeps it from being a pass other than a difference, in sentences."""
+        for interpreter, why in self.not_run.items():
+            yield f"not run: {interpreter}: {why}"
+        for machine, recording in self.missing:
+            yield f"not run: {recording} on {machine}"
+        for sha256, codes in self.codes.items():
+            if len(codes) > 1:
+                hashes = ", ".join(sorted(codes))
+                yield f"{self.recordings[sha256].recording}: replayed by several codes: {hashes}"
+
     @property
     def is_identical(self) -> bool:
         """Whether every machine replayed every recording, by the same code, to the same bits."""
         every = [finding for each in self.machines for finding in each.findings]
-        is_whole = bool(every) and not self.not_run and not self.missing
-        is_one_code = all(len(codes) <= 1 for codes in self.codes.values())
-        return is_whole and is_one_code and all(finding.is_identical for finding in every)
+        is_whole = bool(every) and not any(self.lacking())
+        return is_whole and all(finding.is_identical for finding in every)
 
     def as_json(self) -> dict[str, Any]:
         """For a program."""

@@ -44,7 +44,7 @@ def place_said(place: Place) -> str:
 
 def _sections(certificate: Certificate) -> Iterator[Element]:
     yield _opening(certificate)
-    yield section("Differing output events", _matrix(certificate), *_not_run(certificate))
+    yield section("Differing output events", _matrix(certificate))
     if differing := [*_differences(certificate)]:
         head = ("recording", "machine", "first difference", "first differing output")
         yield section("First differences", table("Where they part", head, differing, "words"))
@@ -61,6 +61,7 @@ def _opening(certificate: Certificate) -> Element:
         "header",
         element("h1", TITLE),
         element("p", element("strong", verdict, class_=f"verdict {css}"), sentence),
+        *(element("p", said) for said in certificate.lacking()),
         element(
             "p",
             "What a recording holds was run again in virtual time, by the code named below. What "
@@ -78,12 +79,6 @@ def _matrix(certificate: Certificate) -> Element:
     ]
     head = ("recording", "fields of state compared", *names)
     return table("Output events that are not those of the recording", head, rows)
-
-
-def _not_run(certificate: Certificate) -> Iterator[Element]:
-    if certificate.not_run:
-        rows = certificate.not_run.items()
-        yield table("Machines that were to replay and did not", ("machine", "why"), rows, "words")
 
 
 def _differences(certificate: Certificate) -> Iterator[tuple[str, str, str, str]]:

@@ -39,11 +39,14 @@ def digest_of(code: dict[str, str]) -> str:
 
 
 def _modules_of(atomic: Atomic) -> Iterator[str]:
-    """The modules of a model's class, and of the coupled models that it is in, below the root."""
+    """The modules of a model's class, and of the coupled models that it is in, below the root.
+
+    Those of Python itself, such as `typing` of a generic class, are left out: its version is known.
+    """
     within: Owner = atomic
     while within.parent is not None:
         for kind in type(within).__mro__:
-            if kind.__module__ != "builtins":
+            if kind.__module__.partition(".")[0] not in sys.stdlib_module_names:
                 yield kind.__module__
         within = within.parent
 

@@ -115,8 +115,7 @@ def _lines(certificate: Certificate) -> Iterator[str]:
             yield f"  {said(each)}  on {name}"
             if each is not None and each.first is not None:
                 yield f"    first: {place_said(each.first)}"
-    for interpreter, why in certificate.not_run.items():
-        yield f"not run: {interpreter}: {why}"
+    yield from certificate.lacking()
 
 
 def _say(what: str) -> None:
