@@ -78,6 +78,7 @@ def test_whatever_one_machine_finds_is_no_pass(changed: dict[str, Any]) -> None:
     both = merged([of("one", FINDING), of("other", replace(FINDING, **changed))])
     assert not both.is_identical
     assert "not identical" in certificate_page(both)
+    assert any(both.lacking()) == bool({"code_sha256", "sha256"} & changed.keys())
 
 
 def test_nothing_at_all_is_no_pass_nor_a_machine_that_did_not_run() -> None:

@@ -8,6 +8,7 @@ environment could not be made.
 """
 
 import argparse
+import platform
 import sys
 from pathlib import Path
 
@@ -39,7 +40,8 @@ def _compared(only: list[str]) -> int:
             show(f"not run: {each}")
         else:
             show(f"environment: {each.name}")
-            machines.append(Machine(each.name, environment_of(each, HOME / "environments", wheels)))
+            program = environment_of(each, HOME / "environments", wheels)
+            machines.append(Machine(each.name, program, each.machine != platform.machine()))
     if not machines:
         show("no machine to compare")
         return 1
