@@ -1,13 +1,20 @@
-"""Where recordings are: beside the statistics of the run, one for real and one for virtual time."""
+"""Where recordings are, and which one a name means.
+
+The last run's is beside its statistics, one for real and one for virtual time. What `record` has
+kept of a board's runs is in a folder of the board's own below `/var/lib/firmware-runtime`, or below
+`$FIRMWARE_RUNTIME_KEPT_DIRECTORY`.
+"""
 
 import os
+from glob import escape
 from pathlib import Path
 
 from firmware_runtime.blackbox.layout import MAGIC
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import default_path, places
+from firmware_runtime.statistics.paths import default_path, directories, places
 
+KEPT = Path("/var/lib/firmware-runtime")
 VIRTUAL = f".virtual{Companion.RECORDING}"
 
 
@@ -22,7 +29,10 @@ def recording_of_virtual_run(board: str) -> Path:
 
 
 def find_recording(run: str) -> Path:
-    """The recording that is meant: a file, or the last run of a board.
+    """The recording that is meant: a file, the last run of a board, or one that was kept.
+
+    A board whose last run has left none, as after a loss of power, means the newest that was kept
+    of it.
 
     Raises ConfigError, a sentence, if there is none.
     """
@@ -34,11 +44,39 @@ def find_recording(run: str) -> Path:
         for path in (recording_beside(statistics), statistics.with_suffix(VIRTUAL))
         if path.is_file()
     ]
-    if not beside:
-        looked_in = ", ".join(dict.fromkeys(str(each.parent) for each in places(run)))
-        fault = f"no file, and no run of a board of this name has left a recording in {looked_in}"
-        raise ConfigError.of_one(run, f"{fault}; expected a recording's file, or a board")
-    return max(beside, key=lambda path: path.stat().st_mtime_ns)
+    kept = kept_directory()
+    found = beside or [each for each in kept.glob(f"*/{_pattern(run)}") if each.is_file()]
+    found = found or kept_recordings(run)
+    if not found:
+        looked_in = dict.fromkeys(str(each.parent) for each in places(run))
+        where = ", ".join((*looked_in, str(kept)))
+        fault = f"no file, and no run of a board of this name has left a recording in {where}"
+        expected = "expected a recording's file, a board, or a name that `recordings` shows"
+        raise ConfigError.of_one(run, f"{fault}; {expected}")
+    return max(found, key=lambda path: path.stat().st_mtime_ns)
+
+
+def kept_directory() -> Path:
+    """The folder in which each board has one for what was kept of its runs."""
+    return Path(os.environ.get("FIRMWARE_RUNTIME_KEPT_DIRECTORY", KEPT))
+
+
+def kept_recordings(board: str | None = None) -> list[Path]:
+    """The recordings that were kept, of one board or of all, in order of their names."""
+    pattern = f"{'*' if board is None else escape(board)}/*{Companion.RECORDING}"
+    return sorted(each for each in kept_directory().glob(pattern) if each.is_file())
+
+
+def last_recordings(board: str | None = None) -> list[Path]:
+    """The recordings of last runs, beside their statistics, of one board or of all."""
+    endings = (Companion.RECORDING, VIRTUAL) if board else (Companion.RECORDING,)
+    names = [f"{escape(board) if board else '*'}{each}" for each in endings]
+    found = (path for folder in directories() for name in names for path in folder.glob(name))
+    return sorted(dict.fromkeys(each for each in found if each.is_file()))
+
+
+def _pattern(name: str) -> str:
+    return f"{escape(name)}{Companion.RECORDING}"
 
 
 def is_black_box(path: Path) -> bool:

@@ -4,8 +4,10 @@ A file is taken for what is whole in it. A section whose CRC-32 is wrong ends it
 that is missing between two leaves a gap; both are said, and what follows begins at a keyframe.
 """
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from io import FileIO
 from pathlib import Path
 from typing import Final
 from zlib import crc32
@@ -27,6 +29,8 @@ from firmware_runtime.errors import ConfigError
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
+_NUMBER: Final = 8
+"""Bytes of a chunk's number, which stand first in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +123,11 @@ class Recording:
 
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
-    content = _content(path)
+    return recording_in(_content(path), path)
+
+
+def recording_in(content: bytes, path: Path) -> Recording:
+    """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
     if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
         raise _foreign(path, f"it begins with {content[:8]!r}")
     _, chunk_size, chunks = PREFIX.unpack_from(content)
@@ -143,10 +151,31 @@ def _content(path: Path) -> bytes:
         if not path.is_file():
             reason = "is no file" if path.exists() else "does not exist"
             raise ConfigError.of_one(str(path), f"{reason}; expected a recording of a run")
-        return path.read_bytes()
+        with path.open("rb", buffering=0) as file:
+            return _settled(file.readall(), file)
     except OSError as error:
         fault = f"cannot be read ({error.strerror}); expected a recording of a run"
         raise ConfigError.of_one(str(path), fault) from error
+
+
+def _settled(content: bytes, file: FileIO) -> bytes:
+    """What was read, without the chunks that the run has begun to write over meanwhile."""
+    if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
+        return content
+    size = PREFIX.unpack_from(content)[1]
+    if not CHUNK.size < size <= LARGEST_CHUNK:
+        return content
+    overwritten = [
+        begin
+        for begin in range(PREFIX_SIZE, len(content), size)
+        if os.pread(file.fileno(), _NUMBER, begin) != content[begin : begin + _NUMBER]
+    ]
+    if not overwritten:
+        return content
+    kept = bytearray(content)
+    for begin in overwritten:
+        kept[begin : begin + _NUMBER] = bytes(_NUMBER)
+    return bytes(kept)
 
 
 def _foreign(path: Path, why: str) -> ConfigError:

@@ -41,6 +41,12 @@ def size_for(loads: Iterable[BusLoad], minutes: float) -> Size:
     return Size(chunk, -(-wanted // chunk) + 1)  # the oldest is given up while another is begun
 
 
+def seconds_held(loads: Iterable[BusLoad], minutes: float) -> float:
+    """How much of a run is in it, s: what was asked for, or less where that is more than `MOST`."""
+    loads = list(loads)
+    return min(minutes * 60, MOST / bytes_per_second(loads))
+
+
 def bytes_per_second(loads: Iterable[BusLoad]) -> float:
     """What these buses bring."""
     return BYTES_PER_SECOND + sum(

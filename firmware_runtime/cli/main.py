@@ -46,6 +46,7 @@ VERBS = {
     "perfetto": "perfetto",
     "record": "record",
     "replay": "replay",
+    "recordings": "recordings",
     "continuity": "continuity",
     "certify": "certify",
     "arm": "arm",

@@ -2,6 +2,7 @@
 
 import argparse
 
+from firmware_runtime.blackbox.size import seconds_held, size_for
 from firmware_runtime.board.ends import check_ends
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
@@ -34,11 +35,26 @@ def execute(arguments: argparse.Namespace) -> int:
         recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
         for what, period_ns in recurring:
             print(f"    {what} every {period_ns / 1e6:g} ms")
+    print(f"  recording: {_recording(board)}")
     counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"
     print(f"  ros2 topics: {counts}")
     for warning in board.warnings:
         print(f"  warning: {warning}")
     return Status.OK
+
+
+def _recording(board: Board) -> str:
+    """How much of a run is kept, and the memory that it takes."""
+    minutes = board.settings.recording.minutes
+    if minutes <= 0:
+        return "none: recording.minutes is 0"
+    mebibytes = size_for(board.loads.values(), minutes).bytes / (1 << 20)
+    seconds = minutes * 60
+    asked = f"{minutes:g} min" if minutes >= 1 else f"{seconds:g} s"
+    held = seconds_held(board.loads.values(), minutes)
+    if held < seconds:
+        return f"the last {held / 60:.0f} of {asked} in {mebibytes:.0f} MiB, which is the most"
+    return f"the last {asked} in {mebibytes:.0f} MiB"
 
 
 def _put_together(board: Board) -> None:

@@ -1,0 +1,149 @@
+"""What a recording is, in a row: of which run, which span of it, how the run ended, why it is kept.
+
+A kept one is named `tachobot-0007-crash-1.recording`: the board's seventh run, why, the how manieth
+of that run; without a reason it is the copy that grew with the run.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_runtime.blackbox.found import VIRTUAL, find_recording
+from firmware_runtime.blackbox.reader import Recording, read_recording
+from firmware_runtime.blackbox.section import Kind, decode
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.paths import SUFFIX
+from firmware_runtime.statistics.reader import read_statistics
+
+LAST: Final = "last run"
+GROWN: Final = "synced"
+WENT_ON: Final = "went on"
+_KEPT: Final = re.compile(r"-\d{4,}(?:-([a-z]+)-\d+)?\.recording$")
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """One recording; of one that cannot be read `fault` says why, and the rest is empty."""
+
+    name: str
+    """What `replay` and `export` take."""
+    path: Path
+    board: str = ""
+    run: str = ""
+    begin: int = 0
+    until: int = 0
+    """First and last instant of the run in it, ns."""
+    size: int = 0
+    """Bytes of its file."""
+    end: str = ""
+    """`ended`, `stopped`, `failed` or `overrun`; `killed`, `running`, or `went on`, after it."""
+    why: str = ""
+    """`crash`, `guard`, `late`, `synced`, or `last run`."""
+    faults: tuple[str, ...] = ()
+    """What is not whole in it."""
+    fault: str | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """For a program."""
+        return {
+            "name": self.name,
+            "file": str(self.path),
+            "board": self.board,
+            "run": self.run,
+            "from_s": self.begin / SECOND,
+            "to_s": self.until / SECOND,
+            "bytes": self.size,
+            "end": self.end,
+            "why": self.why,
+            "whole": self.fault is None and not self.faults,
+            "faults": list(self.faults) if self.fault is None else [self.fault],
+        }
+
+
+def listed(path: Path) -> Listed:
+    """The row of a file."""
+    name, why = name_of(path), why_kept(path)
+    try:
+        recording = read_recording(path)
+        size = path.stat().st_size
+    except (ConfigError, OSError) as error:
+        return Listed(name, path, why=why, fault=str(error))
+    begin, until = span_of(recording)
+    header = recording.header
+    return Listed(
+        name,
+        path,
+        header.board,
+        header.run,
+        begin,
+        until,
+        size,
+        _end(recording, why),
+        why,
+        tuple(recording.faults()),
+    )
+
+
+def name_of(path: Path) -> str:
+    """The shortest that means this file: a name, or else its path."""
+    for name in (path.name.removesuffix(VIRTUAL), path.stem):
+        try:
+            if find_recording(name) == path:
+                return name
+        except ConfigError:
+            continue
+    return str(path)
+
+
+def why_kept(path: Path) -> str:
+    """By its name."""
+    found = _KEPT.search(path.name)
+    return LAST if found is None else found[1] or GROWN
+
+
+def span_of(recording: Recording) -> tuple[int, int]:
+    """First and last instant of the run in a recording, ns; a run's beginning is instant 0."""
+    ats = [
+        section.at
+        for chunk in recording.chunks
+        for section in map(decode, chunk.contents)
+        if section.kind not in {Kind.HEADER, Kind.GO_ON}
+    ]
+    return (min(ats), max(ats)) if ats else (0, 0)
+
+
+def state_at_end(contents: list[bytes]) -> str | None:
+    """How a run ended whose last sections these are: its state; None if they do not say."""
+    for content in reversed(contents):
+        section = decode(content)
+        if section.kind is Kind.ENDED and isinstance(section.extra, dict):
+            return str(section.extra.get("state"))
+    return None
+
+
+def _end(recording: Recording, why: str) -> str:
+    state = state_at_end(recording.chunks[-1].contents) if recording.chunks else None
+    if state is not None:
+        return state
+    if why in {"guard", "late"}:
+        return WENT_ON
+    return "running" if why == LAST and _is_under_way(recording) else "killed"
+
+
+def _is_under_way(recording: Recording) -> bool:
+    """Whether the process of the run is still there, by its statistics, else by its number."""
+    pid = recording.header.run.rpartition("-")[2]
+    path = recording.path
+    if not path.name.endswith(VIRTUAL):
+        try:
+            statistics = read_statistics(path.with_suffix(SUFFIX))
+        except StatisticsFileError:
+            pass
+        else:
+            return statistics.writer_alive and str(statistics.header.writer.pid) == pid
+    is_last = path.suffix == Companion.RECORDING and pid.isdigit()
+    return is_last and Path("/proc", pid).exists()

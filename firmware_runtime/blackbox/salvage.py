@@ -1,0 +1,253 @@
+"""What can be saved of a recording that was cut, or in which bytes are wrong.
+
+A section has a checksum, so one that is whole is known wherever it stands. Each chunk begins with
+the recording's header: by these a file is read whose own beginning is lost. A gap stays a gap: what
+follows it gets a chunk of its own, whose number leaves one out.
+"""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+from zlib import crc32
+
+import msgspec
+
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.header import FORMAT, Header
+from firmware_runtime.blackbox.layout import (
+    CHUNK,
+    LARGEST_CHUNK,
+    MAGIC,
+    MOST_CHUNKS,
+    PREFIX,
+    PREFIX_SIZE,
+    SECTION,
+)
+from firmware_runtime.blackbox.reader import kind_of
+from firmware_runtime.blackbox.section import Kind, Section, decode
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+
+_HEADER_BEGINS: Final = bytes((0x9A, Kind.HEADER))
+"""A MessagePack array of ten, whose first is the kind of section."""
+_SECTION_BEGINS: Final = _HEADER_BEGINS[:1]
+_BEFORE: Final = CHUNK.size + SECTION.size
+"""Bytes of a chunk before its header's own."""
+
+
+@dataclass(slots=True)
+class Saved:
+    """What was whole: `content` is a recording of it, `lost` says what was not, in parts."""
+
+    content: bytes = field(repr=False)
+    sections: int
+    span: tuple[int, int]
+    """First and last instant of the run in it, ns."""
+    lost: list[str]
+
+
+@dataclass(slots=True)
+class _Piece:
+    """Sections in a row of one chunk; `follows` is whether they follow the piece before it."""
+
+    number: int
+    contents: list[bytes]
+    follows: bool
+    is_cut: bool = False
+    """Whether something is missing behind it."""
+
+    @property
+    def first_at(self) -> int:
+        return next(_instants(self.contents), 0)
+
+
+def save(path: Path, content: bytes) -> Saved:
+    """Save what is whole in the bytes of a file. Raises ConfigError where nothing is."""
+    headers = list(_headers(content))
+    if not headers:
+        fault = "no header of a recording is whole in it, so nothing can be saved"
+        raise ConfigError.of_one(str(path), f"{fault}; expected a recording of a run")
+    header = _section_at(content, headers[0] - SECTION.size, len(content)) or b""
+    lost: list[str] = []
+    pieces: list[_Piece] = []
+    for begin, end in _chunks(content, headers, lost):
+        pieces += _Reading(content, begin, end, lost).pieces(len(header))
+    pieces = [each for each in pieces if each.contents]
+    pieces.sort(key=lambda each: (each.first_at, each.number))
+    del pieces[:-MOST_CHUNKS]
+    lost += _gaps(pieces)
+    saved = [each for piece in pieces for each in piece.contents]
+    instants = list(_instants(saved)) or [0]
+    chunks = list(_numbered(pieces, header)) or [Numbered(2, [header])]
+    return Saved(file_of(chunks), len(saved), (min(instants), max(instants)), lost)
+
+
+# Chunks -------------------------------------------------------------------------------------------
+
+
+def _headers(content: bytes) -> Iterator[int]:
+    """Where the header sections begin that are whole."""
+    place = content.find(_HEADER_BEGINS)
+    while place >= 0:
+        section = _section_at(content, place - SECTION.size, len(content))
+        if section is not None and _is_header(section):
+            yield place
+        place = content.find(_HEADER_BEGINS, place + 1)
+
+
+def _is_header(section: bytes) -> bool:
+    try:
+        return msgspec.convert(decode(section).extra, Header).format == FORMAT
+    except msgspec.MsgspecError:
+        return False
+
+
+def _chunks(content: bytes, headers: list[int], lost: list[str]) -> Iterator[tuple[int, int]]:
+    """Begin and end of each chunk: where a header is, and where one must have been."""
+    begins = [each - _BEFORE for each in headers]
+    stated = _stated_size(content)
+    distances = (after - before for before, after in itertools.pairwise(begins))
+    size = stated or min(distances, default=len(content))
+    found = sorted({*begins, *_between(content, begins, size)}) if stated else begins
+    if found[0] > PREFIX_SIZE:
+        lost.append(f"{found[0]} bytes before the first chunk")
+    for begin, following in zip(found, [*found[1:], len(content)], strict=True):
+        yield begin, min(following, begin + size)
+
+
+def _between(content: bytes, begins: list[int], size: int) -> list[int]:
+    """Places of chunks whose own header is not whole."""
+    known = iter((*begins, len(content) + size))
+    before, following = -size, next(known)
+    found = []
+    for place in range(PREFIX_SIZE, len(content), size):
+        while following <= place:
+            before, following = following, next(known)
+        if before + size <= place <= following - size:
+            found.append(place)
+    return found
+
+
+def _stated_size(content: bytes) -> int:
+    """The size of a chunk as the file's own beginning has it; 0 if that is lost."""
+    if len(content) >= PREFIX_SIZE and content[: len(MAGIC)] == MAGIC:
+        _, size, count = PREFIX.unpack_from(content)
+        if CHUNK.size < size <= LARGEST_CHUNK and 0 < count <= MOST_CHUNKS:
+            return int(size)
+    return 0
+
+
+# Sections -----------------------------------------------------------------------------------------
+
+
+class _Reading:
+    """One chunk, from `begin` to `end` at most; `lost` gets what is not whole in it."""
+
+    def __init__(self, content: bytes, begin: int, end: int, lost: list[str]) -> None:
+        self._content = content
+        self._begin = begin
+        self._lost = lost
+        is_there = 0 <= begin <= len(content) - CHUNK.size
+        self._number, self._used = CHUNK.unpack_from(content, begin) if is_there else (0, 0)
+        self._is_empty = is_there and self._number == self._used == 0
+        self._is_sized = CHUNK.size < self._used <= LARGEST_CHUNK
+        """Whether it says how much of it is used: behind that may be older sections."""
+        self._is_cut = not self._is_sized or begin + self._used > end
+        self._end = min(begin + self._used, end) if self._is_sized else end
+
+    def pieces(self, header: int) -> Iterator[_Piece]:
+        """What is whole, behind a header of that length; nothing of a chunk not written yet."""
+        if self._is_empty:
+            return
+        if self._is_cut:
+            found, used = self._end - self._begin, self._used if self._is_sized else "unknown"
+            self._lost.append(f"chunk {self._number} behind {found} of {used} bytes")
+        place = self._begin + _BEFORE + header
+        piece = _Piece(self._number, [], follows=True)
+        while place + SECTION.size <= self._end:
+            section = _section_at(self._content, place, self._end)
+            if section is not None:
+                piece.contents.append(section)
+                place += SECTION.size + len(section)
+                continue
+            piece.is_cut = True
+            yield piece
+            after = self._next(place)
+            if after < self._end or not self._is_cut:
+                self._lost.append(self._in_words(place, after, piece))
+            piece, place = _Piece(self._number, [], follows=False), after
+        piece.is_cut = piece.is_cut or self._is_cut
+        yield piece
+
+    def _next(self, place: int) -> int:
+        """Where the next section begins that is whole; the end if there is none."""
+        if not self._is_sized:
+            return self._end
+        content, end = self._content, self._end
+        begins = content.find(_SECTION_BEGINS, place + 1 + SECTION.size, end)
+        while begins >= 0:
+            if _section_at(content, begins - SECTION.size, end) is not None:
+                return begins - SECTION.size
+            begins = content.find(_SECTION_BEGINS, begins + 1, end)
+        return end
+
+    def _in_words(self, place: int, after: int, piece: _Piece) -> str:
+        section = _section_at(self._content, after, self._end)
+        before = [*_instants(piece.contents[-1:])]
+        behind = [] if section is None else [*_instants([section])]
+        when = f" after {before[0] / SECOND:.3f} s" if before else ""
+        until = f" before {behind[0] / SECOND:.3f} s" if behind else ""
+        return f"{after - place} bytes of chunk {self._number}{when}{until}"
+
+
+def _section_at(content: bytes, place: int, end: int) -> bytes | None:
+    """The section whose length and checksum stand there; None if there is none that is whole."""
+    if place < 0 or place + SECTION.size > end:
+        return None
+    length, checksum = SECTION.unpack_from(content, place)
+    begin = place + SECTION.size
+    if length < 2 or begin + length > end or content[begin] != _SECTION_BEGINS[0]:
+        return None
+    section = content[begin : begin + length]
+    return section if crc32(section) == checksum and _decoded(section) is not None else None
+
+
+def _decoded(section: bytes) -> Section | None:
+    try:
+        return decode(section)
+    except msgspec.MsgspecError:
+        return None
+
+
+def _instants(contents: list[bytes]) -> Iterator[int]:
+    """Instants of the sections that have one of their own."""
+    for content in contents:
+        if kind_of(content) not in {Kind.HEADER, Kind.GO_ON}:
+            yield decode(content).at
+
+
+# What follows what --------------------------------------------------------------------------------
+
+
+def _follows(before: _Piece, piece: _Piece) -> bool:
+    return piece.follows and not before.is_cut and piece.number == before.number + 1
+
+
+def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
+    """Each piece as a chunk. A gap before it leaves a number out."""
+    number = 0
+    for place, piece in enumerate(pieces):
+        if place == 0:
+            number = 1 if piece.number == 1 and piece.follows else 2
+        else:
+            number += 1 if _follows(pieces[place - 1], piece) else 2
+        yield Numbered(number, [header, *piece.contents])
+
+
+def _gaps(pieces: list[_Piece]) -> Iterator[str]:
+    """Whole chunks that are missing."""
+    for before, piece in itertools.pairwise(pieces):
+        if 1 < piece.number - before.number < MOST_CHUNKS:
+            yield f"chunks {before.number + 1} to {piece.number - 1}"

@@ -1,0 +1,120 @@
+"""What is whole of a damaged recording is saved: no section more is lost than was touched."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION
+from firmware_runtime.blackbox.reader import kind_of, read_recording, recording_in
+from firmware_runtime.blackbox.salvage import Saved, save
+from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.errors import ConfigError
+from tests.support.recorded import every_section, in_chunks, record
+
+PATH = Path("damaged.recording")
+IN_A_CHUNK = 8
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Chunks of eight sections."""
+    path = tmp_path_factory.mktemp("recordings") / "whole.recording"
+    return in_chunks(record(path, "detective", 0.5), IN_A_CHUNK)
+
+
+def sections_of(content: bytes) -> list[bytes]:
+    chunks = recording_in(content, PATH).chunks
+    every = [each for chunk in chunks for each in chunk.contents]
+    return [each for each in every if kind_of(each) != Kind.HEADER]
+
+
+def places(content: bytes) -> Iterator[tuple[int, int]]:
+    """Begin and end of each section but the headers, with what stands before it."""
+    size = PREFIX.unpack_from(content)[1]
+    for begin in range(PREFIX_SIZE, len(content), size):
+        used = CHUNK.unpack_from(content, begin)[1]
+        place = begin + CHUNK.size
+        while place < begin + used:
+            end = place + SECTION.size + SECTION.unpack_from(content, place)[0]
+            if kind_of(content[place + SECTION.size :]) != Kind.HEADER:
+                yield place, end
+            place = end
+
+
+def saved(content: bytes) -> tuple[Saved, list[bytes]]:
+    """What is saved, and its sections as a reader finds them: it is whole but for gaps."""
+    done = save(PATH, content)
+    assert all("missing" in fault for fault in recording_in(done.content, PATH).faults())
+    return done, sections_of(done.content)
+
+
+def test_of_a_whole_one_nothing_is_lost(whole: bytes) -> None:
+    done, sections = saved(whole)
+    assert (done.lost, sections) == ([], sections_of(whole))
+    assert recording_in(done.content, PATH).is_from_start
+    assert len(sections) > 3 * IN_A_CHUNK
+
+
+@pytest.mark.slow
+def test_a_wrong_byte_costs_its_own_section_and_no_other(whole: bytes) -> None:
+    every = sections_of(whole)
+    for number, (begin, end) in enumerate(places(whole)):
+        damaged = bytearray(whole)
+        damaged[(begin + end) // 2] ^= 0x10
+        done, sections = saved(bytes(damaged))
+        assert sections == every[:number] + every[number + 1 :], number
+        assert len(done.lost) == 1
+
+
+def test_a_gap_stays_a_gap(whole: bytes) -> None:
+    begin, _ = list(places(whole))[2 * IN_A_CHUNK + 3]
+    damaged = bytearray(whole)
+    damaged[begin + 20] ^= 1
+    done, _ = saved(bytes(damaged))
+    (fault,) = recording_in(done.content, PATH).faults()
+    assert "are missing" in fault
+
+
+@pytest.mark.slow
+def test_a_cut_costs_what_was_cut(whole: bytes) -> None:
+    every, ends = sections_of(whole), [end for _, end in places(whole)]
+    for cut in range(ends[0], len(whole), 997):
+        _, sections = saved(whole[:cut])
+        assert sections == every[: sum(end <= cut for end in ends)]
+
+
+def test_a_header_that_is_damaged_costs_nothing(whole: bytes) -> None:
+    size = PREFIX.unpack_from(whole)[1]
+    for begin in range(PREFIX_SIZE, len(whole), size):
+        damaged = bytearray(whole)
+        damaged[begin + CHUNK.size + 100] ^= 0x40
+        done, sections = saved(bytes(damaged))
+        assert (sections, done.lost) == (sections_of(whole), [])
+        assert recording_in(done.content, PATH).is_from_start
+
+
+@pytest.mark.parametrize("lost", [1, 40, PREFIX_SIZE])
+def test_a_file_without_its_beginning_is_read_by_its_headers(whole: bytes, lost: int) -> None:
+    _, sections = saved(whole[lost:])
+    assert sections == sections_of(whole)
+
+
+def test_bytes_that_are_missing_in_the_middle_cost_one_chunk_at_most(whole: bytes) -> None:
+    places_of = list(places(whole))
+    begin, end = places_of[IN_A_CHUNK + 2][0], places_of[IN_A_CHUNK + 4][1]
+    _, sections = saved(whole[: begin + 3] + whole[end - 5 :])
+    every = sections_of(whole)
+    assert [each for each in sections if each not in every] == []
+    assert sections == every[: IN_A_CHUNK + 2] + every[IN_A_CHUNK + 5 :]
+
+
+def test_of_a_file_without_a_header_nothing_is_saved() -> None:
+    with pytest.raises(ConfigError, match="no header of a recording"):
+        save(PATH, b"FWRTBOX1" + bytes(100_000))
+
+
+def test_chunks_of_a_recording_are_as_they_were(tmp_path: Path, whole: bytes) -> None:
+    path = tmp_path / "whole.recording"
+    path.write_bytes(whole)
+    assert len(read_recording(path).chunks) == -(-len(every_section(path)) // IN_A_CHUNK)

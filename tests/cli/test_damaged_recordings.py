@@ -1,0 +1,77 @@
+"""Cut, damaged and foreign recordings: every verb gives a sentence, never a traceback."""
+
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
+from tests.support.recorded import in_chunks, record
+
+SEEDS = range(12)
+VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
+    "replay": lambda path, _: ["replay", path],
+    "recordings": lambda path, _: ["recordings", "--in", path.parent],
+    "keep": lambda path, folder: ["recordings", "keep", path, "-o", folder / "kept"],
+    "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
+}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Some chunks of a few sections each."""
+    path = tmp_path_factory.mktemp("recordings") / "whole.recording"
+    return in_chunks(record(path, "detective", 0.1), 8)
+
+
+def cut(content: bytes, chance: random.Random) -> bytes:
+    return content[: chance.randrange(len(content))]
+
+
+def flipped(content: bytes, chance: random.Random) -> bytes:
+    damaged = bytearray(content)
+    for _ in range(chance.choice([1, 1, 3, 100])):
+        damaged[chance.randrange(len(damaged))] ^= 1 << chance.randrange(8)
+    return bytes(damaged)
+
+
+def beginning_flipped(content: bytes, chance: random.Random) -> bytes:
+    damaged = bytearray(content)
+    damaged[chance.randrange(PREFIX_SIZE + CHUNK.size)] ^= 1 << chance.randrange(8)
+    return bytes(damaged)
+
+
+def without_a_part(content: bytes, chance: random.Random) -> bytes:
+    begin, end = sorted(chance.randrange(len(content)) for _ in range(2))
+    return content[:begin] + content[end:]
+
+
+def foreign(content: bytes, chance: random.Random) -> bytes:
+    return content[: chance.choice([0, 8, 16, 64])] + chance.randbytes(chance.randrange(3000))
+
+
+DAMAGES = [cut, flipped, beginning_flipped, without_a_part, foreign]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", DAMAGES, ids=lambda each: each.__name__)
+@pytest.mark.parametrize("verb", VERBS)
+def test_there_is_a_sentence(
+    command: Callable[..., Any],
+    tmp_path: Path,
+    whole: bytes,
+    verb: str,
+    damage: Callable[[bytes, random.Random], bytes],
+) -> None:
+    path = tmp_path / "damaged" / "x.recording"
+    path.parent.mkdir()
+    for seed in SEEDS:
+        path.write_bytes(damage(whole, random.Random(seed)))
+        ended = command(*VERBS[verb](path, tmp_path))
+        assert ended.status in {0, 1, 2}, seed
+        assert "Traceback" not in ended.error
+        if ended.status == 2:
+            assert ended.out == ""
+            assert len(ended.error.splitlines()) == 1, ended.error

@@ -1,0 +1,161 @@
+"""`recordings`: the list, one kept as a file, what is whole of one saved; and names of those."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.blackbox.found import find_recording, recording_of_virtual_run
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.errors import ConfigError
+from tests.support.recorded import record
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where kept recordings of the detective are."""
+    monkeypatch.setenv("FIRMWARE_RUNTIME_KEPT_DIRECTORY", str(tmp_path / "kept"))
+    folder = tmp_path / "kept" / "detective"
+    folder.mkdir(parents=True)
+    return folder
+
+
+@pytest.fixture
+def last(kept: Path) -> Path:
+    """The last run's, of 0.2 s."""
+    assert kept.is_dir()
+    return record(recording_of_virtual_run("detective"), "detective", 0.2)
+
+
+def rows(command: Callable[..., Any], *words: object) -> list[dict[str, Any]]:
+    ended = command("recordings", *words, "--json")
+    assert ended.status == 0
+    found: list[dict[str, Any]] = json.loads(ended.out)
+    return found
+
+
+def test_without_any_that_is_said(command: Callable[..., Any], kept: Path) -> None:
+    assert command("recordings", "detective").out == "no recordings\n"
+    assert rows(command) == []
+    assert list(kept.iterdir()) == []
+
+
+def test_the_last_run_is_listed_by_its_board(command: Callable[..., Any], last: Path) -> None:
+    (row,) = rows(command)
+    assert (row["name"], row["file"], row["board"]) == ("detective", str(last), "detective")
+    assert (row["from_s"], row["to_s"]) == (0.0, 0.2)
+    assert (row["end"], row["why"], row["whole"]) == ("ended", "last run", True)
+    assert rows(command, "detective") == [row]
+    assert rows(command, "tachobot") == []
+
+
+def test_a_kept_one_goes_by_its_name_and_says_why(
+    command: Callable[..., Any], last: Path, kept: Path
+) -> None:
+    for name in ("detective-0001", "detective-0002-crash-1", "detective-0003-guard-2"):
+        shutil.copy(last, kept / f"{name}.recording")
+    found = {row["name"]: row["why"] for row in rows(command, "detective")}
+    assert found == {
+        "detective": "last run",
+        "detective-0001": "synced",
+        "detective-0002-crash-1": "crash",
+        "detective-0003-guard-2": "guard",
+    }
+    assert find_recording("detective-0002-crash-1") == kept / "detective-0002-crash-1.recording"
+    last.unlink()
+    assert find_recording("detective").parent == kept
+    with pytest.raises(ConfigError, match="a name that `recordings` shows"):
+        find_recording("detective-0009-crash-1")
+
+
+def test_one_in_another_folder_goes_by_its_path(
+    command: Callable[..., Any], last: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "sent" / "detective-0001.recording"
+    path.parent.mkdir()
+    shutil.copy(last, path)
+    (row,) = rows(command, "--in", path.parent)
+    assert row["name"] == str(path)
+
+
+def test_one_without_an_end_was_killed_and_one_that_is_none_is_a_row(
+    command: Callable[..., Any], last: Path, kept: Path
+) -> None:
+    content = last.read_bytes()
+    end = content.index(b"counts") - 60
+    (kept / "detective-0001-crash-1.recording").write_bytes(content[:end])
+    (kept / "detective-0002.recording").write_text("Dear Sir,")
+    cut, letter = rows(command, "detective")[1:]
+    assert (cut["end"], cut["whole"]) == ("killed", False)
+    assert "the file ends" in cut["faults"][0]
+    assert "not a recording" in letter["faults"][0]
+    text = command("recordings").out
+    assert "detective-0002" in text
+
+
+def test_keep_leaves_a_small_file_that_is_the_same_run(
+    command: Callable[..., Any], last: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "sent.recording"
+    assert command("recordings", "keep", "detective", "-o", path).status == 0
+    assert path.stat().st_size < last.stat().st_size / 4
+    ended = command("replay", path, "--json")
+    assert (ended.status, json.loads(ended.out)["identical"]) == (0, True)
+
+
+def test_without_o_it_is_named_as_its_run(
+    command: Callable[..., Any], last: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (row,) = rows(command)
+    assert command("recordings", "keep", last).status == 0
+    assert (tmp_path / f"{row['run']}.recording").is_file()
+
+
+def test_recover_says_in_one_line_what_was_saved_and_what_is_lost(
+    command: Callable[..., Any], last: Path, tmp_path: Path
+) -> None:
+    damaged, path = tmp_path / "damaged", tmp_path / "saved.recording"
+    content = bytearray(last.read_bytes())
+    used = CHUNK.unpack_from(content, PREFIX_SIZE)[1]
+    content[PREFIX_SIZE + used * 4 // 5] ^= 1
+    damaged.write_bytes(content[: PREFIX_SIZE + used - 10])
+    ended = command("recordings", "recover", damaged, "-o", path)
+    (line,) = ended.out.splitlines()
+    assert ended.status == 0
+    assert "bytes of chunk 1 after" in line
+    assert "chunk 1 behind" in line
+    assert command("replay", path, "--json").status in {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        (["keep"], "expected a recording's file"),
+        (["recover", "detective"], "expected -o FILE"),
+        (["recover", "none", "-o", "x"], "no file"),
+        (["keep", "detective", "--json"], "--json: has no effect"),
+        (["detective", "-o", "x"], "-o: has no effect"),
+        (["detective", "more"], "more: has no effect"),
+        (["--in", "nowhere"], "no folder"),
+    ],
+)
+def test_bad_words_are_refused(
+    command: Callable[..., Any], kept: Path, words: list[str], what: str
+) -> None:
+    ended = command("recordings", *words)
+    assert (ended.status, ended.out) == (2, "")
+    assert what in ended.error
+    assert kept.is_dir()
+
+
+def test_check_says_how_much_is_recorded(command: Callable[..., Any]) -> None:
+    said = command("check", "tachobot").out
+    assert "recording: the last 10 min in " in said
+    said = command("check", "tachobot", "--set", "recording.minutes=0").out
+    assert "recording: none: recording.minutes is 0" in said
+    said = command("check", "tachobot", "--set", "recording.minutes=1000").out
+    assert "of 1000 min in 264 MiB, which is the most" in said

@@ -1,0 +1,45 @@
+"""Small recordings: a run of a board on doubles in virtual time, in chunks of a few sections."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.reader import kind_of, read_recording
+from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs.session import Session
+
+
+def record(
+    path: Path,
+    board: str,
+    span_s: float,
+    settings: Sequence[str] = (),
+    before: Callable[[Session], None] = lambda _: None,
+) -> Path:
+    """Run a board, and leave its recording at `path`."""
+    found = board_in_force(board, ("recording.minutes=0.1", *settings))
+    session = Session(found, VirtualClock(), doubles=True, statistics_path=None, recording=path)
+    try:
+        before(session)
+        session.run(round(span_s * SECOND))
+    finally:
+        session.close()
+    return path
+
+
+def in_chunks(path: Path, sections: int) -> bytes:
+    """The same recording with so many sections in a chunk, beside its header."""
+    (first, *_), *_ = (each.contents for each in read_recording(path).chunks)
+    contents = every_section(path)
+    groups = [contents[at : at + sections] for at in range(0, len(contents), sections)]
+    return file_of([Numbered(n, [first, *each]) for n, each in enumerate(groups, start=1)])
+
+
+def every_section(path: Path) -> list[bytes]:
+    """All but the headers, as bytes."""
+    chunks = read_recording(path).chunks
+    every = [each for chunk in chunks for each in chunk.contents]
+    return [each for each in every if kind_of(each) != Kind.HEADER]
