@@ -4,16 +4,17 @@ The lists stay the same objects for as long as a run lasts: whoever hears someth
 `append` of one. Within a step nothing else is done.
 """
 
+from array import array
 from typing import Any
 
 
 class Heard:
-    """Lists as in `section.Section`; the clock's readings are instants, not differences."""
+    """Lists as in `section.Section`."""
 
     __slots__ = ("enabled", "entered", "readings", "sent", "times", "transfers", "world")
 
     def __init__(self) -> None:
-        self.readings: list[int] = []
+        self.readings: array[int] = array("q")
         self.times: list[int] = []
         self.enabled: list[bool] = []
         self.world: list[int] = []
@@ -34,5 +35,10 @@ class Heard:
 
     def clear(self) -> None:
         """Forget everything: it has been written."""
-        for name in self.__slots__:
-            getattr(self, name).clear()
+        del self.readings[:]
+        self.sent.clear()
+        self.transfers.clear()
+        self.times.clear()
+        self.enabled.clear()
+        self.world.clear()
+        self.entered.clear()

@@ -14,36 +14,28 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.ports import OutPort, StandIn
-from firmware_runtime.recording.values import UnknownValue, plain
 
 Sent: TypeAlias = Callable[[tuple[int, Any]], None]
 
 
 class HeardBag(StandIn[Any]):
-    """Hands each value on, and hears it with the port's number."""
+    """Hears each value with the port's number, and hands it on as the port did."""
 
-    __slots__ = ("_hear", "_inner", "number")
+    __slots__ = ("_bag", "_entry", "_hear", "_register", "number")
 
     def __init__(self, port: OutPort[Any], number: int, hear: Sent) -> None:
         self.number = number
         self._hear = hear
-        self._inner = port.taken_over_by(self)
+        inner = port.taken_over_by(self)
+        self._bag, self._register, self._entry = inner.bag, inner.register, inner.entry
 
     def append(self, value: object, /) -> None:
         """Take one value."""
         self._hear((self.number, value))
-        self._inner.send(value)
-
-
-class WholeBag(HeardBag):
-    """The same for a world's model: its values are written so that they can be made again."""
-
-    __slots__ = ()
-
-    def append(self, value: object, /) -> None:
-        """Take one value."""
-        self._hear((self.number, _in_full(value)))
-        self._inner.send(value)
+        bag = self._bag  # as `OutPort.send`, without the call
+        if not bag:
+            self._register.append(self._entry)
+        bag.append(value)
 
 
 def own_atomics(component: Component) -> Iterator[Atomic]:
@@ -60,10 +52,10 @@ def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:
     return [port for atomic in atomics for port in atomic.out_ports.values()]
 
 
-def listen(atomics: Iterable[Atomic], own: frozenset[Atomic], hear: Sent) -> None:
+def listen(atomics: Iterable[Atomic], hear: Sent) -> None:
     """Hear what leaves every output port from now on."""
     for number, port in enumerate(output_ports(atomics)):
-        (HeardBag if port.owner in own else WholeBag)(port, number, hear)
+        HeardBag(port, number, hear)
 
 
 def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions:
@@ -87,10 +79,3 @@ def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions
         partial(after, functions.external),
         None if confluent is None else partial(after, confluent),
     )
-
-
-def _in_full(value: object) -> object:
-    try:
-        return plain(value)
-    except UnknownValue:
-        return None

@@ -13,12 +13,13 @@ from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
 from firmware_runtime.blackbox.models import heard_world, listen
 from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.section import Kind, differences, encode
+from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import text_of
+from firmware_runtime.executive.clocks import Clock, VirtualClock, heard_clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock
@@ -49,16 +50,19 @@ class Recorder:
     in the recording.
     """
 
-    def __init__(self, now: Callable[[], int]) -> None:
+    def __init__(self, clock: Clock) -> None:
         self.lines: list[str] = []
         self.early: list[str] = []
         self.own: frozenset[Atomic] = frozenset()
         """The robot's own models; others belong to a world."""
         self.heard = Heard()
         self.fault: str | None = None
+        self.written = 0
+        """Bytes of sections so far."""
         self.no_keyframe: str | None = None
         """Why the last keyframe that was due could not be taken; a chip may be coming up."""
-        self._now = now
+        self._clock = clock
+        self._now = clock.now
         self._ring: Ring | None = None
         self._step_at = -1
         """Instant of the step that has not been written; -1: there is none."""
@@ -94,14 +98,10 @@ class Recorder:
 
     def reading(self, now: Callable[[], int]) -> Callable[[], int]:
         """The clock as the steps ask it, heard."""
-        hear = self.heard.readings.append
-
-        def read() -> int:
-            at = now()
-            hear(at)
-            return at
-
-        return read
+        clock, hear = self._clock, self.heard.readings.append
+        if isinstance(clock, VirtualClock):  # it stands still within a step
+            return now
+        return heard_clock(clock, hear)
 
     def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
         """A model of the robot's as it is, one of a world heard."""
@@ -127,7 +127,7 @@ class Recorder:
         self._make_keyframes = keyframes
         self._counts = counts
         self._is_real_time = is_real_time
-        listen(atomics, self.own, self.heard.sent.append)
+        listen(atomics, self.heard.sent.append)
         self._write(Kind.BUILD, 0)
 
     def give_up(self) -> None:
@@ -249,7 +249,7 @@ class Recorder:
             (
                 kind.value,
                 at,
-                differences(heard.readings, at),
+                heard.readings.tobytes(),
                 heard.times,
                 heard.enabled,
                 heard.world,
@@ -260,5 +260,6 @@ class Recorder:
             )
         )
         heard.clear()
+        self.written += len(content)
         if ring.write(content):
             self._keyframe_at = 0  # each chunk can be replayed on its own

@@ -56,11 +56,12 @@ class Ring:
         self._memory.close()
 
     def _append(self, content: bytes) -> None:
-        memory, begin = self._memory, self._begin + self._used
-        end = begin + SECTION.size + len(content)
-        SECTION.pack_into(memory, begin, len(content), crc32(content))
-        memory[begin + SECTION.size : end] = content
-        self._used = end - self._begin
+        memory, place = self._memory, self._begin + self._used
+        size = len(content)
+        SECTION.pack_into(memory, place, size, crc32(content))
+        place += SECTION.size
+        memory[place : place + size] = content
+        self._used += SECTION.size + size
         CHUNK.pack_into(memory, self._begin, self.chunk, self._used)
 
     def _open_chunk(self) -> None:

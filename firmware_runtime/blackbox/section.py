@@ -4,9 +4,8 @@ A section is MessagePack: an array of the fields of `Section`. Within each list 
 order in which they came, so a replay that asks for the same, in the same order, gets the same.
 """
 
+from array import array
 from enum import IntEnum
-from itertools import accumulate
-from operator import sub
 from typing import Any, Final
 
 import msgspec
@@ -74,8 +73,8 @@ class Section(msgspec.Struct, array_like=True):
     kind: Kind
     at: int
     """Instant of the run, ns."""
-    readings: list[int]
-    """What the clock said, each less the one before, the first less `at`."""
+    readings: bytes
+    """What the clock said, instants of the run in ns, 64 bits each; none in virtual time."""
     times: list[int]
     """What the lines said of their own time."""
     enabled: list[bool]
@@ -91,12 +90,7 @@ class Section(msgspec.Struct, array_like=True):
 
     def clock(self) -> list[int]:
         """What the clock said, instants of the run, ns."""
-        return list(accumulate(self.readings, initial=self.at))[1:]
-
-
-def differences(readings: list[int], at: int) -> list[int]:
-    """Each reading less the one before, the first less `at`."""
-    return list(map(sub, readings, [at, *readings]))
+        return array("q", self.readings).tolist()
 
 
 def _in_words(value: object) -> object:

@@ -154,6 +154,23 @@ class VirtualClock:
         return ready
 
 
+def heard_clock(clock: Clock, hear: Callable[[int], None]) -> Callable[[], int]:
+    """What reads as the clock does, and lets each reading be heard."""
+    read = clock.now
+
+    def heard() -> int:
+        now = read()
+        hear(now)
+        return now
+
+    def heard_monotonic() -> int:  # without the call: every function of a model reads it
+        now: int = monotonic_ns() - clock._epoch  # type: ignore[attr-defined]  # noqa: SLF001
+        hear(now)
+        return now
+
+    return heard_monotonic if type(clock) is MonotonicClock else heard
+
+
 class WorldClock:
     """Time of a world that lives in this process: register doubles, and the plant; call it.
 

@@ -8,7 +8,11 @@ is taken.
 from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
+import msgspec
+
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.section import Kind, Section, Transfer, sent_of
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.replay.difference import NOTHING, Difference
 
 Report: TypeAlias = Callable[[Difference], None]
@@ -17,12 +21,13 @@ Report: TypeAlias = Callable[[Difference], None]
 class Feed:
     """Of one section after the other; `report` gets the differences."""
 
-    def __init__(self, lines: list[str], report: Report) -> None:
-        self.lines = lines
+    def __init__(self, header: Header, report: Report) -> None:
+        self.lines = header.lines
+        self.is_virtual = header.clock == VirtualClock.__name__
         self._report = report
         self._at = 0
         self._last_reading = 0
-        self.load(Section(Kind.BUILD, 0, [], [], [], [], b"\x90", [], []))  # type: ignore[arg-type]
+        self.load(Section(Kind.BUILD, 0, b"", [], [], [], msgspec.Raw(b"\x90"), [], []))
 
     def load(self, section: Section) -> None:
         """Give what this section holds from now on."""
@@ -50,7 +55,9 @@ class Feed:
                 self._differs("asked", "", name, f"{count} more answers", NOTHING)
 
     def reading(self) -> int:
-        """What the clock said."""
+        """What the clock said; in virtual time it stands still within a section."""
+        if self.is_virtual:
+            return self._at
         self._last_reading = self._next(self._readings, "clock", self._last_reading)
         return self._last_reading
 

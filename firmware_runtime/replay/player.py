@@ -45,7 +45,7 @@ class Player:
         """What the robot raised in the step it came to last, if it did."""
         self.listeners: list[Callable[[Difference], None]] = []
         self._noted: list[Difference] = []
-        self.feed = Feed(header.lines, self._note)
+        self.feed = Feed(header, self._note)
         if beginning.kind is Kind.BUILD:
             self.feed.load(beginning)
         found = rebuilt(header, board, self.feed)

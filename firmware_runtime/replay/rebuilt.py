@@ -67,14 +67,13 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
         end = end_of(board, header.role)
         robot, _ = robot_of(end, whole)
         elsewhere = end.elsewhere
-    is_virtual = header.clock == VirtualClock.__name__
-    clock = VirtualClock() if is_virtual else MonotonicClock()
+    clock = VirtualClock() if feed.is_virtual else MonotonicClock()
     DoverBlocks(robot.model, clock)
     sent: list[tuple[int, Any]] = []
     tap: Any = _ReplayTap(PlayedWorld(own, feed, sent), feed)
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
     profiler = Profiler(robot.model, feed.reading, configuration)
-    listen(profiler.simulator.atomics, own, sent.append)
+    listen(profiler.simulator.atomics, sent.append)
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
     ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)

@@ -107,7 +107,7 @@ def header_of(robot: RecordedRobot) -> Header:
 
 def encoded_header(header: Header) -> bytes:
     """The section that begins each chunk."""
-    return encode((Kind.HEADER.value, 0, [], [], [], [], [], [], [], to_builtins(header)))
+    return encode((Kind.HEADER.value, 0, b"", [], [], [], [], [], [], to_builtins(header)))
 
 
 def counts_of(accounts: Iterable[ModelAccount], faults: FaultLog) -> dict[str, dict[str, int]]:

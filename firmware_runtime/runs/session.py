@@ -82,7 +82,7 @@ class Session:
         self._log = log
         interlock = always_enabled if permission is None else self._may_drive
         is_recorded = recording is not None and board.settings.recording.minutes > 0
-        self.recorder = Recorder(clock.now) if is_recorded else None
+        self.recorder = Recorder(clock) if is_recorded else None
         self.has_hardware = end is None or end.has_hardware
         self.hardware = Hardware(
             board,

@@ -28,6 +28,8 @@ _BENCHES = (
     "ros2",
     "qss",
     "blame",
+    "recording",
+    "replay",
 )
 
 

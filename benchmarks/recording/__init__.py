@@ -1,0 +1,1 @@
+"""What it costs to record a run at its edge."""

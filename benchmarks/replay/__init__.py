@@ -1,0 +1,1 @@
+"""Whether runs in which much goes wrong are the same when they are run again."""
