@@ -4,13 +4,19 @@ A column reads what its objects hold now, sets it, and says which field each par
 read of attributes are the dictionaries themselves, not copies: the pickler reads them at once.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from operator import attrgetter
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple, Protocol, TypeAlias
 
 from firmware_runtime.blackbox.contents import Content, shown
 from firmware_runtime.blackbox.known import KnownObjects
-from firmware_runtime.blackbox.layouts import Layout, Thing, layout_of
+from firmware_runtime.blackbox.layouts import (
+    Layout,
+    Thing,
+    by_name,
+    layout_of,
+    slots_getter,
+    slots_or_names,
+)
 from firmware_runtime.blackbox.making import set_attributes, set_slots
 from firmware_runtime.blackbox.views import Views
 
@@ -62,24 +68,26 @@ class Slots:
     """Slots, as tuples in the order of the layout; with one of them unset, by name."""
 
     def __init__(self, objects: Iterable[tuple[str, Thing, Layout]]) -> None:
-        self._objects = [(path, thing, layout, _getter(layout)) for path, thing, layout in objects]
+        self._objects = [
+            (path, thing, layout, slots_getter(layout)) for path, thing, layout in objects
+        ]
 
     def read(self) -> list[Thing]:
         """What stands in them."""
         try:
             return [get(thing) for _, thing, _, get in self._objects]
         except AttributeError:
-            return [_slots_or_names(get, thing, layout) for _, thing, layout, get in self._objects]
+            return [slots_or_names(get, thing, layout) for _, thing, layout, get in self._objects]
 
     def fill(self, made: list[Thing]) -> None:
         """Set and delete them, by their descriptors: without a function of the class."""
         for (_, thing, layout, _), values in zip(self._objects, made, strict=True):
-            set_slots(layout, thing, _by_name(layout, values))
+            set_slots(layout, thing, by_name(layout, values))
 
     def fields(self, read: list[Thing]) -> Fields:
         """Each slot."""
         for (path, _, layout, _), values in zip(self._objects, read, strict=True):
-            named = _by_name(layout, values).items()
+            named = by_name(layout, values).items()
             yield from ((f"{path}.{name}", value) for name, value in named)
 
 
@@ -102,30 +110,6 @@ class Contents:
         """Each whole content; a comparison goes into it."""
         for (path, thing, _), each in zip(self._objects, read, strict=True):
             yield path, shown(thing, each)
-
-
-_Getter: TypeAlias = Callable[[Thing], Thing]
-
-
-def _getter(layout: Layout) -> _Getter:
-    """Reads all slots of an object into a tuple. Raises AttributeError for one that is unset."""
-    names = [name for name, _ in layout.slots]
-    if len(names) > 1 and all(getattr(layout.kind, name) is slot for name, slot in layout.slots):
-        return attrgetter(*names)
-    return lambda thing: tuple(slot.__get__(thing) for _, slot in layout.slots)
-
-
-def _slots_or_names(get: _Getter, thing: Thing, layout: Layout) -> Thing:
-    try:
-        return get(thing)
-    except AttributeError:
-        return layout.slots_of(thing)
-
-
-def _by_name(layout: Layout, values: Thing) -> dict[str, Thing]:
-    if isinstance(values, dict):
-        return values
-    return {name: value for (name, _), value in zip(layout.slots, values, strict=True)}
 
 
 class Columns(NamedTuple):

@@ -12,7 +12,7 @@ import types
 from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable
 from enum import Enum
-from functools import cache, partial
+from functools import partial
 from typing import Any, Final
 
 from firmware_runtime.blackbox.layouts import (
@@ -21,6 +21,8 @@ from firmware_runtime.blackbox.layouts import (
     Thing,
     is_number_of_numpy,
     layout_of,
+    slots_getter,
+    slots_or_names,
 )
 
 
@@ -82,26 +84,24 @@ MADE_WHOLE: Final[dict[type[Any], Callable[[Any], Any]]] = {
 """Those whose content cannot be set; each with what reads it."""
 
 
+_Way = Callable[[Thing], tuple[Any, ...]]
+
+
 def reduced(thing: Thing) -> tuple[Any, ...]:
-    """What a pickler writes for an object: a Value. Raises NoValue."""
-    way = _FOUND.get(type(thing))
+    """What a pickler writes for an object: Value, its two arguments, its parts. Raises NoValue."""
+    kind = type(thing)
+    way = WAYS.get(kind)
     if way is None:
-        way = _FOUND[type(thing)] = _way_of(type(thing))
-    what, kind, parts = way(thing)
-    return Value, (what, kind), parts
-
-
-_Way = Callable[[Thing], tuple[str, object, object]]
-_FOUND: Final[dict[type[Thing], _Way]] = {}
+        way = WAYS[kind] = _way_of(kind)
+    return way(thing)
 
 
 def _way_of(kind: type[Thing]) -> _Way:
     if issubclass(kind, type):
-        return lambda thing: ("class", None, [_name_of(thing)])
+        return lambda thing: _value("class", [_name_of(thing)])
     if issubclass(kind, Enum):
-        return lambda thing: ("member", kind, [thing.name])
-    if kind in _WAYS:
-        return _WAYS[kind]
+        arguments = "member", kind
+        return lambda thing: (Value, arguments, [thing.name])
     if kind in ITERATORS:
         return _of_iterator
     if kind.__module__.partition(".")[0] == "numpy":
@@ -110,40 +110,56 @@ def _way_of(kind: type[Thing]) -> _Way:
     is_made_here = layout.kind is not layout.base or issubclass(kind, BaseException)
     if not (layout.is_sound and is_made_here and _is_makeable(layout.base)):
         raise NoValue(f"a {kind.__module__}.{kind.__qualname__} made during the run")
-    return partial(_of_object, layout)
+    return _way_of_layout(layout)
+
+
+def _value(what: str, parts: object) -> tuple[Any, ...]:
+    return Value, (what, None), parts
+
+
+def _way_of_layout(layout: Layout) -> _Way:
+    """For objects of one layout: content, slots (in order; by name if one is unset), attributes."""
+    arguments = "object", layout.kind
+    read = _reading(layout)
+    get = slots_getter(layout) if layout.slots else None
+    if get is None and not layout.has_attributes:
+        return lambda thing: (Value, arguments, (read(thing), None, None))
+
+    def way(thing: Thing) -> tuple[Any, ...]:
+        slots = None if get is None else slots_or_names(get, thing, layout)
+        attributes = thing.__dict__ if layout.has_attributes else None
+        return Value, arguments, (read(thing), slots, attributes)
+
+    return way
 
 
 def _is_makeable(base: type[Thing]) -> bool:
     return base in MADE_EMPTY or base in MADE_WHOLE or issubclass(base, BaseException)
 
 
-def _of_object(layout: Layout, thing: Thing) -> tuple[str, object, object]:
-    attributes = vars(thing) if layout.has_attributes else None
-    slots = layout.slots_of(thing) if layout.slots else None
-    return "object", layout.kind, (_content_of(layout, thing), slots, attributes)
+def _reading(layout: Layout) -> Callable[[Thing], object]:
+    """What reads the content of objects of a layout."""
+    if layout.base in MADE_WHOLE:
+        return MADE_WHOLE[layout.base]
+    if issubclass(layout.base, BaseException):
+        return lambda thing: thing.args
+    return _nothing if layout.content is None else layout.content.read
 
 
-def _content_of(layout: Layout, thing: Thing) -> object:
-    base = layout.base
-    if base is object:
-        return None
-    if issubclass(base, BaseException):
-        return thing.args
-    if base in MADE_WHOLE:
-        return MADE_WHOLE[base](thing)
-    return None if layout.content is None else layout.content.read(thing)
+def _nothing(_: Thing) -> None:
+    return None
 
 
-def _of_iterator(thing: Thing) -> tuple[str, object, object]:
+def _of_iterator(thing: Thing) -> tuple[Any, ...]:
     if type(thing) is types.GeneratorType:
         if thing.gi_frame is not None:
             raise NoValue(f"the generator {thing.__qualname__}, which is not through")
-        return "iterator", None, [(), 0]
+        return _value("iterator", [(), 0])
     if type(thing) is itertools.count:  # its text is the one way to read it in every Python
         first, _, step = repr(thing)[len("count(") : -1].partition(", ")
-        return "count", None, [_number(first), _number(step or "1")]
+        return _value("count", [_number(first), _number(step or "1")])
     _, (iterated, *_), *place = thing.__reduce__()
-    return "iterator", None, [iterated, place[0] if place else 0]
+    return _value("iterator", [iterated, place[0] if place else 0])
 
 
 def _number(text: str) -> float:
@@ -156,47 +172,49 @@ def _number(text: str) -> float:
             raise NoValue(f"an itertools.count at {text}") from None
 
 
-def _of_method(thing: types.MethodType) -> tuple[str, object, object]:
+def _of_method(thing: types.MethodType) -> tuple[Any, ...]:
     name = thing.__func__.__name__
     if getattr(type(thing.__self__), name, None) is thing.__func__:
-        return "method", None, [thing.__self__, name]
-    return "bound", None, [thing.__func__, thing.__self__]
+        return _value("method", [thing.__self__, name])
+    return _value("bound", [thing.__func__, thing.__self__])
 
 
-def _of_builtin(thing: Any) -> tuple[str, object, object]:  # noqa: ANN401 -- of many classes
+def _of_builtin(thing: Any) -> tuple[Any, ...]:  # noqa: ANN401 -- of many classes
     owner = thing.__self__
     if owner is None or isinstance(owner, types.ModuleType):
-        return "function", None, [_name_of(thing)]
-    return "builtin", None, [owner, thing.__name__]
+        return _value("function", [_name_of(thing)])
+    return _value("builtin", [owner, thing.__name__])
 
 
-def _of_numpy(thing: Thing) -> tuple[str, object, object]:
+def _of_numpy(thing: Thing) -> tuple[Any, ...]:
     is_scalar = is_number_of_numpy(thing)
     if type(thing).__name__ != "ndarray" and not is_scalar:
         raise NoValue(f"a {type(thing).__module__}.{type(thing).__qualname__} made during the run")
     if thing.dtype.hasobject or thing.dtype.names is not None:
         raise NoValue(f"an array of {thing.dtype} made during the run")
     if is_scalar:
-        return "number", None, [thing.dtype.str, thing.tobytes()]
+        return _value("number", [thing.dtype.str, thing.tobytes()])
     order = "F" if thing.flags.f_contiguous and not thing.flags.c_contiguous else "C"
-    return "array", None, [thing.dtype.str, thing.shape, order, thing.tobytes(order)]
+    return _value("array", [thing.dtype.str, thing.shape, order, thing.tobytes(order)])
 
 
-_WAYS: Final[dict[type[Any], _Way]] = {
-    types.FunctionType: lambda thing: ("function", None, [_name_of(thing)]),
+_COMPLEX: Final = ("complex", None)
+WAYS: Final[dict[type[Any], _Way]] = {
+    complex: lambda thing: (Value, _COMPLEX, (thing.real, thing.imag)),  # there may be hundreds
+    types.FunctionType: lambda thing: _value("function", [_name_of(thing)]),
     types.MethodType: _of_method,
     types.BuiltinFunctionType: _of_builtin,
-    partial: lambda thing: ("partial", None, [thing.func, thing.args, thing.keywords]),
-    deque: lambda thing: ("deque", None, [list(thing), thing.maxlen]),
-    defaultdict: lambda thing: ("default", None, [thing.default_factory, dict(thing)]),
-    OrderedDict: lambda thing: ("ordered", None, list(thing.items())),
-    array.array: lambda thing: ("numbers", None, [thing.typecode, thing.tobytes()]),
-    complex: lambda thing: ("complex", None, [thing.real, thing.imag]),
-    range: lambda thing: ("range", None, [thing.start, thing.stop, thing.step]),
-    slice: lambda thing: ("slice", None, [thing.start, thing.stop, thing.step]),
-    type(NotImplemented): lambda _: ("singleton", None, ["NotImplemented"]),
-    type(Ellipsis): lambda _: ("singleton", None, ["Ellipsis"]),
+    partial: lambda thing: _value("partial", [thing.func, thing.args, thing.keywords]),
+    deque: lambda thing: _value("deque", [list(thing), thing.maxlen]),
+    defaultdict: lambda thing: _value("default", [thing.default_factory, dict(thing)]),
+    OrderedDict: lambda thing: _value("ordered", list(thing.items())),
+    array.array: lambda thing: _value("numbers", [thing.typecode, thing.tobytes()]),
+    range: lambda thing: _value("range", [thing.start, thing.stop, thing.step]),
+    slice: lambda thing: _value("slice", [thing.start, thing.stop, thing.step]),
+    type(NotImplemented): lambda _: _value("singleton", ["NotImplemented"]),
+    type(Ellipsis): lambda _: _value("singleton", ["Ellipsis"]),
 }
+"""What `reduced` does, by class; grows by the classes that it meets."""
 
 
 def _name_of(thing: Any) -> str:  # noqa: ANN401 -- a class or function
@@ -206,7 +224,6 @@ def _name_of(thing: Any) -> str:  # noqa: ANN401 -- a class or function
     return name
 
 
-@cache
 def named(name: str) -> object:
     """What stands under a name in a module that is imported already; None if nothing does."""
     module, _, path = name.partition(":")

@@ -22,7 +22,7 @@ import struct
 import sys
 import types
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final, TypeAlias
@@ -241,3 +241,29 @@ def is_number_of_numpy(thing: Thing) -> bool:
     """Whether it is one of numpy's scalars: a value, like a float."""
     numpy: Any = sys.modules.get("numpy")
     return numpy is not None and isinstance(thing, numpy.generic)
+
+
+Getter: TypeAlias = Callable[[Thing], Thing]
+
+
+def slots_getter(layout: Layout) -> Getter:
+    """Reads all slots of an object into a tuple. Raises AttributeError for one that is unset."""
+    names = [name for name, _ in layout.slots]
+    if len(names) > 1 and all(getattr(layout.kind, name) is slot for name, slot in layout.slots):
+        return operator.attrgetter(*names)
+    return lambda thing: tuple(slot.__get__(thing) for _, slot in layout.slots)
+
+
+def slots_or_names(get: Getter, thing: Thing, layout: Layout) -> Thing:
+    """A tuple of all slots; those that are set by name, where one is not."""
+    try:
+        return get(thing)
+    except AttributeError:
+        return layout.slots_of(thing)
+
+
+def by_name(layout: Layout, values: Thing) -> dict[str, Thing]:
+    """The slots by name, of what one of these has read."""
+    if isinstance(values, dict):
+        return values
+    return {name: value for (name, _), value in zip(layout.slots, values, strict=True)}

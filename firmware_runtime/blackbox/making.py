@@ -24,7 +24,7 @@ from firmware_runtime.blackbox.later import (
     Value,
     named,
 )
-from firmware_runtime.blackbox.layouts import Layout, Thing, layout_of
+from firmware_runtime.blackbox.layouts import Layout, Thing, by_name, layout_of
 
 
 class Making:
@@ -95,7 +95,7 @@ class Making:
         content, slots, attributes = read.parts
         made: Thing
         if issubclass(kind, msgspec.Struct):  # made in no other way; `__post_init__` is run
-            made = kind(**self.of(slots))
+            made = kind(**by_name(layout, self.of(slots)))
         elif base in MADE_EMPTY:
             made = self._made[id(read)] = MADE_EMPTY[base](kind)
             if layout.content is not None:
@@ -106,7 +106,8 @@ class Making:
             made = self._made[id(read)] = base.__new__(kind, *self.of(content))
         else:
             raise NoValue(f"{kind.__qualname__}: made of a {base.__name__}")
-        set_slots(layout, made, self.of(slots) or {})
+        if layout.slots:
+            set_slots(layout, made, by_name(layout, self.of(slots)))
         if layout.has_attributes:
             set_attributes(made, self.of(attributes))
         return made

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 
 from firmware_runtime.blackbox.known import KnownObjects
 from firmware_runtime.blackbox.later import Known, NoValue, Value, reduced
-from firmware_runtime.blackbox.layouts import Thing, layout_of
+from firmware_runtime.blackbox.layouts import Thing, by_name, layout_of
 from firmware_runtime.blackbox.making import Making
 
 
@@ -129,14 +129,17 @@ class StateComparison:
             if any(self._between(path, recorded.parts, present.parts)):
                 yield path, recorded, present
         elif recorded.what == "object":
-            yield from self._of_object(path, recorded.parts, present.parts)
+            yield from self._of_object(path, recorded, present)
         else:
             yield from self._between(path, recorded.parts, present.parts)
 
-    def _of_object(self, path: str, recorded: Thing, present: Thing) -> _Pairs:
-        yield from self._between(path, recorded[0], present[0])
-        for old, new in zip(recorded[1:], present[1:], strict=True):
-            yield from self._of_fields(path, old or {}, new or {})
+    def _of_object(self, path: str, recorded: Value, present: Value) -> _Pairs:
+        (content, *slots_of_one), (other, *slots_of_other) = recorded.parts, present.parts
+        yield from self._between(path, content, other)
+        layout = layout_of(Making(self._known.things).of(recorded.kind))
+        for old, new in zip(slots_of_one, slots_of_other, strict=True):
+            named = (by_name(layout, each or {}) for each in (old, new))
+            yield from self._of_fields(path, *named)
 
     def _of_fields(self, path: str, recorded: Thing, present: Thing) -> _Pairs:
         for name in [*recorded, *(name for name in present if name not in recorded)]:
