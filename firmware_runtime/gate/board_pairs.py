@@ -88,7 +88,8 @@ class BoardPairs:
 
     def _is_within(self, checkout: Checkout) -> bool:
         """Whether the board is a file of the checkout itself."""
-        return (checkout.folder / self._word).exists()
+        board = (checkout.folder / self._word).resolve()
+        return board.is_relative_to(checkout.folder) and board.exists()
 
     def _round(self, sides: list[Side], cpu: int) -> Generator[Pair, None, None]:
         if self._span_s == 0.0:

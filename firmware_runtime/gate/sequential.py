@@ -45,11 +45,8 @@ class Decision:
     """The same, if it is 1 + tolerance or more."""
     pairs: int
     looks: int
-
-    @property
-    def is_faster(self) -> bool:
-        """Whether the whole interval is below 1."""
-        return self.high < 1
+    is_faster: bool
+    """Whether the ratio is as far below 1 as the tolerance is above."""
 
 
 def looks_of(most: int) -> list[int]:
@@ -69,5 +66,13 @@ def decide(log_ratios: Sequence[float], tolerance: float, looks: int = 1) -> Dec
     elif p_no_slower <= LEVEL:
         verdict = Verdict.NO_SLOWER
     return Decision(
-        verdict, exp(centre), exp(low), exp(high), p_slower, p_no_slower, len(log_ratios), looks
+        verdict,
+        exp(centre),
+        exp(low),
+        exp(high),
+        p_slower,
+        p_no_slower,
+        len(log_ratios),
+        looks,
+        is_faster=high < -threshold,
     )

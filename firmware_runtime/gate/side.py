@@ -6,6 +6,7 @@ its standard input is closed and it ends by itself.
 
 import json
 import os
+import re
 import select
 import subprocess
 import sys
@@ -22,6 +23,7 @@ from firmware_runtime.gate.surroundings import environment
 
 LONGEST_S = 300.0
 """A stretch that takes longer, or a start, is given up."""
+_OUR_CLASS = re.compile(r"^firmware_runtime[\w.]*: ")
 _CONTESTANT = Path(__file__).with_name("contestant.py")
 
 
@@ -102,7 +104,14 @@ class Side:
     def _failure(self, otherwise: str) -> ConfigError:
         """What it said last, as the sentence of why it is not measured."""
         self._errors.seek(0, os.SEEK_SET)
-        said = self._errors.read().decode(errors="replace").strip().splitlines()
-        what = said[-1].strip().removeprefix("- ") if said else otherwise
+        said = self._errors.read().decode(errors="replace")
+        what = last_error(said) or otherwise
         where = f"{self.checkout.name} {self.checkout.stated}"
         return ConfigError.of_one(where, f"{what}; expected a program that runs")
+
+
+def last_error(said: str) -> str:
+    """The last error of what Python printed, in a line: what is indented belongs to it."""
+    lines = said.rstrip().splitlines()
+    begins = max((at for at, line in enumerate(lines) if not line.startswith(" ")), default=0)
+    return _OUR_CLASS.sub("", " ".join(line.strip() for line in lines[begins:]))

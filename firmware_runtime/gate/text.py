@@ -55,7 +55,7 @@ def _sentence(outcome: Outcome) -> str:
     if decision.verdict is Verdict.SLOWER:
         return f"HEAD takes more than {tolerance} more processor time than BASE"
     if decision.is_faster:
-        return "HEAD takes less processor time than BASE"
+        return f"HEAD takes less processor time than BASE, by more than {tolerance} of HEAD's"
     return f"HEAD takes no more than {tolerance} more processor time than BASE"
 
 

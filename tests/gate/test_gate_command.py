@@ -19,7 +19,7 @@ from firmware_runtime.gate.board_pairs import BoardPairs
 from firmware_runtime.gate.checkouts import Checkout
 from firmware_runtime.gate.gate import pass_gate
 from firmware_runtime.gate.pairs import Pair
-from firmware_runtime.gate.side import Side
+from firmware_runtime.gate.side import Side, last_error
 
 Version = Callable[[str, int], Path]
 Captured = pytest.CaptureFixture[str]
@@ -193,6 +193,7 @@ def test_a_number_of_pairs_that_cannot_decide_is_refused(pairs: str, capsys: Cap
         ("gated:Broken", "no such thing"),
         ("firmware_runtime:Atomic", "expected a program that runs"),
         ("tachobot", "tachobot uses no module of it"),
+        ("none/board.toml", "none/board.toml: 1 fault - no such file"),
     ],
 )
 def test_a_model_that_cannot_be_measured_is_a_sentence(
@@ -201,6 +202,12 @@ def test_a_model_that_cannot_be_measured_is_a_sentence(
     folder = str(version("one", 1))
     assert main(["gate", folder, folder, model]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_an_error_is_a_line_with_all_that_belongs_to_it() -> None:
+    said = "Traceback:\n  File x\nfirmware_runtime.errors.ConfigError: a: 2 faults\n  - b\n  - c\n"
+    assert last_error(said) == "a: 2 faults - b - c"
+    assert last_error("") == ""
 
 
 @pytest.mark.slow

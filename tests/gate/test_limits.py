@@ -1,5 +1,7 @@
 """Limits on one run: what is kept, what is broken, and where it cannot be told."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -170,6 +172,30 @@ def test_a_run_and_a_file_of_statistics_are_asserted_on(tmp_path: Path) -> None:
     for each in (result, result.statistics, path, str(path)):
         with pytest.raises(pytest.skip.Exception, match="virtual time"):
             assert_timing(each, skips=0)
+
+
+ASSERTED = """\
+def test_it(board, assert_timing):
+    assert_timing(board("tachobot"), skips=0)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("setting", "ended"), [("false", "1 skipped"), ("true", "1 failed")])
+def test_a_setting_of_pytest_makes_every_assertion_strict(
+    setting: str, ended: str, tmp_path: Path
+) -> None:
+    (tmp_path / "test_asserted.py").write_text(ASSERTED)
+    (tmp_path / "pytest.ini").write_text(f"[pytest]\nstrict_timing = {setting}\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended in done.stdout.splitlines()[-1]
+    assert "in virtual time" in done.stdout or setting == "false"
 
 
 def test_the_fixture_takes_an_open_board(
