@@ -78,7 +78,7 @@ def judge(
     of: Figures | ModelFigures = figures if limits.model is None else figures.models[limits.model]
     broken = [*_late(of, limits), *_counted(figures, of, limits)]
     unmeasured = list(_unmeasured(figures, of, limits))
-    reasons = [*others, *reasons_of(figures.conditions)] if broken else []
+    reasons = [*others, *reasons_of(figures)] if broken else []
     judgement = Judgement.KEPT
     if broken or unmeasured:
         is_certain = strict or (broken and not unmeasured and not reasons)

@@ -4,13 +4,20 @@ from collections.abc import Mapping
 
 from firmware_runtime.host.doctor import processor
 from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.statistics.blame import Cause
 from firmware_runtime.statistics.conditions import Conditions
+from firmware_runtime.statistics.figures import Figures
 
 BUSY_SHARE = 0.1
 """Of all processors: other processes that take more disturb a measurement."""
 STOLEN_SHARE = 0.01
 """Of all processors: a host that withholds more does."""
 _OF_THE_MACHINE = ("governor", "undervoltage-throttling", "virtual-machine")
+_MACHINES = (
+    *(Cause.STOPPED, Cause.MOVED, Cause.THROTTLED, Cause.INTERRUPTS),
+    *(Cause.STOLEN, Cause.PREEMPTED, Cause.SUPPLY, Cause.CLOCK),
+)
+"""What makes a step late and is neither the model's doing nor the board's."""
 _REAL_TIME = ("SCHED_FIFO", "SCHED_RR")
 
 
@@ -36,9 +43,20 @@ def busy(neighbours: Mapping[str, float]) -> list[str]:
     return found
 
 
-def reasons_of(conditions: Conditions) -> list[str]:
-    """Why a run under these conditions may be late through no fault of its own."""
-    return [*_scheduling(conditions), *_machine(conditions)]
+def reasons_of(figures: Figures) -> list[str]:
+    """Why this run may have been late through no fault of its own."""
+    conditions = figures.conditions
+    return [*_causes(figures), *_scheduling(conditions), *_machine(conditions)]
+
+
+def _causes(figures: Figures) -> list[str]:
+    """Causes of late steps that are the machine's, where these made half of them or more."""
+    found = figures.late_by_cause or {}
+    of_machine = {cause: steps for cause, steps in found.items() if cause in _MACHINES}
+    if not of_machine or 2 * sum(of_machine.values()) < sum(found.values()):
+        return []
+    named = ", ".join(f"{cause} {steps}" for cause, steps in of_machine.items())
+    return [f"late steps by causes of the machine: {named}; of {sum(found.values())}"]
 
 
 def _scheduling(conditions: Conditions) -> list[str]:

@@ -1,8 +1,9 @@
 """The assertion that a run kept its limits of timing, which knows where it cannot be told.
 
 Limits that are kept pass. Limits that are broken fail where the conditions are a robot's: real-time
-priority, no virtual machine, no busy neighbours, the governor `performance`. Elsewhere the test is
-skipped with the reason, as it is where nothing was measured.
+priority, no virtual machine, no busy neighbours, the governor `performance`, late steps by causes
+of the run's own. Elsewhere the test is skipped with the reason, as it is where nothing was
+measured.
 """
 
 from collections.abc import Mapping

@@ -89,7 +89,7 @@ def test_a_broken_limit_cannot_be_told_where_the_machine_may_be_why(
     changed: dict[str, object], reason: str
 ) -> None:
     figures = ran(conditions=conditions(**changed))
-    assert reasons_of(figures.conditions) == [reason]
+    assert reasons_of(figures) == [reason]
     judged = judge(figures, Limits(p99_us=1.0))
     assert (judged.judgement, judged.reasons) == (Judgement.CANNOT_TELL, [reason])
     assert judge(figures, Limits(p99_us=1.0), strict=True).judgement is Judgement.BROKEN
@@ -99,9 +99,29 @@ def test_a_broken_limit_cannot_be_told_where_the_machine_may_be_why(
 def test_a_setting_that_was_refused_is_a_reason_and_a_priority_given_up_is_none() -> None:
     refused = {"fifo_priority": Request(60, granted=False, reason="not permitted")}
     without = replace(conditions(scheduler="SCHED_OTHER"), settings=refused)
-    assert reasons_of(without) == ["fifo_priority refused: not permitted"]
+    assert reasons_of(ran(conditions=without)) == ["fifo_priority refused: not permitted"]
     overloaded = replace(without, run=replace(without.run, overloaded_s=3.0))
-    assert reasons_of(overloaded) == []
+    assert reasons_of(ran(conditions=overloaded)) == []
+
+
+@pytest.mark.parametrize(
+    ("late", "reasons"),
+    [
+        (None, []),
+        ({"model": 3}, []),
+        ({"model": 3, "processor taken": 2}, []),
+        (
+            {"model": 1, "processor taken": 2, "host": 1},
+            ["processor taken 2, host 1; of 4"],
+        ),
+        ({"stopped": 1}, ["stopped 1; of 1"]),
+    ],
+)
+def test_causes_that_are_the_machines_are_reasons_where_they_made_half_of_the_late_steps(
+    late: dict[str, int] | None, reasons: list[str]
+) -> None:
+    expected = [f"late steps by causes of the machine: {each}" for each in reasons]
+    assert reasons_of(ran(late_by_cause=late)) == expected
 
 
 def test_busy_neighbours_and_a_host_that_withholds_are_reasons() -> None:
