@@ -16,7 +16,7 @@ from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.spans import SpanRing
 
-_PARTS: Final = ("simulator", "step", "accounting", "faults", "watches")
+_PARTS: Final = ("simulator", "accounting", "faults", "watches")
 """Of an executive, by which models are scheduled and counted."""
 _EDGES: Final = (
     *(HeardBus, HeardPort, HeardTime),
@@ -37,11 +37,12 @@ def state_of_run(
     `edges` are what else a replay has of its own. Raises UnkeepableState.
     """
     parts = {name: executive_state[name] for name in _PARTS}
-    accounts = parts["accounting"].accounts
+    accounts, step = parts["accounting"].accounts, executive_state["step"]
     strange = [each for account in accounts if account.atomic not in own for each in _of(account)]
     world = [each for each in robot.model.components.values() if not _is_own(each, own)]
     functions = parts["simulator"].own_confluents
-    own_edges = (parts["step"].now, lines.interlock, functions, *strange, *world, *edges)
+    own_edges = (step, step.now, lines.interlock, functions, *strange, *world, *edges)
+    parts["began_at"] = step.began_at  # all else of it begins anew with each step
     return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges))
 
 

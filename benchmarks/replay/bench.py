@@ -1,0 +1,88 @@
+"""Whether runs in which much goes wrong are the same when they are run again: `bench replay`.
+
+Each run has a seed. TachoBot and the detective, on doubles of their own that fail and brown out, or
+on doubles that are served, are stalled, armed, disarmed, retuned, reloaded and sent values to at
+random instants; a third is killed by -9, the others end by a signal or by their time. Then `replay`
+of the recording has to find every value, transfer and count the same.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from collections import Counter
+from contextlib import ExitStack
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from benchmarks.replay.seeded_run import SeededRun
+from benchmarks.shared.conditions import conditions, conditions_text
+from benchmarks.shared.results import add_common_options, save
+from benchmarks.shared.side_by_side import positive
+from firmware_runtime.status import Status
+from firmware_runtime.system.exit_on_signals import exit_on_signals
+
+SUMMARY = "Whether runs in which much goes wrong are the same when they are run again."
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what this bench takes."""
+    add_common_options(parser)
+    parser.add_argument("--runs", type=positive, default=100, metavar="N", help="default 100")
+    parser.add_argument(
+        "--seed", type=positive, default=1, metavar="N", help="of the first run; default 1"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run and run again; status 1 if any run is not its replay."""
+    before, results = conditions(), []
+    with exit_on_signals():
+        for seed in range(arguments.seed, arguments.seed + arguments.runs):
+            results.append(_run_and_replay(seed))
+            if sys.stderr.isatty():
+                sys.stderr.write(f"\r{len(results)} of {arguments.runs}\x1b[K")
+    identical = sum(each["identical"] for each in results)
+    report = {"conditions": before, "identical": identical, "runs": results}
+    save(arguments.save, "replay", report)
+    if arguments.json:
+        print(json.dumps(report))
+    else:
+        print(conditions_text(before))
+        print("\n".join(_text(results)))
+        print(f"identical: {identical} of {len(results)}")
+    return Status.OK if identical == len(results) else Status.MODEL_ERROR
+
+
+def _run_and_replay(seed: int) -> dict[str, Any]:
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory(prefix="replay-bench-")))
+        random = Random(seed)  # noqa: S311 -- repeatable, not secret
+        run = SeededRun(random, seed, folder)
+        said = run.carried_out(stack)
+        return {"seed": seed, **said, **_replayed(folder, run.board)}
+
+
+def _replayed(folder: Path, board: str) -> dict[str, Any]:
+    words = [sys.executable, "-m", "firmware_runtime.cli", "replay", board, "--json"]
+    environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(folder)}
+    ended = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    try:
+        said: dict[str, Any] = json.loads(ended.stdout)
+    except ValueError:
+        return {"identical": False, "error": ended.stderr.strip()[-400:]}
+    names = ("identical", "events", "steps", "transfers", "first_difference", "faults")
+    return {name: said[name] for name in names}
+
+
+def _text(results: list[dict[str, Any]]) -> list[str]:
+    counted = Counter(kind for each in results for kind in each["done"])
+    lines = [f"  {count} times {kind}" for kind, count in sorted(counted.items())]
+    lines += [f"  {sum(each.get('steps', 0) for each in results)} steps run again"]
+    for each in results:
+        if not each["identical"]:
+            lines.append(f"  seed {each['seed']}: {json.dumps(each)}")
+    return lines
