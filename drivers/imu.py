@@ -60,7 +60,8 @@ class Imu(HardwareModel):
 
     def output(self) -> None:
         """Send the sample, or what went wrong."""
-        super().output()
+        if self.faults:
+            super().output()
         if self._sample is not None:
             self.sample.send(self._sample)
 

@@ -39,11 +39,12 @@ class AdapterProfile(NamedTuple):
         for index, message in enumerate(messages):
             is_read = isinstance(message, int)
             length = message if isinstance(message, int) else len(message)
-            if length > LONGEST_MESSAGE or length < 0:
-                return errno.EINVAL
-            if length == 0 and not (self.empty_read if is_read else self.empty_write):
-                return errno.EOPNOTSUPP
-            if is_read and self.read_must_be_last and index != last:
+            if not 0 < length <= LONGEST_MESSAGE:
+                if length != 0:
+                    return errno.EINVAL
+                if not (self.empty_read if is_read else self.empty_write):
+                    return errno.EOPNOTSUPP
+            if is_read and index != last and self.read_must_be_last:
                 return errno.EOPNOTSUPP
         return None
 

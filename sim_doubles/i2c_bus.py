@@ -94,7 +94,8 @@ class I2cBusDouble(Wire, I2cBus):
         """Carry out one transaction as the adapter does; raises a plain OSError with its errno."""
         messages = tuple(messages)
         with self._lock:
-            self._stop_what_is_held()
+            if self._holds:
+                self._stop_what_is_held()
             return self._transferred((address,) * len(messages), messages)
 
     def transfer_parts(

@@ -3,6 +3,8 @@
 It knows neither chips nor clocks; the same object runs in simulation and on the robot.
 """
 
+from typing import TYPE_CHECKING
+
 from boards.tachobot.allocation import Allocation
 from boards.tachobot.attitude import Attitude
 from boards.tachobot.pid_controller import PidController
@@ -14,8 +16,9 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid
 from firmware_runtime.models.plant import SecondOrderPlant
-from firmware_runtime.models.smith_predictor import SmithPredictor
-from firmware_runtime.models.square_wave import SquareWave, Wave
+
+if TYPE_CHECKING:
+    from firmware_runtime.models.smith_predictor import SmithPredictor
 
 POSITION_PERIODS = 10
 """Control periods after which a position command that was not renewed counts as zero."""
@@ -67,8 +70,7 @@ class Controller(PidController[Pid]):
         self._smith: SmithPredictor | None = None
         if settings.yaw.smith is None:
             return self.attitude.yaw
-        delay = seconds(settings.yaw.smith.delay_s)
-        self._smith = smith = self.add(SmithPredictor("yaw_smith", plant, delay))
+        self._smith = smith = self.add(_smith(plant, settings.yaw.smith.delay_s))
         self.couple(self.attitude.yaw, smith.measurement)
         return smith.predicted
 
@@ -77,6 +79,11 @@ class Controller(PidController[Pid]):
         stated = settings.yaw.wave
         if stated is None:
             return yaw.command
+        from firmware_runtime.models.square_wave import (  # noqa: PLC0415 -- few runs have one
+            SquareWave,
+            Wave,
+        )
+
         period, begin = seconds(stated.period_s), seconds(stated.begin_s)
         wave = Wave(stated.amplitude_n, period, begin, stated.cycles)
         source = self.add(SquareWave("yaw_wave", Motion, wave))
@@ -94,3 +101,11 @@ class Controller(PidController[Pid]):
         self.couple(self.y_position, y.measurement)
         self.couple(x.command, allocation.x_n)
         self.couple(y.command, allocation.y_n)
+
+
+def _smith(plant: SecondOrderPlant, delay_s: float) -> "SmithPredictor":
+    from firmware_runtime.models.smith_predictor import (  # noqa: PLC0415 -- few runs have one
+        SmithPredictor,
+    )
+
+    return SmithPredictor("yaw_smith", plant, seconds(delay_s))

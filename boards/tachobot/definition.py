@@ -1,10 +1,9 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
-from boards.tachobot.course import course_faults
+from boards.tachobot.controller import Controller
 from boards.tachobot.experiments import EXPERIMENTS
 from boards.tachobot.result import own_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
-from boards.tachobot.tracking import TrackingController
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from boards.tachobot.yaw import YAW
 from drivers.chips.mpu9250_burst import NINE_AXES
@@ -131,6 +130,8 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
     """What is wrong with the tables that mode `track` goes by, in that mode."""
     if settings.controller.mode != "track":
         return []
+    from boards.tachobot.course import course_faults  # noqa: PLC0415 -- mode track
+
     yaw = settings.controller.yaw
     given = {"smith": yaw.smith, "wave": yaw.wave}
     return [
@@ -147,7 +148,7 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
 def _ended(model: Tachobot) -> OutPort[Ending] | None:
     """Where mode `track` says that it gave up; the other modes have no end of their own."""
     controller = model.controller
-    return controller.given_up.ended if isinstance(controller, TrackingController) else None
+    return None if isinstance(controller, Controller) else controller.given_up.ended
 
 
 BOARD = BoardDefinition(

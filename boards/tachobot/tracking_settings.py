@@ -1,6 +1,9 @@
-"""The tables [trajectory] and [position] of TachoBot's board.toml, for mode `track`."""
+"""The tables [trajectory] and [position] of TachoBot's board.toml, for mode `track`.
 
-from typing import Annotated, ClassVar, Literal, TypeAlias
+Every run reads the tables; only one in mode `track` loads the models that they are for.
+"""
+
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
@@ -12,11 +15,12 @@ from firmware_runtime.board.settings import (
     Settings,
 )
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.position_estimator import EstimatorSettings
-from firmware_runtime.models.position_filter import FilterNoise
-from firmware_runtime.models.position_watch import PositionPatience
-from firmware_runtime.models.trajectory_paths import Profile
-from firmware_runtime.models.trajectory_rejoin import RejoinLimits
+from firmware_runtime.models.trajectory import Profile
+
+if TYPE_CHECKING:
+    from firmware_runtime.models.position_estimator import EstimatorSettings
+    from firmware_runtime.models.position_watch import PositionPatience
+    from firmware_runtime.models.trajectory_rejoin import RejoinLimits
 
 Kind: TypeAlias = Literal["hold", "line", "circle", "file"]
 
@@ -59,13 +63,22 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
         rising = "coast_after_s < brake_after_s < safe_after_s"
         return [f"position.coast_after_s: {' s, '.join(map(str, times))} s, expected {rising}"]
 
-    def patience(self) -> PositionPatience:
+    def patience(self) -> "PositionPatience":
         """The times as the watch has them."""
+        from firmware_runtime.models.position_watch import (  # noqa: PLC0415 -- mode track
+            PositionPatience,
+        )
+
         times = (self.coast_after_s, self.brake_after_s, self.safe_after_s)
         return PositionPatience(*map(seconds, times))
 
-    def estimator(self, period_s: float) -> EstimatorSettings:
+    def estimator(self, period_s: float) -> "EstimatorSettings":
         """What the estimator needs to know, with a sample every `period_s`."""
+        from firmware_runtime.models.position_estimator import (  # noqa: PLC0415 -- mode track
+            EstimatorSettings,
+        )
+        from firmware_runtime.models.position_filter import FilterNoise  # noqa: PLC0415 -- likewise
+
         noise = FilterNoise(
             position_m=self.noise_m,
             yaw_rad=self.yaw_noise_rad,
@@ -93,8 +106,12 @@ class TrajectorySettings(Settings, frozen=True, kw_only=True, tag_field="kind"):
     ramp_s: Seconds = 4.0
     """From standing still to the path's own speed."""
 
-    def rejoin(self) -> RejoinLimits:
+    def rejoin(self) -> "RejoinLimits":
         """The limits as the trajectory has them."""
+        from firmware_runtime.models.trajectory_rejoin import (  # noqa: PLC0415 -- mode track
+            RejoinLimits,
+        )
+
         return RejoinLimits(
             speed_m_s=self.rejoin_speed_m_s,
             acceleration_m_s2=self.rejoin_acceleration_m_s2,

@@ -1,10 +1,10 @@
 """TachoBot's schematic: which chip hangs on which bus, and which wire leads where."""
 
+from typing import TYPE_CHECKING
+
 from boards.tachobot.controller import Controller
 from boards.tachobot.lift import Lift
-from boards.tachobot.position_input import PositionInput
 from boards.tachobot.settings import EscSettings, TachobotSettings, TrackSettings
-from boards.tachobot.tracking import TrackingController
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.pca9685 import Pca9685
@@ -17,7 +17,9 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.position_fix import PoseFix, PositionFix
+
+if TYPE_CHECKING:
+    from boards.tachobot.tracking import TrackingController
 
 
 class Tachobot(Coupled):
@@ -47,7 +49,7 @@ class Tachobot(Coupled):
 
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.controller.forces, self.thrust_pairs.forces)
-        if isinstance(self.controller, TrackingController):
+        if not isinstance(self.controller, Controller):
             self._couple_position(self.controller, seconds(settings.position.brake_after_s))
         else:
             self.yaw_reference = self.in_port("yaw_reference", float)
@@ -77,8 +79,14 @@ class Tachobot(Coupled):
             self.couple(self.x_position, self.controller.x_position)
             self.couple(self.y_position, self.controller.y_position)
 
-    def _couple_position(self, controller: TrackingController, timeout: int) -> None:
+    def _couple_position(self, controller: "TrackingController", timeout: int) -> None:
         """The position, with yaw or without, comes from outside: no chip on board has it."""
+        from boards.tachobot.position_input import PositionInput  # noqa: PLC0415 -- mode track
+        from firmware_runtime.models.position_fix import (  # noqa: PLC0415 -- likewise
+            PoseFix,
+            PositionFix,
+        )
+
         self.position = self.in_port("position", PositionFix)
         self.pose = self.in_port("pose", PoseFix)
         self.position_input = self.add(PositionInput("position_input", timeout))
@@ -88,9 +96,11 @@ class Tachobot(Coupled):
         self.couple(self.position_input.pose, controller.pose)
 
 
-def _controller(settings: TachobotSettings) -> Controller | TrackingController:
+def _controller(settings: TachobotSettings) -> "Controller | TrackingController":
     control = settings.controller
     if isinstance(control, TrackSettings):
+        from boards.tachobot.tracking import TrackingController  # noqa: PLC0415 -- mode track
+
         return TrackingController("controller", settings, control)
     return Controller("controller", control, settings.pair_thrust_n, settings.yaw_plant)
 

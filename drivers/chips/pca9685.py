@@ -10,6 +10,7 @@ the last duties. The OE pin, external clock and sub-addresses are not used. A ch
 external clock was latched on (EXTCLK) is refused: nothing but a reset clears it.
 """
 
+import math
 import struct
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -222,16 +223,16 @@ class Pca9685:
         words: list[int] = []
         written: list[float] = []
         on = first_channel * self._on_step
+        counts, last = 0, math.nan
         for duty in duties:
-            if not 0.0 <= duty <= 1.0:
-                raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
-            counts = int(duty * COUNTS + 0.5)
-            if counts == 0:
-                words += (0, _FULL_WORD)
-            elif counts == COUNTS:
-                words += (_FULL_WORD, 0)
-            else:
+            if duty != last:  # else the same counts again: pairs are often driven alike
+                if not 0.0 <= duty <= 1.0:
+                    raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
+                counts, last = int(duty * COUNTS + 0.5), duty
+            if 0 < counts < COUNTS:
                 words += (on, (on + counts) % COUNTS)
+            else:
+                words += (_FULL_WORD, 0) if counts else (0, _FULL_WORD)
             written.append(counts / COUNTS)
             on += self._on_step
         burst = _BURSTS[len(written)].pack(LED0_ON_L + 4 * first_channel, *words)

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import instant
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import chosen_model, is_model
 from firmware_runtime.cli.clock import clock_of
@@ -23,31 +22,6 @@ from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
-
-
-def add_event_options(verb: argparse.ArgumentParser) -> None:
-    """Add what belongs to event files."""
-    events = verb.add_argument_group(
-        "event files", "the model alone, in virtual time unless --clock says otherwise"
-    )
-    events.add_argument(
-        "--events",
-        type=Path,
-        metavar="FILE.ev",
-        help="feed the model's input ports from this file; no hardware is built",
-    )
-    events.add_argument(
-        "--outputs", type=Path, metavar="FILE.out", help="write its outputs here, not to the screen"
-    )
-    events.add_argument(
-        "--until",
-        type=instant,
-        metavar="HH:MM:SS:mmm",
-        help="run up to this instant, as --for does in seconds; default 10 s after the last event",
-    )
-    events.add_argument(
-        "--model", type=Path, metavar="FILE.ma", help="run on the model that this file describes"
-    )
 
 
 def run_event_file(arguments: argparse.Namespace) -> Status:

@@ -122,6 +122,11 @@ class OutPort(Generic[T]):
             self.register.append(self.entry)
         bag.append(value)
 
+    @property
+    def leads_somewhere(self) -> bool:
+        """Whether it is coupled or listened to: if not, a value need not even be made."""
+        return self.bag is not NOWHERE
+
     def wrap(self, around: Callable[[Callable[[T], None]], Callable[[T], None]]) -> None:
         """Put a function around `send`: `around` makes it, given the `send` there was."""
         inner = self._as_it_was()

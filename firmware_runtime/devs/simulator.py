@@ -39,6 +39,12 @@ class Simulator(Engine):
     def _connect(self, feeds: Iterable[Feed]) -> None:
         self._delivery = Delivery(self._numbers, feeds)
 
+    def _initialize(self) -> None:
+        super()._initialize()
+        agenda, delivery = self._agenda, self._delivery
+        self._transits = self._models, delivery.marks, self._last, agenda, agenda.due_at
+        """What each of the two loops over transitions begins with."""
+
     def _run_alone(self, until: int) -> bool:
         """Take instants as long as one model alone is imminent; return whether there was one.
 
@@ -119,9 +125,8 @@ class Simulator(Engine):
 
     def _transit_imminent(self, at: int, imminent: list[int], following: list[int]) -> int:
         """Internal and confluent transitions; returns the number of the latter."""
-        models, marks, last = self._models, self._delivery.marks, self._last
-        own_confluents, agenda = self.own_confluents, self._agenda
-        due_at = agenda.due_at
+        models, marks, last, agenda, due_at = self._transits
+        own_confluents = self.own_confluents
         number = unreached = 0
         try:
             for number in imminent:
@@ -159,8 +164,7 @@ class Simulator(Engine):
 
     def _transit_reached(self, at: int, reached: list[int], following: list[int]) -> None:
         """External transitions of those whose bags no confluent one has emptied."""
-        models, marks, last = self._models, self._delivery.marks, self._last
-        due_at, book = self._agenda.due_at, self._agenda.book
+        models, marks, last, agenda, due_at = self._transits
         number = 0
         try:
             for number in reached:
@@ -178,7 +182,8 @@ class Simulator(Engine):
                     self._book_oddly_typed(number, at, following)
                     continue
                 last[number] = at
-                book(number, at + sigma)
+                if sigma is not NEVER or due_at[number] != NEVER:
+                    agenda.book(number, at + sigma)
         except ModelError:
             raise
         except Exception as error:

@@ -167,8 +167,9 @@ class ModelAccount(ABC):
         """Have the model send."""
         step, number = self._step, self.number
         begun = step.began_at[number] = step.lap
-        self._call_output()
-        ended = step.lap = self._now()
+        send, now = self._call_output, self._now  # as locals, which CPython calls sooner
+        send()
+        ended = step.lap = now()
         step.own_times[number] += ended - begun
         if step.record is not None:
             step.record(self._track, begun, ended)

@@ -19,6 +19,7 @@ from firmware_runtime.executive.event_account import EventAccount
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
 from firmware_runtime.executive.step import Step, relative_path
+from firmware_runtime.executive.untimed_account import UntimedEventAccount
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import Layout
 
@@ -35,7 +36,8 @@ def open_account(
         fault = f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
         raise ConfigError(path, [fault])
     if atomic.period == NEVER:
-        return EventAccount(atomic, functions, step, SKIP, EVENT_TOLERANCE)
+        kind = EventAccount if step.takes_time else UntimedEventAccount
+        return kind(atomic, functions, step, SKIP, EVENT_TOLERANCE)
     return PeriodicAccount(atomic, functions, step, policies.get(path, SKIP))
 
 

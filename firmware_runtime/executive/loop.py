@@ -66,7 +66,8 @@ class Executive:
     ) -> None:
         self.clock = clock
         self.inbox = Inbox(clock.now)
-        self._profiler = Profiler(root, clock.now, configuration)
+        is_virtual = clock.speed == 0
+        self._profiler = Profiler(root, clock.now, configuration, stands_still=is_virtual)
         self.simulator = self._profiler.simulator
         self.accounts = self._profiler.accounting.accounts
         self.faults = self._profiler.faults

@@ -31,14 +31,22 @@ from firmware_runtime.statistics.layout import Layout
 class Profiler:
     """A simulator whose models are watched, and what watches them.
 
+    Of a clock it is said whether it `stands_still` during a step, as virtual time does.
     Raises ConfigError, listing all policies and deadlines that name nothing in the model.
     """
 
     def __init__(
-        self, root: Component, now: Callable[[], int], configuration: Configuration
+        self,
+        root: Component,
+        now: Callable[[], int],
+        configuration: Configuration,
+        *,
+        stands_still: bool = False,
     ) -> None:
         tap = configuration.tap
-        self.step = Step(root, now if tap is None else tap.reading(now))
+        is_watched = configuration.statistics_path is not None or tap is not None
+        reading = now if tap is None else tap.reading(now)
+        self.step = Step(root, reading, takes_time=is_watched or not stands_still)
         self._policies = configuration.policies
         self._accounts: list[ModelAccount] = []
         instruments = [self._open_account] if tap is None else [tap.instrument, self._open_account]

@@ -25,10 +25,12 @@ class Step:
     times, one for each model in order of declaration, add up to the time of the step. `began_at` is
     when each model's output function began, the last time it did. `touched` are the models that
     have left something to count after the step, by number. `record` is there while the flight
-    recorder is open.
+    recorder is open. `takes_time` is False where the clock stands still during a step and nothing
+    is recorded.
     """
 
-    def __init__(self, root: Component, now: Callable[[], int]) -> None:
+    def __init__(self, root: Component, now: Callable[[], int], *, takes_time: bool = True) -> None:
+        self.takes_time = takes_time
         self.at = 0
         self.started = 0
         self.lap = 0

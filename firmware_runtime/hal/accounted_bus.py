@@ -34,11 +34,6 @@ class BusCounters:
         self.retries = 0
         self.busy_ns = 0
 
-    def count(self, size: int, busy_ns: int) -> None:
-        """Count one attempt."""
-        self.bytes += size
-        self.busy_ns += busy_ns
-
 
 class AccountedBus(I2cBus, BusCounters):
     """Any bus, with retries and counters, in total (its own attributes) and `by_address`.
@@ -77,8 +72,10 @@ class AccountedBus(I2cBus, BusCounters):
             device.transactions += 1
             attempt = 1
             while True:
-                self.count(size, busy_ns)
-                device.count(size, busy_ns)
+                self.bytes += size
+                self.busy_ns += busy_ns
+                device.bytes += size
+                device.busy_ns += busy_ns
                 try:
                     answer = self._bus.transaction(address, messages)
                 except HalError as error:

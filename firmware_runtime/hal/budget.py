@@ -10,6 +10,7 @@ the budget, the counters of a bus, the doubles, and the waits of drivers.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from firmware_runtime.hal.i2c import Message
@@ -37,8 +38,12 @@ def bits(messages: Sequence[Message]) -> int:
     return framed_bits(wire_bytes(messages), len(messages))
 
 
+@lru_cache(maxsize=1024)
 def wire_ns(bit_count: int, bus_hz: int) -> int:
-    """Nanoseconds that many bits take on a bus of that speed, rounded up."""
+    """Nanoseconds that many bits take on a bus of that speed, rounded up.
+
+    Kept for the few lengths that a run has, over and over.
+    """
     return -(-bit_count * NANOSECONDS_PER_SECOND // bus_hz)
 
 

@@ -81,10 +81,13 @@ class OutputError:
     def jacobian(self, values: Numbers, steps: Numbers) -> Numbers:
         """How the simulated output changes, by central differences of these steps."""
         columns = []
+        least = np.full(len(values), -np.inf)
+        least[:_PLANT] = 0.0
+        least[0] = 0.5 * values[0]  # without inertia there is no motion
         for place, step in enumerate(steps):
             low, high = values.copy(), values.copy()
             high[place] += step
-            low[place] = max(low[place] - step, 0.0) if place < _PLANT else low[place] - step
+            low[place] = max(low[place] - step, least[place])
             change = self.simulated(high) - self.simulated(low)
             columns.append(change / (high[place] - low[place]))
         return np.column_stack(columns)

@@ -61,7 +61,10 @@ def follow(first: float, decays: Numbers, gains: Numbers) -> Numbers:
 
 
 def followed(first: float, decays: Numbers, gains: Numbers) -> Numbers:
-    """The same without the first, for one piece."""
+    """The same without the first, for one piece; one alone may decay as deep as it likes."""
+    if len(decays) == 1:
+        alone: Numbers = np.exp(-decays) * first + gains
+        return alone
     faded = np.exp(-np.cumsum(decays))
     return faded * (first + np.cumsum(gains / faded))
 

@@ -5,9 +5,12 @@ not wait for an error before it pushes. A path gives the setpoint of a pose for 
 own time; `trajectory_source` runs along it in the time of a model.
 """
 
-from typing import NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, TypeAlias
 
-__all__ = ["Path", "PoseSetpoint", "Setpoint"]
+__all__ = ["Path", "PoseSetpoint", "Profile", "Setpoint"]
+
+Profile: TypeAlias = Literal["trapezoid", "minimum-jerk"]
+"""How the speed grows and falls on a way from rest to rest."""
 
 
 class Setpoint(NamedTuple):

@@ -8,17 +8,15 @@ Source of the latter: Flash, Hogan: The Coordination of Arm Movements, Journal o
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
 from firmware_runtime.elementary import cos_sin, hypot
-from firmware_runtime.models.trajectory import PoseSetpoint, Setpoint, at_rest
+from firmware_runtime.models.trajectory import PoseSetpoint, Profile, Setpoint, at_rest
 
 PEAK_SPEED: Final = 15.0 / 8.0
 """Of a minimum-jerk motion: its greatest speed, in units of distance / duration."""
 PEAK_ACCELERATION: Final = 10.0 / math.sqrt(3.0)
 """Likewise its greatest acceleration, in units of distance / duration^2."""
-
-Profile = Literal["trapezoid", "minimum-jerk"]
 
 
 class Pose(NamedTuple):

@@ -81,8 +81,9 @@ class Histogram:
     def record(self, value: int) -> None:
         """Count one sample."""
         cells = self._cells
-        if value < 0:
-            value = 0  # cannot happen: nothing starts early on a clock that never goes back
+        if value <= 0:  # never less: nothing starts early on a clock that never goes back
+            cells[0] += 1
+            return
         self.sum = cells[SUM_CELL] = self.sum + value
         if value > self.largest:
             self.largest = cells[LARGEST_CELL] = value

@@ -91,7 +91,8 @@ class Ak8963Double(Target):
         self._pointer = 0
         self._in_transaction = self._expects_pointer = self._is_hosts = False
         self._at = self._answers_from = self._mode_allowed_at = now()
-        self._lands_at = NEVER
+        self.lands_at = NEVER
+        """When the conversion under way ends: until then `advance` may be left out."""
         self._reset()
 
     def power_cycle(self) -> None:
@@ -121,6 +122,18 @@ class Ak8963Double(Target):
         self.advance(at)
         self._is_hosts = False
         return self._open(read=read)
+
+    def read_from_mpu(
+        self, at: int, address: int, register: int | None, length: int
+    ) -> bytes | None:
+        """Answer a whole read of the master's: pointer if any, repeated START, bytes, STOP."""
+        if not self.start_from_mpu(at, address, read=True):
+            return None
+        if register is not None:
+            self._pointer = register
+        answer = self.read_bytes(length)
+        self.stop()
+        return answer
 
     def write(self, byte: int) -> bool:
         """Take the pointer, then register contents."""
@@ -172,15 +185,15 @@ class Ak8963Double(Target):
     def advance(self, at: int) -> None:
         """Bring the die to `at`: the last conversion that has ended by then lands."""
         self._at = at
-        if at < self._lands_at:
+        if at < self.lands_at:
             return
         period = PERIODS.get(self._mode)
         if period is None:
-            self._load(self._lands_at, skipped=False)
-            self._enter(POWER_DOWN, self._lands_at)
+            self._load(self.lands_at, skipped=False)
+            self._enter(POWER_DOWN, self.lands_at)
         else:
-            missed, since = divmod(at - self._lands_at, period)
-            self._lands_at = at - since + period
+            missed, since = divmod(at - self.lands_at, period)
+            self.lands_at = at - since + period
             self._load(at - since, skipped=missed > 0)
 
     def _load(self, at: int, *, skipped: bool) -> None:
@@ -225,7 +238,7 @@ class Ak8963Double(Target):
         self._registers[WIA], self._registers[INFO] = 0x48, 0x9A
         self._registers[ASAX : ASAZ + 1] = bytes(self._asa)
         self._locked = False
-        self._lands_at = NEVER
+        self.lands_at = NEVER
         self._mode_allowed_at = self._at
 
     def _write_register(self, register: int, byte: int) -> None:
@@ -263,5 +276,5 @@ class Ak8963Double(Target):
     def _enter(self, mode: int, at: int) -> None:
         self._registers[CNTL1] = self._registers[CNTL1] & BITM | mode
         self._locked = False
-        self._lands_at = at + CONVERSION if mode in MEASURING else NEVER
+        self.lands_at = at + CONVERSION if mode in MEASURING else NEVER
         self._mode_allowed_at = at + MODE_CHANGE_WAIT

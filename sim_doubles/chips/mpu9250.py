@@ -128,8 +128,9 @@ class Mpu9250Double(Target):
             for at in self._clock.take(now, self._edges):
                 self._sample(at)
             self._is_sample_due = True
-        if self._magnetometer is not None:
-            self._magnetometer.advance(now)
+        magnetometer = self._magnetometer
+        if magnetometer is not None and now >= magnetometer.lands_at:
+            magnetometer.advance(now)
 
     def power_cycle(self) -> None:
         """Lose supply and get it back, the magnetometer too; deaf for 11 ms, gyro up in 35 ms."""
@@ -305,8 +306,9 @@ class Mpu9250Double(Target):
 
     def _sample(self, at: int) -> None:
         self.samples += 1
-        if self._magnetometer is not None:
-            self._magnetometer.advance(at)
+        magnetometer = self._magnetometer
+        if magnetometer is not None and at >= magnetometer.lands_at:
+            magnetometer.advance(at)
         if self._master.enabled:
             self._master.run(at, self._clock.number(at))
         if self._signal_path.take(at, self._inertia(at)):

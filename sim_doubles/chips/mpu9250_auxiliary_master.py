@@ -145,14 +145,7 @@ class AuxiliaryMaster:
 
     def _read(self, at: int, address: int, register: int | None, length: int) -> bytes | None:
         target = self._magnetometer
-        if target is None or not target.start_from_mpu(at, address, read=register is None):
-            return None
-        answered = register is None or (
-            target.write(register) and target.start_from_mpu(at, address, read=True)
-        )
-        answer = target.read_bytes(length) if answered else None
-        target.stop()
-        return answer
+        return None if target is None else target.read_from_mpu(at, address, register, length)
 
 
 def _swapped(answer: bytes, first: int) -> bytes:

@@ -23,7 +23,8 @@ class Sensor:
         self.memory = 0
         """How many samples back the filter remembers."""
         self._scale = self._bias = (0.0,) * axes
-        self._values: tuple[float, ...] | None = None
+        self.values: tuple[float, ...] | None = None
+        """What the filter has come to, in SI units; None before the first sample."""
         self._counts: tuple[int, ...] | None = None
         """Those of the values, once worked out."""
 
@@ -35,7 +36,7 @@ class Sensor:
     def switch(self, at: int, *, on: bool) -> None:
         """Start up or stop; a sensor that is in that state already is left alone."""
         if not on:
-            self.ready_at, self._values = NEVER, None
+            self.ready_at, self.values = NEVER, None
         elif not self.on:
             self.ready_at = at + self._start_up
 
@@ -45,7 +46,7 @@ class Sensor:
 
     def forget(self) -> None:
         """Empty the filter; it starts over from the next sample."""
-        self._values = None
+        self.values = None
 
     def configure(
         self, delay_ms: float, period: int, scale: tuple[float, ...], bias: tuple[float, ...]
@@ -61,7 +62,7 @@ class Sensor:
         """Let the lag follow the truth by one sample period."""
         if at < self.ready_at:
             return
-        values = self._values
+        values = self.values
         if values is None:
             values = truth
         elif values == truth:
@@ -69,14 +70,14 @@ class Sensor:
         else:
             gain, pairs = self._gain, zip(values, truth, strict=True)
             values = tuple([old + gain * (new - old) for old, new in pairs])
-        self._values, self._counts = values, None
+        self.values, self._counts = values, None
 
     def counts(self) -> tuple[int, ...]:
         """Return the output words; 0 before the first sample."""
-        if self._values is None:
+        if self.values is None:
             return (0,) * len(self._scale)
         if self._counts is None:
-            axes = zip(self._values, self._scale, self._bias, strict=True)
+            axes = zip(self.values, self._scale, self._bias, strict=True)
             exact = [round(value * scale + bias) for value, scale, bias in axes]
             self._counts = tuple(
                 [count if -LARGEST <= count <= LARGEST else _saturated(count) for count in exact]

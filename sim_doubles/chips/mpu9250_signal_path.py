@@ -78,8 +78,11 @@ class SignalPath:
 
     def take(self, at: int, truth: Inertia) -> bool:
         """Let every sensor take one sample; True when all that are switched on are ready."""
-        self.accelerometer.take(at, truth.acceleration)
-        self.thermometer.take(at, (truth.temperature_c,))
+        acceleration, temperature = truth.acceleration, (truth.temperature_c,)
+        if acceleration != self.accelerometer.values:  # what has settled has nothing to follow
+            self.accelerometer.take(at, acceleration)
+        if temperature != self.thermometer.values:
+            self.thermometer.take(at, temperature)
         self.gyroscope.take(at, truth.rate)
         return at >= self._ready_at
 

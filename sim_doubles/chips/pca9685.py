@@ -75,7 +75,8 @@ class Pca9685Double(Target):
         self._true_osc_hz = true_osc_hz
         self._external_clock_hz = external_clock_hz
         self._output_enabled = True
-        self._duties = ALL_LOW
+        self.duties = ALL_LOW
+        """What the load sees of each output: the fraction of time it is high; to be read only."""
         self._registers = bytearray(256)
         self._pointer = 0
         self._next_is = REFUSED
@@ -85,11 +86,6 @@ class Pca9685Double(Target):
         self._reset()
 
     # World face
-
-    @property
-    def duties(self) -> tuple[float, ...]:
-        """What the load sees of each output: the fraction of time it is high."""
-        return self._duties
 
     def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
         """The duty of each output, by its number."""
@@ -101,12 +97,12 @@ class Pca9685Double(Target):
 
     def duty(self, channel: int) -> float:
         """Return what the load sees of one output: the fraction of time it is high."""
-        return self._duties[channel]
+        return self.duties[channel]
 
     @property
     def all_off(self) -> bool:
         """Whether no output is ever high, for whatever reason."""
-        return not any(self._duties)
+        return not any(self.duties)
 
     @property
     def running(self) -> bool:
@@ -295,10 +291,10 @@ class Pca9685Double(Target):
 
     def _update_outputs(self) -> None:
         duties = self._outputs()
-        if duties != self._duties:
+        if duties != self.duties:
             if self.before_change is not None:
                 self.before_change()
-            self._duties = duties
+            self.duties = duties
 
     def _outputs(self) -> tuple[float, ...]:
         mode2 = self._registers[MODE2]

@@ -3,6 +3,8 @@
 Source: NXP PCA9685 data sheet rev. 4, 7.3.3 (counts and flags), 7.4 (OE and output drivers).
 """
 
+from itertools import starmap
+from operator import eq
 from struct import Struct
 
 from sim_doubles.chips.pca9685_registers import (
@@ -64,23 +66,26 @@ class OutputLatch:
         if not mode2 & OUTDRV:
             return ALL_LOW
         duties = tuple(
-            [
-                pwm_duty(on, off) if (on | off) & FULL else (off - on) % STEPS / STEPS
+            [  # `pwm_duty`, written out for sixteen channels a change
+                0.0 if off & FULL else 1.0 if on & FULL else (off - on) % STEPS / STEPS
                 for on, off in self._counts
             ]
         )
         return tuple([1.0 - duty for duty in duties]) if mode2 & INVRT else duties
 
     def _follow(self, counts: list[tuple[int, ...]]) -> None:
-        if counts == self._counts:
-            return
+        if counts != self._counts:
+            if any(starmap(eq, counts)):
+                self._warn(counts)
+            self._counts = counts
+
+    def _warn(self, counts: list[tuple[int, ...]]) -> None:
         for channel, (on, off) in enumerate(counts):
             if on == off < FULL and self._counts[channel] != (on, off):
                 self._warnings.note(
                     f"channel {channel} has ON == OFF == {on}, which the data sheet forbids; "
                     "silicon was seen to give 0 %"
                 )
-        self._counts = counts
 
 
 def pwm_duty(on: int, off: int) -> float:

@@ -1,12 +1,13 @@
 """TachoBot's rig: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import msgspec
 
-from boards.tachobot.result import track_result, yaw_result
+from boards.tachobot.controller import Controller
+from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import PositionSensorSettings, TachobotSettings
-from boards.tachobot.tracking import TrackingController
 from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
@@ -14,7 +15,6 @@ from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.trajectory_paths import Pose
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -23,13 +23,12 @@ from sim_doubles.inertial_truth import BodyMotion, Vector
 from sim_doubles.rigs.buses import buses_of
 from sim_doubles.rigs.enable import enable_line
 from sim_doubles.worlds.mounting import ChipAxes
-from sim_doubles.worlds.position_sensor import (
-    PositionSensor,
-    PositionSensorParameters,
-    TruePose,
-)
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
 from sim_doubles.worlds.tachobot_probe import TachobotProbe
+
+if TYPE_CHECKING:
+    from boards.tachobot.tracking import TrackingController
+    from sim_doubles.worlds.position_sensor import PositionSensorParameters, TruePose
 
 
 class TachobotRig:
@@ -52,8 +51,9 @@ class TachobotRig:
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
         self.thrust.before_change = self.catch_up
         self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
-        self.magnetometer = Ak8963Double(now, self._field)
-        self.imu = Mpu9250Double(now, self._motion, imu.address, magnetometer=self.magnetometer)
+        field, motion = self._felt()
+        self.magnetometer = Ak8963Double(now, field)
+        self.imu = Mpu9250Double(now, motion, imu.address, magnetometer=self.magnetometer)
         self._probe = TachobotProbe(self.world, now, self.catch_up)
         self._tracked: TrackingController | None = None
         wired[imu.bus] += self.imu.targets
@@ -74,7 +74,7 @@ class TachobotRig:
         assert isinstance(robot, Tachobot)  # noqa: S101 -- a rig belongs to its board
         probe = robot.add(self._probe)
         robot.couple(robot.imu.sample, probe.tick)
-        if isinstance(robot.controller, TrackingController):
+        if not isinstance(robot.controller, Controller):
             self._tracked = robot.controller
             self._attach_position_sensor(robot)
         elif self._settings.controller.mode == "free":
@@ -85,13 +85,17 @@ class TachobotRig:
         table = self._settings.world.position
         if not table.rate_hz:
             return
+        from sim_doubles.worlds.position_sensor import PositionSensor  # noqa: PLC0415 -- mode track
+
         sensor = robot.add(PositionSensor(_sensor_parameters(table), self._pose, self._now))
         if table.yaw:
             robot.couple(sensor.pose, robot.position_input.pose_in)
         else:
             robot.couple(sensor.position, robot.position_input.position_in)
 
-    def _pose(self) -> TruePose:
+    def _pose(self) -> "TruePose":
+        from sim_doubles.worlds.position_sensor import TruePose  # noqa: PLC0415 -- mode track
+
         self.catch_up()
         state = self.world.state(self._now())
         return TruePose(state.x_m, state.y_m, state.yaw_rad)
@@ -102,6 +106,9 @@ class TachobotRig:
         Whether control has begun is the robot's word: without a yaw it has not.
         """
         if self._tracked is not None:
+            from boards.tachobot.track_result import track_result  # noqa: PLC0415 -- mode track
+            from firmware_runtime.models.trajectory_paths import Pose  # noqa: PLC0415 -- likewise
+
             return track_result(self._tracked, Pose(*self._pose()))
         self.catch_up()
         state = self.world.state(self._now())
@@ -139,6 +146,12 @@ class TachobotRig:
         self.imu.catch_up()
         self.world.advance(self._now())
 
+    def _felt(self) -> tuple[Callable[[int], Vector], Callable[[int], BodyMotion]]:
+        """Field and motion in the chip's axes; the world's own where those are the body's."""
+        if self._axes.is_identity:
+            return self.world.field, self.world.motion
+        return self._field, self._motion
+
     def _motion(self, at: int) -> BodyMotion:
         return self._axes.turn_motion(self.world.motion(at))
 
@@ -154,8 +167,12 @@ def _parameters(settings: TachobotSettings) -> TachobotParameters:
     return TachobotParameters(**world, mounting="platform" if is_held else "free")
 
 
-def _sensor_parameters(table: PositionSensorSettings) -> PositionSensorParameters:
+def _sensor_parameters(table: PositionSensorSettings) -> "PositionSensorParameters":
     """The tracking system as board.toml describes it."""
+    from sim_doubles.worlds.position_sensor import (  # noqa: PLC0415 -- mode track
+        PositionSensorParameters,
+    )
+
     return PositionSensorParameters(
         period=seconds(1 / table.rate_hz),
         delay=seconds(table.delay_s),

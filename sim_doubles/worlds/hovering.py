@@ -57,13 +57,14 @@ class Hovering:
         return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
-        """Move for `elapsed_s` as these push, which stay as they are."""
+        """Move for `elapsed_s` as these push."""
         yaw, rate = self.state.yaw_rad, self.state.yaw_rate_rad_s
         path = _Path(
             propellers.forward() * (1.0 / self._mass),
             propellers.left() * (1.0 / self._mass),
             Swing(yaw, rate, propellers.turning(self._leverage), 0.0),
         )
+        propellers.advance(elapsed_s)
         begin = 0.0
         while begin < elapsed_s:
             turning = abs(path.swing.rate(begin)) + self._spin_up

@@ -11,11 +11,11 @@ class ChipAxes:
         for body_axis, word in enumerate(mounting.split()):
             sign = -1.0 if word[0] == "-" else 1.0
             self._from_body["xyz".index(word[1])] = (body_axis, sign)
-        self._is_identity = self._from_body == [(0, 1.0), (1, 1.0), (2, 1.0)]
+        self.is_identity = self._from_body == [(0, 1.0), (1, 1.0), (2, 1.0)]
 
     def turn(self, truth: InertialTruth) -> InertialTruth:
         """The same truth in the chip's axes."""
-        if self._is_identity:
+        if self.is_identity:
             return truth
         return truth._replace(
             acceleration=self.turn_vector(truth.acceleration),
@@ -25,14 +25,14 @@ class ChipAxes:
 
     def turn_motion(self, motion: BodyMotion) -> BodyMotion:
         """The same motion in the chip's axes."""
-        if self._is_identity:
+        if self.is_identity:
             return motion
         acceleration, rate, temperature_c = motion
         return BodyMotion(self.turn_vector(acceleration), self.turn_vector(rate), temperature_c)
 
     def turn_vector(self, vector: Vector) -> Vector:
         """One vector in the chip's axes."""
-        if self._is_identity:
+        if self.is_identity:
             return vector
         x, y, z = (sign * vector[axis] for axis, sign in self._from_body)
         return (x, y, z)

@@ -7,14 +7,32 @@ for.
 
 import hashlib
 import struct
-from statistics import NormalDist
+from collections.abc import Callable
+from importlib import import_module
+from typing import TypeAlias
 
 __all__ = ["InstantNoise"]
 
 _CELL = 2.0**-52
 _hash = hashlib.blake2b
-_normal_quantile = NormalDist().inv_cdf
 _words = struct.Struct("<3Q").unpack
+
+
+Quantile: TypeAlias = Callable[[float, float, float], float]
+"""The quantile of a share between 0 and 1, of a mean and a standard deviation."""
+
+
+def _quantile_of_the_library() -> Quantile:
+    """What `statistics.NormalDist.inv_cdf` calls, without the import of all of `statistics`."""
+    try:
+        module = import_module("_statistics")
+    except ImportError:  # a Python without it in C
+        module = import_module("statistics")
+    quantile: Quantile = module._normal_dist_inv_cdf  # noqa: SLF001 -- it has no public name
+    return quantile
+
+
+_quantile = _quantile_of_the_library()
 
 
 class InstantNoise:
@@ -31,7 +49,7 @@ class InstantNoise:
         scale = self._scale
         # quantiles of the upper 52 bits, taken mid-cell so that 0 and 1 never occur
         return (
-            scale * _normal_quantile(((a >> 12) + 0.5) * _CELL),
-            scale * _normal_quantile(((b >> 12) + 0.5) * _CELL),
-            scale * _normal_quantile(((c >> 12) + 0.5) * _CELL),
+            scale * _quantile(((a >> 12) + 0.5) * _CELL, 0.0, 1.0),
+            scale * _quantile(((b >> 12) + 0.5) * _CELL, 0.0, 1.0),
+            scale * _quantile(((c >> 12) + 0.5) * _CELL, 0.0, 1.0),
         )

@@ -7,12 +7,16 @@ a pair pushes with the difference of its two. So a differential pair about one h
 
 import math
 from collections.abc import Sequence
+from typing import TypeAlias
 
 from sim_doubles.worlds.transient import Transient
 
-__all__ = ["MOTORS", "PropellerPairs"]
+__all__ = ["MOTORS", "PropellerPairs", "Terms"]
 
 MOTORS = 8
+
+Terms: TypeAlias = tuple[float, float, float]
+"""A transient without its decay: settled, single, double."""
 
 _ANY_DECAY = 1.0
 """Motors without lag have no transient, so how fast it would die out is immaterial."""
@@ -33,7 +37,15 @@ class PropellerPairs:
         self._speeds: Sequence[float] = (0.0,) * MOTORS
         self._duties: Sequence[float] = ()
         self._settled: Sequence[float] = ()
+        self._settled_turn = 0.0
+        self._only_turns = False
+        """Each pair turns as much as the others: what one does is known of all."""
         self.hold((0.0,) * MOTORS)
+
+    @property
+    def decay(self) -> float:
+        """How fast every force settles, in 1/s."""
+        return self._decay
 
     @property
     def duties(self) -> Sequence[float]:
@@ -42,13 +54,17 @@ class PropellerPairs:
 
     def hold(self, duties: Sequence[float]) -> None:
         """Drive the motors with these duties from now on."""
-        if duties != self._duties:
-            self._duties = tuple(duties)
-            motors, thrust_n = iter(duties), self._thrust_n
-            self._settled = [
-                thrust_n * (duty * duty - back_duty * back_duty)
-                for duty, back_duty in zip(motors, motors, strict=True)
-            ]
+        if duties == self._duties:
+            return
+        self._duties = held = tuple(duties)
+        motors, thrust_n = iter(held), self._thrust_n
+        self._settled = [
+            thrust_n * (duty * duty - back_duty * back_duty)
+            for duty, back_duty in zip(motors, motors, strict=True)
+        ]
+        f1, f2, f3, f4 = self._settled
+        self._settled_turn = f1 - f2 + f3 - f4
+        self._only_turns = _only_turns(held) and (self._only_turns or _only_turns(self._speeds))
 
     def forward(self) -> Transient:
         """The force along x."""
@@ -59,32 +75,31 @@ class PropellerPairs:
         return self._pair(3) - self._pair(1)
 
     def turning(self, leverage: float) -> Transient:
-        """The force that turns the body from x to y when it acts on the lever arm, times a factor.
-
-        Written out, as this is what a plant works out most often.
-        """
-        d1, b1, d2, b2, d3, b3, d4, b4 = self._duties
-        s1, r1, s2, r2, s3, r3, s4, r4 = self._speeds if self._lags else self._duties
-        s1, r1, s2, r2 = s1 - d1, r1 - b1, s2 - d2, r2 - b2
-        s3, r3, s4, r4 = s3 - d3, r3 - b3, s4 - d4, r4 - b4
-        f1, f2, f3, f4 = self._settled
-        k = self._thrust_n
-        twice = 2.0 * k
-        single = (
-            twice * (d1 * s1 - b1 * r1)
-            - twice * (d2 * s2 - b2 * r2)
-            + twice * (d3 * s3 - b3 * r3)
-            - twice * (d4 * s4 - b4 * r4)
-        )
-        double = (
-            k * (s1 * s1 - r1 * r1)
-            - k * (s2 * s2 - r2 * r2)
-            + k * (s3 * s3 - r3 * r3)
-            - k * (s4 * s4 - r4 * r4)
-        )
+        """The force that turns the body from x to y on the lever arm, times a factor."""
+        single, double = self._gaps()
         return Transient(
-            (f1 - f2 + f3 - f4) * leverage, single * leverage, double * leverage, self._decay
+            self._settled_turn * leverage, single * leverage, double * leverage, self._decay
         )
+
+    def turn_for(self, leverage: float, elapsed_s: float) -> Terms:
+        """The same as numbers, for `elapsed_s` from now on, which then have passed.
+
+        To the bit the same, and sooner, where all pairs only turn: four equal terms add up exactly.
+        """
+        settled = self._settled_turn * leverage
+        if not (self._only_turns and self._lags):
+            single, double = self._gaps()
+            self.advance(elapsed_s)
+            return settled, single * leverage, double * leverage
+        duties, speeds, k = self._duties, self._speeds, self._thrust_n
+        d, b = duties[0], duties[1]
+        s, r = speeds[0] - d, speeds[1] - b
+        single = 4.0 * (2.0 * k * (d * s - b * r))
+        double = 4.0 * (k * (s * s - r * r))
+        p = math.exp(-self._decay * elapsed_s)
+        s, r = d + s * p, b + r * p
+        self._speeds = (s, r, r, s, s, r, r, s)
+        return settled, single * leverage, double * leverage
 
     def advance(self, elapsed_s: float) -> None:
         """Let `elapsed_s` pass with the duties held."""
@@ -102,6 +117,25 @@ class PropellerPairs:
             b4 + (r4 - b4) * p,
         )
 
+    def _gaps(self) -> tuple[float, float]:
+        """Single and double of the turning force, written out: a plant works them out often."""
+        d1, b1, d2, b2, d3, b3, d4, b4 = self._duties
+        s1, r1, s2, r2, s3, r3, s4, r4 = self._speeds if self._lags else self._duties
+        s1, r1, s2, r2 = s1 - d1, r1 - b1, s2 - d2, r2 - b2
+        s3, r3, s4, r4 = s3 - d3, r3 - b3, s4 - d4, r4 - b4
+        k = self._thrust_n
+        twice = 2.0 * k
+        return (
+            twice * (d1 * s1 - b1 * r1)
+            - twice * (d2 * s2 - b2 * r2)
+            + twice * (d3 * s3 - b3 * r3)
+            - twice * (d4 * s4 - b4 * r4),
+            k * (s1 * s1 - r1 * r1)
+            - k * (s2 * s2 - r2 * r2)
+            + k * (s3 * s3 - r3 * r3)
+            - k * (s4 * s4 - r4 * r4),
+        )
+
     def _pair(self, index: int) -> Transient:
         """The force of one pair."""
         thrust_n, forth = self._thrust_n, 2 * index
@@ -114,3 +148,9 @@ class PropellerPairs:
             thrust_n * (gap * gap - back_gap * back_gap),
             self._decay,
         )
+
+
+def _only_turns(motors: Sequence[float]) -> bool:
+    """Whether the pairs push alike, the second and the fourth the other way round."""
+    d, b = motors[0], motors[1]
+    return motors == (d, b, b, d, d, b, b, d)

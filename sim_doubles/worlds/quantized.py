@@ -88,6 +88,7 @@ class QuantizedBody:
                     simulator.inject(self._ports[number], Segment(duty))
             self._duties = list(propellers.duties)
             simulator.advance(now)
+        propellers.advance(elapsed_s)
         simulation.advance(now + round(elapsed_s * SECOND))
         self._values = simulation.values
 

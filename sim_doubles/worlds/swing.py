@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from sim_doubles.worlds.transient import Transient
 
-__all__ = ["Swing"]
+__all__ = ["Swing", "recurring_course", "turned"]
 
 _INSTANT_S = 1e-13
 """Times closer than this are one instant."""
@@ -60,14 +60,8 @@ class Swing:
     def state(self, t: float) -> tuple[float, float]:
         """Yaw and rate at `t`, for less than both alone, and least for a `t` that recurs."""
         drive = self._drive
-        decayed, coast, single, double, ramp, single_yaw, double_yaw = _recurring_course(
-            self._damping, drive.decay, t
-        )
-        rate, settled, once, twice = self._rate, drive.settled, drive.single, drive.double
-        return (
-            self._yaw + rate * coast + settled * ramp + once * single_yaw + twice * double_yaw,
-            rate * decayed + settled * coast + once * single + twice * double,
-        )
+        terms = drive.settled, drive.single, drive.double
+        return turned(self._yaw, self._rate, terms, recurring_course(self._damping, drive.decay, t))
 
     def first_stop(self, direction: int, until: float) -> float | None:
         """When a body turning in `direction` comes to rest, at most `until`, or None.
@@ -94,7 +88,7 @@ class Swing:
         return after
 
 
-class _Course(NamedTuple):
+class Course(NamedTuple):
     """What a turn takes from its time alone: the factors of its rate, then those of its yaw."""
 
     decayed: float
@@ -106,7 +100,7 @@ class _Course(NamedTuple):
     double_yaw: float
 
 
-def _course(damping: float, decay: float, t: float) -> _Course:
+def _course(damping: float, decay: float, t: float) -> Course:
     """Convolutions of the damping with nothing and the drive's exponentials, and their integrals.
 
     `coast` is in both: the rate follows it by the settled drive, yaw by the rate at the start.
@@ -114,7 +108,7 @@ def _course(damping: float, decay: float, t: float) -> _Course:
     coast = _convolution(damping, 0.0, t)
     single = _convolution(damping, decay, t)
     double = _convolution(damping, 2.0 * decay, t)
-    return _Course(
+    return Course(
         math.exp(-damping * t),
         coast,
         single,
@@ -125,8 +119,20 @@ def _course(damping: float, decay: float, t: float) -> _Course:
     )
 
 
-_recurring_course = lru_cache(maxsize=256)(_course)
+recurring_course = lru_cache(maxsize=256)(_course)
 """A plant that is read on a schedule moves by the same few spans of time again and again."""
+
+
+def turned(
+    yaw: float, rate: float, drive: tuple[float, float, float], course: Course
+) -> tuple[float, float]:
+    """Yaw and rate after a turn from these, driven by a transient's settled, single and double."""
+    settled, once, twice = drive
+    decayed, coast, single, double, ramp, single_yaw, double_yaw = course
+    return (
+        yaw + rate * coast + settled * ramp + once * single_yaw + twice * double_yaw,
+        rate * decayed + settled * coast + once * single + twice * double,
+    )
 
 
 def _convolution(a: float, b: float, t: float) -> float:

@@ -70,9 +70,11 @@ class TachobotWorld:
                 f"TachoBot world: advance to {format_time(at)} when it is "
                 f"{format_time(self._at)} there; expected an instant not in the past"
             )
-        elapsed_s, propellers = (at - self._at) / SECOND, self._driven()
+        elapsed_s, propellers = (at - self._at) / SECOND, self._propellers
+        duties = self._duties()
+        if duties is not self._sound_duties:
+            self._drive(duties)
         self._body.advance(propellers, elapsed_s)
-        propellers.advance(elapsed_s)
         self._at = at
 
     def state(self, at: int) -> TachobotState:
@@ -122,13 +124,16 @@ class TachobotWorld:
 
     def _driven(self) -> PropellerPairs:
         """The propellers with the duties that they get now."""
-        duties = self._duties()
+        self._drive(self._duties())
+        return self._propellers
+
+    def _drive(self, duties: Sequence[float]) -> None:
+        """Have the propellers take these duties; kept as a tuple, so that it is known again."""
         if duties is not self._sound_duties and duties != self._sound_duties:
             if len(duties) != MOTORS or not all(0.0 <= duty <= 1.0 for duty in duties):
                 raise ValueError(f"TachoBot world: duties are {duties}, expected eight from 0 to 1")
             self._sound_duties = tuple(duties)
             self._propellers.hold(duties)
-        return self._propellers
 
 
 class Body(Protocol):
@@ -146,7 +151,7 @@ class Body(Protocol):
         """Forward and left, in m/s2, now."""
 
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
-        """Move for `elapsed_s` as these push, which stay as they are."""
+        """Move for `elapsed_s` as these push, whose duties hold; for them it has passed then."""
 
 
 def _body_of(parameters: TachobotParameters) -> Body:

@@ -35,8 +35,9 @@ class TachobotProbe(Atomic):
             x, vx, y, vy, yaw, rate = self._state
             self.yaw_rad.send(yaw)
             self.yaw_rate_rad_s.send(rate)
-            self.x.send(Motion(x, vx))
-            self.y.send(Motion(y, vy))
+            if self.x.leads_somewhere or self.y.leads_somewhere:
+                self.x.send(Motion(x, vx))
+                self.y.send(Motion(y, vy))
 
     def internal(self) -> None:
         """Wait for the next tick."""

@@ -9,7 +9,7 @@ so the motion does not depend on the steps.
 from collections.abc import Callable
 
 from sim_doubles.worlds.propellers import PropellerPairs
-from sim_doubles.worlds.swing import Swing
+from sim_doubles.worlds.swing import Swing, recurring_course, turned
 from sim_doubles.worlds.tachobot_body import TachobotParameters, TachobotState
 from sim_doubles.worlds.transient import Transient
 
@@ -38,11 +38,14 @@ class Turntable:
         return (0.0, 0.0)
 
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
-        """Turn for `elapsed_s` as these push, which stay as they are."""
-        drive = propellers.turning(self._leverage)
+        """Turn for `elapsed_s` as these push."""
         if self._static == 0.0:
-            self.turn = Swing(*self.turn, drive, self._damping).state(elapsed_s)
+            (yaw, rate), terms = self.turn, propellers.turn_for(self._leverage, elapsed_s)
+            course = recurring_course(self._damping, propellers.decay, elapsed_s)
+            self.turn = turned(yaw, rate, terms, course)
             return
+        drive = propellers.turning(self._leverage)
+        propellers.advance(elapsed_s)
         while elapsed_s > 0.0:
             if self._direction == 0:
                 spent = self._stick(drive, elapsed_s)

@@ -14,6 +14,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Sampler
+from tests.support.stalling_clock import StallingClock
 
 EXECUTIVE = "firmware_runtime.executive."
 SIMULATOR = "firmware_runtime.devs.simulator"
@@ -69,7 +70,7 @@ def test_one_frame_stands_between_the_simulator_and_a_function_of_a_model(
     root.couple(sampler.sample, seen.into)
     deadline = PathDeadline("path", sampler.sample, seen, PERIOD)
     watched = Configuration(deadlines=[deadline], recorded_spans=64)
-    assert Run(root, VirtualClock(), watched).until(10 * PERIOD).error is None
+    assert Run(root, StallingClock(), watched).until(10 * PERIOD).error is None
     assert seen.around == {
         "output": {("account",)},
         "internal": {(account,)},

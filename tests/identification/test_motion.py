@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from firmware_runtime.identification.motion import Body, State, motion
+from firmware_runtime.identification.output_error import OutputError
 from firmware_runtime.identification.plant import Numbers, PlantParameters
+from firmware_runtime.identification.series import Series
 from firmware_runtime.identification.stretches import stretches_of
 from sim_doubles.worlds.swing import Swing
 from sim_doubles.worlds.transient import Transient
@@ -32,6 +34,21 @@ def test_position_and_rate_are_those_of_an_exact_world(
     expected = pushed_body(plant, lag_s, AT, given)
     assert position == pytest.approx(expected[0], abs=2e-6)
     assert rate == pytest.approx(expected[1], abs=2e-6)
+
+
+def test_a_plant_may_come_to_rest_within_a_stretch_a_thousand_times_over() -> None:
+    plant = PlantParameters(1e-6, 0.5, 0.0, 0.0, 0.0)
+    position, rate = motion(plant, stretches_of(AT, SQUARE, AT, 0.0, 0.03), 0.0)
+    assert np.isfinite(position).all()
+    assert rate[-1] == pytest.approx(SQUARE[-2] / plant.damping, rel=1e-3)
+
+
+def test_steps_wider_than_the_inertia_leave_some() -> None:
+    model = OutputError(Series(AT, SQUARE, AT, SQUARE, "rate"), 0.03, begins_moving=False)
+    values = np.array([1e-4, 0.1, 0.01, 0.01, 0.02, 0.0])
+    jacobian = model.jacobian(values, np.full(6, 1e-3))
+    assert np.isfinite(jacobian).all()
+    assert abs(jacobian[:, 0]).max() > 0.0
 
 
 def test_measurements_may_lie_anywhere_between_inputs() -> None:

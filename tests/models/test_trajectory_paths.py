@@ -3,9 +3,9 @@ from itertools import pairwise
 
 import pytest
 
-from firmware_runtime.models.trajectory import Path
+from firmware_runtime.models.trajectory import Path, Profile
 from firmware_runtime.models.trajectory_file import Spline
-from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose, Profile
+from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose
 
 STEP_S = 1e-4
 HERE, THERE = Pose(1.0, -2.0, 0.5), Pose(4.0, 2.0, -1.5)
