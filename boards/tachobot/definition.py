@@ -2,7 +2,7 @@
 
 from boards.tachobot.controller import Controller
 from boards.tachobot.experiments import EXPERIMENTS
-from boards.tachobot.result import own_result
+from boards.tachobot.result import yaw_result
 from boards.tachobot.settings import EscSettings, TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from boards.tachobot.yaw import YAW
@@ -60,7 +60,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         ),
         stop=tuple(chip.stop_all for chip in pwm),
         still_on=tuple(chip.still_on for chip in pwm),
-        result=lambda: own_result(settings, model.controller),
+        result=lambda: _result(settings, model),
         ended=_ended(model),
         ends_on_failure=True,
         retune=model.retune,
@@ -143,6 +143,15 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
             if table is not None
         ),
     ]
+
+
+def _result(settings: TachobotSettings, model: Tachobot) -> dict[str, object]:
+    """How it ended by what the robot itself knows."""
+    if isinstance(model.controller, Controller):
+        return yaw_result(settings, model.controller.attitude.motion)
+    from boards.tachobot.track_result import own_track_result  # noqa: PLC0415 -- mode track
+
+    return own_track_result(model.controller)
 
 
 def _ended(model: Tachobot) -> OutPort[Ending] | None:

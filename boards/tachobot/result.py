@@ -3,29 +3,14 @@
 Mode `track` has a result of its own (`track_result`).
 """
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from boards.tachobot.controller import Controller
 from boards.tachobot.settings import TachobotSettings
 from firmware_runtime.models.motion import Motion
-
-if TYPE_CHECKING:
-    from boards.tachobot.tracking import TrackingController
 
 SETTLED_RAD: Final = 0.02
 SETTLED_RAD_S: Final = 0.05
 NEVER_BEGAN: Final = "control never began"
-
-
-def own_result(
-    settings: TachobotSettings, controller: "Controller | TrackingController"
-) -> dict[str, object]:
-    """How it ended by what the robot itself knows."""
-    if isinstance(controller, Controller):
-        return yaw_result(settings, controller.attitude.motion)
-    from boards.tachobot.track_result import own_track_result  # noqa: PLC0415 -- mode track
-
-    return own_track_result(controller)
 
 
 def yaw_result(

@@ -19,7 +19,7 @@ LIBRARY: Final = frozenset(
 """Names of `math` and `cmath` whose last bit is the C library's, or the interpreter's."""
 ELSEWHERE: Final = {
     "drivers/ros_messages.py": "in the bridge's process, for ROS",
-    "boards/tachobot/result.py": "of a run that has ended",
+    "boards/tachobot/track_result.py": "of a run that has ended",
 }
 EXACT_SUMS: Final = {
     "drivers/chips/step.py": "of whole nanoseconds",
