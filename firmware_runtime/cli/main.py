@@ -44,6 +44,7 @@ VERBS = {
     "top": "top",
     "report": "report",
     "perfetto": "perfetto",
+    "blame": "blame",
     "record": "record",
     "replay": "replay",
     "recordings": "recordings",

@@ -61,6 +61,8 @@ class MonotonicClock:
     def __init__(self) -> None:
         self.spin = 0
         self.speed: float = 1
+        self.overdue_at = 0
+        """When the loop last came to a wait that was over already, ns since `start`."""
         self._epoch = monotonic_ns()
         self._alarm = Alarm()
 
@@ -79,7 +81,11 @@ class MonotonicClock:
         left = wake_at - monotonic_ns()
         if left > LONGEST_WAIT:
             return self._sleep(wake_at - left + LONGEST_WAIT, sources)
-        ready = self._sleep(wake_at, sources) if left > 0 else select(sources, (), (), 0)[0]
+        if left > 0:
+            ready = self._sleep(wake_at, sources)
+        else:
+            self.overdue_at = wake_at - left - self._epoch
+            ready = select(sources, (), (), 0)[0]
         if self.spin > 0 and not ready:
             while monotonic_ns() < due:
                 pass

@@ -9,7 +9,6 @@ from firmware_runtime.statistics.blame import ABOUT, Cause
 
 LATE = Evidence(
     of_ns=10_726_030,
-    in_wake_ns=10_726_030,
     cpu_ns=0,
     run_delay_ns=0,
     throttled_ns=0,
@@ -22,7 +21,7 @@ LATE = Evidence(
     device=0x68,
 )
 """Nothing but the lateness."""
-LONG = structs.replace(LATE, of_ns=5_000_000, in_wake_ns=60_000, in_step_ns=4_940_000)
+LONG = structs.replace(LATE, of_ns=5_000_000, in_step_ns=4_940_000)
 """The same of a step that took long."""
 
 RECORDED: list[tuple[Cause, Evidence]] = [
@@ -35,7 +34,7 @@ RECORDED: list[tuple[Cause, Evidence]] = [
     (Cause.STOPPED, structs.replace(LATE, stops=1, cpu_ns=501_770)),
     (Cause.STOLEN, structs.replace(LATE, stolen_ns=20 * MILLISECOND)),
     (Cause.INTERRUPTS, structs.replace(LATE, interrupt_ns=30 * MILLISECOND)),
-    (Cause.BETWEEN, structs.replace(LATE, cpu_ns=10_000_000)),
+    (Cause.BETWEEN, structs.replace(LATE, cpu_ns=9_900_000, before_wait_ns=10_000_000)),
     (Cause.MODEL, structs.replace(LONG, cpu_ns=4_033_943)),
     (Cause.GARBAGE, structs.replace(LONG, cpu_ns=4_500_000, garbage_ns=4_300_000)),
     (Cause.BUS, structs.replace(LONG, bus_ns=4_200_000, retries=2)),
@@ -75,7 +74,7 @@ def test_less_than_enough_is_unknown_rather_than_a_guess() -> None:
 
 
 def test_what_is_not_measured_explains_nothing() -> None:
-    blind = Evidence(of_ns=LATE.of_ns, in_wake_ns=LATE.of_ns)
+    blind = Evidence(of_ns=LATE.of_ns)
     assert verdict(blind).cause is Cause.UNKNOWN
     assert blind.asleep_ns is None
     assert verdict(structs.replace(blind, stops=1)).cause is Cause.UNKNOWN

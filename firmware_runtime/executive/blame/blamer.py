@@ -62,7 +62,7 @@ class Blamer:
         accounts: Sequence[ModelAccount],
         meters: Sequence[BusMeter],
     ) -> None:
-        self._is_real = isinstance(clock, MonotonicClock) and clock.speed == 1
+        self._clock = clock if isinstance(clock, MonotonicClock) and clock.speed == 1 else None
         self._step = step
         self._accounts = accounts
         self._meters = meters
@@ -75,7 +75,7 @@ class Blamer:
 
     def open(self, steps: int) -> None:
         """Open the counters and read them; in the thread that runs the loop."""
-        if self._is_real:
+        if self._clock is not None:
             fault_ns()
             CONTINUED.watch()
             self._counters = ThreadCounters()
@@ -138,7 +138,7 @@ class Blamer:
         return Evidence(
             **{name: getattr(counted, name) for name in same_names},
             of_ns=late.behind + late.wake + late.in_step,
-            in_wake_ns=late.wake,
+            before_wait_ns=self._before_wait(late),
             in_step_ns=late.in_step + late.behind,
             garbage_ns=late.garbage,
             bus_ns=found.busy_ns,
@@ -148,6 +148,12 @@ class Blamer:
             model=self._slowest(late),
             device=self._busiest(),
         )
+
+    def _before_wait(self, late: Late) -> int:
+        """Of `wake`, what passed before the loop came to its wait; 0 if it was there in time."""
+        overdue_at = 0 if self._clock is None else self._clock.overdue_at
+        began_at = late.ended - late.step
+        return min(max(overdue_at - (began_at - late.wake), 0), late.wake)
 
     def _slowest(self, late: Late) -> int:
         """The model that took the most beyond its usual time; -1 where it was a step before."""

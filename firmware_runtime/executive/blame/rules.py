@@ -27,13 +27,13 @@ SLOWER = 0.9
 class Evidence(Struct, frozen=True, kw_only=True):
     """Of one late activation or long step, beyond what is usual; None: not measured. Times in ns.
 
-    `in_wake_ns` lies before the step, after the step before it; `in_step_ns` is what the step took
-    longer than usual. `model` is the one that took the most beyond its usual time, `device` the one
-    that had its bus the longest.
+    In `before_wait_ns`, after the deadline and the step before it, the loop had not come to its
+    wait yet; `in_step_ns` is what the step took longer than usual. `model` is the one that took the
+    most beyond its usual time, `device` the one that had its bus the longest.
     """
 
     of_ns: int
-    in_wake_ns: int = 0
+    before_wait_ns: int = 0
     in_step_ns: int = 0
     cpu_ns: int = 0
     run_delay_ns: int | None = None
@@ -170,8 +170,8 @@ def _asleep(of: Evidence) -> int | None:
 
 
 def _between(of: Evidence) -> int | None:
-    """Computed before the step began: hooks of the run, a collection in the slack."""
-    return min(of.cpu_ns, of.in_wake_ns)
+    """The loop came late to its wait: hooks of the run, a collection in the slack."""
+    return of.before_wait_ns
 
 
 RULES: tuple[tuple[Cause, Callable[[Evidence], int | None]], ...] = (

@@ -1,0 +1,137 @@
+"""`blame`: a line for each new late activation. The run under way is a file the test writes."""
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec import structs
+
+from firmware_runtime.cli.commands import blame
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STATE, WRITTEN, Layout
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.worst_list import WorstList
+from firmware_runtime.system.switch_trace import NoTracingError, Switch, Thread
+
+Command = Callable[..., Any]
+LAYOUT = Layout(models=("imu",), timed=("imu",), worst=4, blame=BLAME, causes=CAUSES)
+STATED = {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "catch-up"}
+LATE = 3_200_000
+TAKEN = BlameRow(
+    cause=1 + CAUSES.index(Cause.PREEMPTED), explained_ns=3_100_000, of_ns=LATE, run_delay_ns=1
+)
+
+
+class Run:
+    """A run under way; it is looked at once before the late activation and once after it."""
+
+    def __init__(self, path: Path) -> None:
+        header = {"models": {"imu": STATED}, "conditions": {}, "clock_speed": 1.0}
+        self.file = StatisticsFile(LAYOUT, header, path)
+        self._worst = WorstList(self.file.cells, LAYOUT)
+        self._keep(10 * MILLISECOND)
+        self._looks = 0
+
+    def waited(self, _signal: object) -> bool:
+        """In the place of the wait: late once, then over."""
+        self._looks += 1
+        if self._looks == 1:
+            self._keep(20 * MILLISECOND)
+        else:
+            self.file.cells[STATE] = RunState.ENDED
+        return False
+
+    def _keep(self, at: int) -> None:
+        self.file.open_section()
+        self._worst.keep([at, 0, LATE, 90_000, LATE, 0, 0, 0, *structs.astuple(TAKEN)])
+        self.file.close_section(at + LATE)
+
+
+@pytest.fixture
+def run(state_directory: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    state_directory.mkdir()
+    made = Run(state_directory / "robot.stats")
+    monkeypatch.setattr(blame, "_waited", made.waited)
+    return made
+
+
+@pytest.fixture
+def untraced(monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def refused(_pid: int) -> Iterator[None]:
+        raise NoTracingError("/sys/kernel/tracing: not permitted")
+        yield
+
+    monkeypatch.setattr(blame, "switch_trace", refused)
+
+
+class Trace:
+    """In which `stress` took the processor of this process for 3 ms of the late activation."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+
+    def read(self) -> list[Switch]:
+        cells = self._run.file.cells
+        due = max(cells[WRITTEN], cells[HEARTBEAT]) - cells[ELAPSED] + 20 * MILLISECOND
+        loop, other = Thread("python", os.getpid(), 49), Thread("stress", 900, 19)
+        return [
+            Switch(due + 100_000, 1, still_could=True, before=loop, to=other),
+            Switch(due + 3_100_000, 1, before=other, to=loop),
+        ]
+
+
+@pytest.fixture
+def traced(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def granted(_pid: int) -> Iterator[Trace]:
+        yield Trace(run)
+
+    monkeypatch.setattr(blame, "switch_trace", granted)
+
+
+@pytest.mark.usefixtures("run", "traced")
+def test_who_ran_instead_is_named(command: Command) -> None:
+    ended = command("blame", "robot")
+    assert (ended.status, ended.error) == (0, "")
+    assert ended.out == (
+        "imu at 0.020 s, 3.20 ms late, step 90.0 us: processor taken, 3.10 ms of 3.20 ms; "
+        "ran instead: stress (900, FIFO or RR 80) 3.00 ms on CPU 1\n"
+    )
+
+
+@pytest.mark.usefixtures("run", "untraced")
+def test_without_the_right_it_is_unknown(command: Command) -> None:
+    ended = command("blame", "robot")
+    assert ended.status == 0
+    assert ended.error == (
+        "firmware-runtime: /sys/kernel/tracing: not permitted; what ran instead is unknown\n"
+    )
+    assert ended.out.endswith("; ran instead: unknown\n")
+
+
+@pytest.mark.usefixtures("run", "traced")
+def test_as_json_it_is_the_entry_of_the_worst_and_who_ran(command: Command) -> None:
+    (line,) = command("blame", "robot", "--json").out.splitlines()
+    found = json.loads(line)
+    assert found["t_ns"] == 20 * MILLISECOND
+    assert found["blame"]["cause"] == "processor taken"
+    assert [each["pid"] for each in found["ran_instead"]] == [900]
+
+
+@pytest.mark.usefixtures("untraced")
+def test_of_a_run_that_is_over_nothing_is_followed_or_traced(command: Command, run: Run) -> None:
+    run.file.cells[STATE] = RunState.ENDED
+    assert command("blame", "robot") == (0, "", "")
+
+
+def test_without_a_run_it_says_so(command: Command) -> None:
+    ended = command("blame", "nothing")
+    assert ended.status == 2
+    assert "no statistics of nothing" in ended.error
