@@ -33,7 +33,7 @@ def test_a_stall_takes_a_trace_that_shows_it(tmp_path: Path) -> None:
     assert re.search("taken because of (imu|thrust_pairs) at ", said)
     trace = json.loads(output.read_text())
     assert_sound(trace)
-    (mark,) = [each for each in trace["traceEvents"] if each["ph"] == "i"]
+    (mark,) = [each for each in trace["traceEvents"] if each.get("s") == "g"]
     late = [(begin, end) for _, _, begin, end in slices(trace, "waking") if end - begin > LIMIT_US]
     assert any(begin < mark["ts"] <= end + 1000 for begin, end in late)
     assert {depth for depth, *_ in slices(trace, "loop")} == {0, 1}
