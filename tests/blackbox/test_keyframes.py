@@ -264,3 +264,17 @@ def test_every_object_has_a_path_of_its_own() -> None:
     node.other.keywords["end"][1].append(2)
     found = list(table.differences(state))
     assert len(found) == len({each.path for each in found}) == 2
+
+
+def test_a_dictionary_of_attributes_that_is_held_elsewhere_stays_the_same_one() -> None:
+    inner = Node(value=1)
+    node = Node(inner=inner, held=vars(inner))
+
+    def change() -> None:
+        inner.value = 2
+        inner.more = [1]
+
+    paths = changed_and_restored(node, change)
+    assert paths == ["node.held['value']", "node.held['more']"]
+    assert vars(inner) is node.held
+    assert node.held == {"value": 1}
