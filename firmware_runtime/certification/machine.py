@@ -14,7 +14,6 @@ from firmware_runtime.system.conditions import system_conditions
 
 _ARGUMENTS: Final = tuple(n / 64 for n in range(1, 4096))
 _TUNABLES: Final = "GLIBC_TUNABLES"
-"""Settings of the C library, which may choose its functions for another processor."""
 
 
 class Machine(Struct, frozen=True, kw_only=True):
@@ -27,6 +26,8 @@ class Machine(Struct, frozen=True, kw_only=True):
     machine: str
     kernel: str
     c_library: str
+    tunables: str | None = None
+    """Settings of the C library, which may choose its functions for another processor."""
     library_sha256: str
     """Of what its sine, cosine, arc tangent and exponential give: machines differ in the last bit,
     and these words show which."""
@@ -38,14 +39,15 @@ def this_machine() -> Machine:
     conditions = system_conditions()
     library = " ".join(filter(None, platform.libc_ver())) or "unknown"
     tunables = os.environ.get(_TUNABLES)
-    c_library = f"{library} ({tunables})" if tunables else library
+    shown = (conditions["python"], conditions["machine"], library, _TUNABLES if tunables else None)
     return Machine(
-        name=f"{conditions['python']}, {conditions['machine']}, {c_library}",
+        name=", ".join(filter(None, shown)),
         python=conditions["python"],
         compiler=platform.python_compiler(),
         machine=conditions["machine"],
         kernel=conditions["kernel"],
-        c_library=c_library,
+        c_library=library,
+        tunables=tunables,
         library_sha256=_library_sha256(),
         packages=conditions["versions"],
     )

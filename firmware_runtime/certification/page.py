@@ -1,6 +1,7 @@
 """The certificate as a self-contained page: the matrix first, then what differs, then machines."""
 
 from collections.abc import Iterator
+from string import ascii_uppercase
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.certification.certificate import Certificate, in_columns
@@ -56,7 +57,7 @@ def _opening(certificate: Certificate) -> Element:
     machines, recordings = len(certificate.machines), len(certificate.recordings)
     is_identical = certificate.is_identical
     verdict, css = ("identical", "good") if is_identical else ("not identical", "bad")
-    sentence = f"{recordings} recordings, each replayed on {machines} machines."
+    sentence = f"{recordings} recordings to be replayed on {machines} machines."
     return element(
         "header",
         element("h1", TITLE),
@@ -72,36 +73,37 @@ def _opening(certificate: Certificate) -> Element:
 
 
 def _matrix(certificate: Certificate) -> Element:
-    names = [each.machine.name for each in certificate.machines]
+    letters = [_letter(number) for number in range(len(certificate.machines))]
     rows = [
         (finding.recording, f"{finding.fields:,}", *map(said, found))
         for finding, found in in_columns(certificate)
     ]
-    head = ("recording", "fields of state compared", *names)
+    head = ("recording", "fields of state compared", *letters)
     return table("Output events that are not those of the recording", head, rows)
 
 
 def _differences(certificate: Certificate) -> Iterator[tuple[str, str, str, str]]:
-    for each in certificate.machines:
+    for number, each in enumerate(certificate.machines):
         for finding in each.findings:
             if finding.first is not None:
                 output = finding.first_output
                 effect = "none" if output is None else place_said(output)
-                where = finding.recording, each.machine.name
+                where = finding.recording, _letter(number)
                 yield (*where, place_said(finding.first), effect)
 
 
 def _machines(certificate: Certificate) -> Element:
-    head = ("machine", "compiler", "kernel", "packages", "its C library's functions")
+    head = ("", "machine", "compiler", "kernel", "packages", "its C library's functions")
     rows = (
         (
-            each.machine.name,
+            _letter(number),
+            ", ".join(filter(None, (each.machine.name, each.machine.tunables))),
             each.machine.compiler,
             each.machine.kernel,
             _versions(each.machine.packages),
             each.machine.library_sha256[:_SHORT],
         )
-        for each in certificate.machines
+        for number, each in enumerate(certificate.machines)
     )
     return table("Machines with another last column have another sine", head, rows, "words")
 
@@ -122,6 +124,11 @@ def _recordings(certificate: Certificate) -> Element:
     )
     head = ("recording", "board", "length", "made with", "SHA-256", "replayed by code", "changed")
     return table("What was replayed", head, rows, "words")
+
+
+def _letter(number: int) -> str:
+    """What a machine is called in a narrow column: A, B, ... Z, A1, B1 ..."""
+    return ascii_uppercase[number % 26] + str(number // 26 or "")
 
 
 def _versions(versions: dict[str, str | None]) -> str:
