@@ -1,14 +1,15 @@
 """What one replay of one recording on one machine gave."""
 
-from typing import Literal
-
 from msgspec import Struct
 
 
 class Place(Struct, frozen=True, kw_only=True):
     """Where a recording and its replay part: one number, text or truth value, and both sides."""
 
-    what: Literal["input", "state", "output"]
+    what: str
+    """`input`, `state` or `output`; of a whole run `value` (of a port), `write`, `state`, `count`,
+    `step`, `end` or `asked`.
+    """
     t_ns: int
     model: str
     """Path below the root."""
@@ -39,12 +40,15 @@ class Finding(Struct, frozen=True, kw_only=True):
     """Versions of Python, kernel and packages in the recorded run."""
     duration_s: float
     events: int
-    """Output events recorded."""
+    """Output events recorded; of a whole run all values that left ports."""
     inputs: int = 0
     fields: int = 0
     """Values of fields of the models' state that both sides had and that were compared."""
+    steps: int = 0
+    """Of a whole run: steps of the loop, and transfers on its buses and ports."""
+    transfers: int = 0
     differences: int
-    """Output events that are not the same."""
+    """Output events that are not the same; of a whole run whatever is not."""
     first: Place | None = None
     """The first difference, of an input, a field of the state or an output event."""
     first_output: Place | None = None

@@ -1,17 +1,20 @@
 """A comparison as a finding: the first difference by model, port and field."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
+from firmware_runtime.blackbox.header import Header as RunHeader
 from firmware_runtime.certification.finding import Finding, Place
-from firmware_runtime.certification.leaves import first_leaf
+from firmware_runtime.certification.leaves import Leaf, first_leaf
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.code import digest_of
 from firmware_runtime.recording.comparison import ABSENT, Comparison
 from firmware_runtime.recording.of_board import code_changes
 from firmware_runtime.recording.recording import Recording
 from firmware_runtime.recording.replay import Event
-from firmware_runtime.recording.values import encoded
+from firmware_runtime.recording.values import UnknownValue, encoded
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.verdict import Verdict
 
 _NO_EVENT: Final = encoded(ABSENT)
 
@@ -19,7 +22,7 @@ _NO_EVENT: Final = encoded(ABSENT)
 class _Parting(NamedTuple):
     """Two values that are not the same bytes."""
 
-    what: Literal["input", "state", "output"]
+    what: str
     at: int
     name: str
     recorded: bytes
@@ -48,29 +51,24 @@ def finding_of(recording: Recording, comparison: Comparison, code: Mapping[str, 
     )
 
 
-def finding_of_document(said: Mapping[str, Any]) -> Finding:
-    """What `replay --json` said of a recording, as a finding, but for the file's name."""
-    first = said.get("first_difference")
-    place = None if first is None else _place_of_document(first)
-    is_identical = said.get("identical", said.get("equal")) is True
-    fault = said.get("fault")
-    if not is_identical and place is None and fault is None:
-        fault = "its replay is not identical and names no difference"
+def finding_of_run(header: RunHeader, verdict: Verdict, code: Mapping[str, str]) -> Finding:
+    """The verdict on the recording of a whole run, but for the file's name."""
+    place = None if verdict.first is None else _place_of_run(verdict.first)
     return Finding(
         recording="",
         sha256="",
-        board=str(said.get("board", "")),
-        made_with=said.get("versions") or {},
-        duration_s=float(said.get("duration_s", 0.0)),
-        events=int(said.get("events", 0)),
-        inputs=int(said.get("inputs", 0)),
-        fields=int(said.get("fields", 0)),
-        differences=int(said.get("differences", 0 if is_identical else 1)),
+        board=header.board,
+        made_with=header.versions,
+        duration_s=verdict.duration / SECOND,
+        events=verdict.events,
+        steps=verdict.steps,
+        transfers=verdict.writes,
+        differences=verdict.differences,
         first=place,
-        first_output=place if place is not None and place.what == "output" else None,
-        fault=fault,
-        code_sha256=said.get("code_sha256"),
-        code_changed=said.get("code_changed") or [],
+        first_output=place if place is not None and place.what == "value" else None,
+        fault="; ".join(verdict.faults) or (None if verdict.steps else "no step was run again"),
+        code_sha256=digest_of(dict(code)),
+        code_changed=_changed(header.code, code),
     )
 
 
@@ -101,23 +99,30 @@ def _place(parting: _Parting) -> Place:
     )
 
 
-def _place_of_document(first: Mapping[str, Any]) -> Place:
-    """The first difference as a program was told it: of a field if one is named, else of a port."""
-    state = first.get("state")
-    of_state = state if isinstance(state, Mapping) else first
-    is_state = of_state is not first or first.get("field") is not None
-    model, _, port = str(first.get("port") or "").rpartition(".")
-    field = str(of_state.get("field") or "")
-    owner, _, attribute = field.rpartition(".")
+def _place_of_run(difference: Difference) -> Place:
+    """The first difference of a whole run; a value with fields by the first that differs."""
+    try:
+        leaf = first_leaf(*map(encoded, (difference.recorded, difference.replayed)))
+    except UnknownValue:
+        leaf = Leaf("", repr(difference.recorded), repr(difference.replayed), None)
+    is_value = difference.what == "value"
+    names = (leaf.path,) if is_value else (difference.field, leaf.path)
     return Place(
-        what="state" if is_state else "output",
-        t_ns=int(of_state.get("t_ns", first.get("t_ns", 0))),
-        model=str(of_state.get("model") or (owner if is_state else model)),
-        port=None if is_state else port or None,
-        field=attribute if is_state else "",
-        recorded=str(of_state.get("recorded")),
-        replayed=str(of_state.get("replayed")),
+        what=difference.what,
+        t_ns=difference.at,
+        model=difference.model,
+        port=difference.field if is_value else None,
+        field=".".join(filter(None, names)),
+        recorded=leaf.recorded,
+        replayed=leaf.replayed,
+        units_apart=leaf.units_apart,
     )
+
+
+def _changed(recorded: Mapping[str, str], code: Mapping[str, str]) -> list[str]:
+    """Modules whose source is another than in the recorded run."""
+    names = recorded.keys() | code.keys()
+    return sorted(name for name in names if recorded.get(name) != code.get(name))
 
 
 def _content(event: Event | None) -> bytes:

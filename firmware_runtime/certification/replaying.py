@@ -1,27 +1,26 @@
 """One recording replayed here and judged; what kind of recording it is, is told by its file.
 
-A `Replayer` takes one kind. A recording of `run --record` is replayed in this process; any other is
-handed to `replay RUN --json`, whose answer says `identical`, `events` and `first_difference`.
+A `Replayer` takes one kind: that of a whole run, or that of `run --record`, which has a part of it.
 """
 
 import hashlib
-import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Final, Protocol
 
-from msgspec.structs import replace
+from msgspec.structs import replace as with_changed
 
+from firmware_runtime.blackbox.found import is_black_box
+from firmware_runtime.blackbox.models import own_atomics
+from firmware_runtime.blackbox.reader import read_recording as read_run
+from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.certification.finding import Finding
-from firmware_runtime.certification.found import finding_of, finding_of_document
+from firmware_runtime.certification.found import finding_of, finding_of_run
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.code import code_of
 from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.of_board import board_of, part_code, replay_of
+from firmware_runtime.recording.of_board import board_of, board_of_table, part_code, replay_of
 from firmware_runtime.recording.recording import read_recording
-
-LIMIT_S: Final = 3600.0
-"""Longest wait for the replay of one recording by another process."""
+from firmware_runtime.replay.verdict import replay
 
 
 class Replayer(Protocol):
@@ -49,34 +48,31 @@ class OfRole:
         code = part_code(board, recording.header.components)
         comparison = replay_of(recording, board)
         found = finding_of(recording, comparison, code)
-        return replace(found, recording=path.name, sha256=_sha256(path))
+        return with_changed(found, recording=path.name, sha256=_sha256(path))
 
 
-class ByVerb:
-    """Any other recording: the verb `replay` knows its kind."""
+class OfRun:
+    """What entered a whole run at its edge: bytes, events, the clock."""
 
     def takes(self, path: Path) -> bool:
-        """Any file."""
-        return path.is_file()
+        """Whether it begins as such a file does."""
+        return is_black_box(path)
 
     def replay(self, path: Path) -> Finding:
-        """Let a process of its own replay it. Raises ConfigError with what that process said."""
-        words = [sys.executable, "-P", "-m", "firmware_runtime.cli", "replay", str(path), "--json"]
-        try:
-            ended = subprocess.run(  # noqa: S603 -- this project's own command
-                words, capture_output=True, text=True, timeout=LIMIT_S, check=False
-            )
-            said = json.loads(ended.stdout)
-        except subprocess.TimeoutExpired as error:
-            fault = f"its replay did not end within {LIMIT_S:g} s"
-            raise ConfigError.of_one(str(path), fault) from error
-        except ValueError as error:
-            last = (ended.stderr.strip().splitlines() or ["its replay said nothing"])[-1]
-            raise ConfigError.of_one(str(path), last.removeprefix("firmware-runtime: ")) from error
-        return replace(finding_of_document(said), recording=path.name, sha256=_sha256(path))
+        """Replay it in this process. Raises ConfigError."""
+        recording = read_run(path)
+        header = recording.header
+        board = board_of_table(header.source, header.table)
+        verdict = replay(recording, board)
+        model = board.build(absent_lines(board.settings.buses, board.ports)).model
+        code = code_of(own_atomics(model))
+        if header.role is not None:  # of one end of two: what that end had
+            code = {name: code[name] for name in header.code if name in code}
+        found = finding_of_run(header, verdict, code)
+        return with_changed(found, recording=path.name, sha256=_sha256(path))
 
 
-REPLAYERS: Final[tuple[Replayer, ...]] = (OfRole(), ByVerb())
+REPLAYERS: Final[tuple[Replayer, ...]] = (OfRun(), OfRole())
 
 
 def replayed(path: Path) -> Finding:
@@ -84,7 +80,7 @@ def replayed(path: Path) -> Finding:
     try:
         replayer = next(each for each in REPLAYERS if each.takes(path))
     except (OSError, StopIteration) as error:
-        fault = f"{getattr(error, 'strerror', None) or 'no file'}; expected a recording"
+        fault = f"{getattr(error, 'strerror', None) or 'no recording'}; expected one"
         raise ConfigError.of_one(str(path), fault) from error
     return replayer.replay(path)
 

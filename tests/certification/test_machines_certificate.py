@@ -1,5 +1,6 @@
 """A certificate is a pass only if every machine replayed every recording, by one code, alike."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.certification.certificate import (
     Certificate,
     OfMachine,
@@ -16,10 +18,13 @@ from firmware_runtime.certification.certificate import (
     read_certificate,
 )
 from firmware_runtime.certification.finding import Finding, Place
-from firmware_runtime.certification.found import finding_of_document
+from firmware_runtime.certification.found import finding_of_run
 from firmware_runtime.certification.machine import Machine, this_machine
 from firmware_runtime.certification.page import certificate_page, place_said
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.motion import Motion
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.verdict import Verdict
 
 FINDING = Finding(
     recording="flight.recording",
@@ -40,6 +45,26 @@ PLACE = Place(
     recorded="0.1 (0x1.999999999999ap-4)",
     replayed="0.10000000000000002 (0x1.999999999999bp-4)",
     units_apart=1,
+)
+HEADER = Header(
+    format=1,
+    run="tachobot-1",
+    board="tachobot",
+    kind="tachobot",
+    fingerprint="",
+    source="",
+    table={},
+    role=None,
+    has_world=True,
+    clock="VirtualClock",
+    speed=1.0,
+    lines=[],
+    early=[],
+    ports=[],
+    world=[],
+    code={},
+    code_sha256="",
+    versions={},
 )
 
 
@@ -116,20 +141,25 @@ def test_the_page_names_the_place_with_its_bits_and_escapes_what_a_file_says() -
     assert "<script>" not in page
 
 
-def test_the_document_of_the_verb_replay_becomes_a_finding() -> None:
-    same = finding_of_document({"identical": True, "events": 5, "duration_s": 2.0})
-    assert (same.is_identical, same.events, same.duration_s) == (True, 5, 2.0)
-    state = {"t_ns": 3, "field": "controller.yaw.gains", "recorded": 1.0, "replayed": 2.0}
-    first = {"t_ns": 5, "port": "controller.forces", "recorded": 1, "replayed": 2, "state": state}
-    found = finding_of_document({"identical": False, "first_difference": first}).first
-    assert found is not None
-    assert (found.what, found.t_ns, found.name) == ("state", 3, "controller.yaw.gains")
-    of_port = finding_of_document(
-        {"identical": False, "first_difference": {**first, "state": None}}
-    )
-    assert of_port.first is not None
-    assert of_port.first.name == "controller.forces"
-    assert not finding_of_document({"identical": False}).is_identical
+def test_the_first_difference_of_a_whole_run_is_named_to_the_bit() -> None:
+    verdict = Verdict(events=5, steps=2, writes=3, duration=2_000_000_000)
+    assert finding_of_run(HEADER, verdict, {}).is_identical
+    values = Motion(0.1, 0.0), Motion(math.nextafter(0.1, 1.0), 0.0)
+    verdict.differences, verdict.first = 1, Difference(7, "value", "attitude", "yaw", *values)
+    found = finding_of_run(HEADER, verdict, {})
+    assert found.first is not None
+    assert not found.is_identical
+    assert (found.first.name, found.first.units_apart) == ("attitude.yaw.position", 1)
+    verdict.first = Difference(7, "state", "attitude", "_heading", 0.1, object())
+    of_state = finding_of_run(HEADER, verdict, {}).first
+    assert of_state is not None
+    assert of_state.name == "attitude._heading"
+
+
+def test_a_run_of_which_nothing_was_run_again_or_something_is_missing_is_no_pass() -> None:
+    assert not finding_of_run(HEADER, Verdict(), {}).is_identical
+    missing = Verdict(events=5, steps=2, faults=["a chunk is missing"])
+    assert finding_of_run(HEADER, missing, {}).fault == "a chunk is missing"
 
 
 def test_this_machine_is_described_and_survives_json() -> None:

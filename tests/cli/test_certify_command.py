@@ -63,9 +63,10 @@ def test_an_interpreter_that_cannot_is_named_and_a_cut_recording_is_no_proof(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("nowhere.recording",), "nowhere.recording: No such file"),
+        (("nowhere.recording",), "nowhere.recording: no file"),
         (("nowhere.json",), "nowhere.json: No such file"),
         (("empty.recording",), "empty.recording"),
+        (("other.recording",), "other.recording: no recording"),
         (("empty.recording", "-o", "certificate.pdf"), ".json or .html"),
         (("other.json", "--with", "python3"), "nothing to replay"),
     ],
@@ -79,17 +80,22 @@ def test_bad_input_is_a_sentence(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("empty.recording").write_bytes(MAGIC)
+    Path("other.recording").write_bytes(b"something else")
     ended = command("certify", *words)
     assert ended.status == Status.BAD_INPUT
     assert said in ended.error
 
 
 @pytest.mark.slow
-def test_a_file_of_another_kind_is_handed_to_the_verb_replay(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
-    other = tmp_path / "other.recording"
-    other.write_bytes(b"no recording at all")
-    ended = command("certify", other)
-    assert ended.status == Status.BAD_INPUT
-    assert "no recording" in ended.error
+def test_the_last_run_of_a_board_is_replayed_as_a_whole(command: Callable[..., Any]) -> None:
+    words = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1.5")
+    assert command(*words).status == Status.OK
+    ended = command("certify", "tachobot", "--with", sys.executable, "--json")
+    said = json.loads(ended.out)
+    assert ended.status == Status.OK
+    assert said["identical"]
+    for each in said["machines"]:
+        (finding,) = each["findings"]
+        assert finding["steps"] > 0
+        assert finding["transfers"] > 0
+        assert finding["code_changed"] == []

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.certification.certificate import (
     Certificate,
     OfMachine,
@@ -40,10 +41,10 @@ def add_to(verbs: SubParsers) -> None:
     verb.epilog = _ABOUT
     verb.add_argument(
         "runs",
-        type=Path,
         nargs="+",
         metavar="RUN",
-        help="a recording, or a certificate FILE.json of another machine",
+        help="a recording's file, a board's name for its last run, or a certificate FILE.json of "
+        "another machine",
     )
     verb.add_argument(
         "--with",
@@ -69,8 +70,8 @@ def execute(arguments: argparse.Namespace) -> int:
     output: Path | None = arguments.output
     if output is not None:
         check_output(output, _SUFFIXES)
-    elsewhere = [path for path in arguments.runs if path.suffix == ".json"]
-    recordings = [path for path in arguments.runs if path.suffix != ".json"]
+    elsewhere = [Path(run) for run in arguments.runs if run.endswith(".json")]
+    recordings = [find_recording(run) for run in arguments.runs if not run.endswith(".json")]
     if arguments.interpreters and not recordings:
         raise ConfigError.of_one("--with", "nothing to replay; expected a recording as RUN")
     brought = [read_certificate(path) for path in elsewhere]
