@@ -26,8 +26,8 @@ from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_output
 
 _ABOUT = """
-Each recording is replayed here and by every interpreter of --with; what entered, every output
-event and every recorded field of state are compared, floats to the bit. A certificate that was
+Each recording is replayed here and by every interpreter of --with; every value that left a port
+and every recorded field of state are compared, floats to the bit. A certificate that was
 made on another machine is a RUN too: its machines become columns. Exit status 0: all identical;
 1: something differs, or was to be replayed and was not.
 """
