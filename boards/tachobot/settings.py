@@ -123,7 +123,7 @@ class YawSettings(PidSettings, frozen=True):
     """The PID of yaw."""
 
     reference_rad: float
-    delay_s: SecondsOrNone
+    delay_s: Annotated[float, Meta(ge=0, le=10)]
     """Pure delay between command and propellers, as a network in the loop would add."""
     smith: SmithSettings | None = None
     """Left out: the PID gets yaw as it is estimated."""

@@ -39,6 +39,7 @@ VERBS = {
     "diagram": "diagram",
     "import": "import_model",
     "export": "export_model",
+    "solve": "solve",
     "stats": "stats",
     "metrics": "metrics",
     "top": "top",

@@ -4,7 +4,7 @@ An entry point of the group `firmware_runtime.ma_classes` leads to an `AtomicCla
 derived from `Atomic`, which has the entry point's name; or to a mapping of such by their names.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
@@ -21,28 +21,46 @@ GROUP = "firmware_runtime.ma_classes"
 _NONE: Final[Mapping[str, AtomicClass]] = MappingProxyType({})
 
 
-def known_classes(own: Mapping[str, AtomicClass] = _NONE) -> dict[str, AtomicClass]:
+class KnownClasses(dict[str, AtomicClass]):
+    """Classes by name. `missing` says of each package that breaks the contract how: it adds none.
+
+    A model that names none of its classes has nothing to do with it.
+    """
+
+    def __init__(self, classes: Mapping[str, AtomicClass], missing: Sequence[str]) -> None:
+        super().__init__(classes)
+        self.missing = tuple(missing)
+
+
+def known_classes(own: Mapping[str, AtomicClass] = _NONE) -> KnownClasses:
     """Every class that is installed, by name; `own` go before them.
 
-    Raises ConfigError for a package that breaks the contract, and for two classes of one name.
+    Raises ConfigError for two classes of one name.
     """
-    return {**_installed_classes(), **own}
+    installed_ones = _installed_classes()
+    return KnownClasses({**installed_ones, **own}, installed_ones.missing)
 
 
 @cache
-def _installed_classes() -> Mapping[str, AtomicClass]:
+def _installed_classes() -> KnownClasses:
     found: dict[str, AtomicClass] = {}
+    missing: list[str] = []
     packages: dict[str, str] = {}
     for entry_point in installed(GROUP):
         whose = "?" if entry_point.dist is None else entry_point.dist.name
-        for name, atomic_class in _classes_of(entry_point, whose):
+        try:
+            classes = list(_classes_of(entry_point, whose))
+        except ConfigError as error:
+            missing.append(str(error))
+            continue
+        for name, atomic_class in classes:
             if name.casefold() in packages:
                 other = packages[name.casefold()]
                 fault = f"{other} and {whose} both have a class {name}; expected one of them"
                 raise ConfigError.of_one("model files", fault)
             packages[name.casefold()] = whose
             found[name] = atomic_class
-    return found
+    return KnownClasses(found, missing)
 
 
 def _classes_of(entry_point: "EntryPoint", whose: str) -> Iterator[tuple[str, AtomicClass]]:

@@ -130,7 +130,8 @@ class _Builder:
         atomic_class = look_up(self._classes, entry.value)
         if atomic_class is None:
             known = ", ".join(self._classes)
-            raise ValueError(f"unknown class {entry.value!r}; expected one of {known}")
+            missing = "".join(f"; {each}" for each in getattr(self._classes, "missing", ()))
+            raise ValueError(f"unknown class {entry.value!r}; expected one of {known}{missing}")
         if section and section.is_coupled:
             raise ValueError(f"section [{section.name}] describes a coupled model, not an atomic")
         arguments = self._arguments(section.parameters if section else (), atomic_class)

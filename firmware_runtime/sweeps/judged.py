@@ -64,8 +64,9 @@ def _distribution_faults(sweep: Sweep) -> Iterator[str]:
 
 
 def _number_faults(sweep: Sweep) -> Iterator[str]:
-    if sweep.runs is not None and not 1 <= sweep.runs <= MOST_RUNS:
-        yield f"--runs: {sweep.runs}; expected 1 to {MOST_RUNS}"
+    runs: object = sweep.runs  # from Python it may be anything
+    if runs is not None and not (isinstance(runs, int) and 1 <= runs <= MOST_RUNS):
+        yield f"--runs: {runs!r}; expected a whole number, 1 to {MOST_RUNS}"
     if sweep.for_s is not None and not (isfinite(sweep.for_s) and sweep.for_s > 0):
         yield f"--for: {sweep.for_s}; expected a positive number of seconds"
     if sweep.sampling not in SAMPLINGS:

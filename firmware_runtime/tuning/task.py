@@ -23,6 +23,8 @@ if TYPE_CHECKING:  # it imports scipy: what is wrong with the input is said befo
     from firmware_runtime.identification.identified import Identified
 
 _DRAWN: Final = 4
+LEAST: Final = 1e-9
+"""A mass or an inertia below it is no robot's, and gains for it would be none either."""
 _UNKNOWN: Final = 0.1
 """How far off a plant is taken to be whose intervals are not known: a tenth."""
 Interval = tuple[float, float]
@@ -178,6 +180,8 @@ def _sound(where: str, values: Mapping[str, float], structure: Structure) -> Pla
         for key, value in values.items()
         if not math.isfinite(value) or value < 0.0 or (key == keys[0] and value == 0.0)
     ]
+    if 0.0 < values[keys[0]] < LEAST:
+        faults.append(f"{keys[0]}: {values[keys[0]]}: expected {LEAST:g} or more")
     if not faults and values[keys[3]] < values[keys[2]]:
         faults.append(f"{keys[3]}: {values[keys[3]]}: expected at least {keys[2]}")
     if faults:

@@ -65,7 +65,7 @@ def test_what_is_there_is_not_written_over(command: Command, tmp_path: Path) -> 
         (("export", "tachobot"), "its model takes no event files"),
         (("export", "detective", "-o", "x.txt"), "expected a name that ends in .ma"),
         (("export", "no_such_module:Top"), "ModuleNotFoundError"),
-        (("export", "builtins:dict"), "it makes dict; expected a model"),
+        (("export", "builtins:dict"), "it makes dict; expected a board"),
         (("export", "boards.detective.detective:Nobody"), "AttributeError"),
         (("export", "firmware_runtime:Atomic"), "TypeError"),
         (("export", MODEL_FILE, "--set", "model.hop_s=1"), "--set changes a board"),

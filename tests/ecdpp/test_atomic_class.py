@@ -99,15 +99,24 @@ def test_a_class_may_be_made_known_by_itself(entry_points: Callable[..., None]) 
         ({"Server": f"{__name__}:NO_SERVER"}, "ma_classes Server of .*'no atomic': expected an"),
         ({"Server": f"{__name__}:Unsettable"}, "no file can give 'table'"),
         ({"Server": "no_such_module:X"}, "ModuleNotFoundError"),
-        (
-            {"Server": f"{__name__}:Server", "server": f"{__name__}:Server"},
-            "both have a class server",
-        ),
     ],
 )
-def test_a_package_that_breaks_the_contract_is_named(
+def test_a_package_that_breaks_the_contract_is_named_where_a_class_is_missing(
     entry_points: Callable[..., None], values: dict[str, str], fault: str
 ) -> None:
-    entry_points(**values)
+    entry_points(Motor=f"{__name__}:Server", **values)
+    known = known_classes()
+    assert list(known) == ["Motor"]
+    assert (
+        parse_model("[top]\ncomponents : a@Motor\n[a]\nmean : 1\n", "top.ma", known).name == "top"
+    )
     with pytest.raises(ConfigError, match=fault):
+        parse_model("[top]\ncomponents : a@Server\n", "top.ma", known)
+
+
+def test_two_packages_with_one_class_contradict_each_other(
+    entry_points: Callable[..., None],
+) -> None:
+    entry_points(Server=f"{__name__}:Server", server=f"{__name__}:Server")
+    with pytest.raises(ConfigError, match="both have a class server"):
         known_classes()

@@ -171,3 +171,9 @@ def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(tmp_pat
 def test_a_distribution_that_is_no_text_is_refused_by_a_sentence() -> None:
     with pytest.raises(ConfigError, match=r"world\.seed: range.*expected a text"):
         sweep("tachobot", {"world.seed": range(2)}, workers=1)  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize("runs", [2.5, "3", 0])
+def test_runs_that_are_no_whole_number_are_refused(runs: object) -> None:
+    with pytest.raises(ConfigError, match=r"--runs: .*; expected a whole number"):
+        sweep("tachobot", {"world.seed": "uniform(1, 9)"}, runs=runs)  # type: ignore[arg-type]

@@ -1,6 +1,6 @@
 """A system solved: its blocks simulated, and its outputs read from their polynomials."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from numbers import Integral, Real
 from typing import Final
@@ -66,11 +66,13 @@ def solve(
     *,
     samples: int = 1001,
     times: Sequence[float] | None = None,
+    progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[list[float], dict[str, list[float]]]:
     """Times in s and, by output, the values then: `samples` of them evenly spread, or at `times`.
 
-    The values are those of the states' polynomials, not interpolated. Raises ConfigError for times
-    that do not ascend from 0 on; ModelError where the equations cannot be gone on with.
+    The values are those of the states' polynomials, not interpolated. `progress` is called with how
+    many instants are done. Raises ConfigError for times that do not ascend from 0 on; ModelError
+    where the equations cannot be gone on with.
     """
     at = [float(each) for each in times] if times is not None else _spread(until, samples)
     instants = [whole_ns(each) for each in at]
@@ -80,10 +82,11 @@ def solve(
         system = replace(system, horizon_s=at[-1])
     simulation = Simulation(system)
     values: dict[str, list[float]] = {text: [] for text in system.shown}
-    for instant in instants:
+    for done, instant in enumerate(instants, 1):
         simulation.advance(instant)
         for text, value in simulation.values.items():
             values[text].append(value)
+        progress(done)
     return at, values
 
 

@@ -26,12 +26,14 @@ from firmware_runtime.models.qss.expression import (
     names_of,
     parse,
 )
-from firmware_runtime.models.qss.integrator import Integrator
+from firmware_runtime.models.qss.integrator import RESOLUTION, Integrator
 from firmware_runtime.models.qss.liqss2 import LIQSS2
 from firmware_runtime.models.qss.qss1 import QSS1
 from firmware_runtime.models.qss.qss2 import QSS2
 from firmware_runtime.models.qss.qss3 import QSS3
 
+_LEAST_QUANTUM: Final = 1e-100
+"""Of a state that begins at 0."""
 METHODS: Final[dict[str, type[Integrator]]] = {
     "QSS1": QSS1,
     "QSS2": QSS2,
@@ -173,11 +175,21 @@ class System:
                 if not _is_finite(value):
                     yield f"{group}: {name} is {value!r}; expected a finite number"
         for name in self.states:
-            if not _is_finite(self.quantum_of(name)) or self.quantum_of(name) <= 0.0:
-                yield f"quantum of {name} is {self.quantum_of(name)!r}; expected more than 0"
+            quantum, least = self.quantum_of(name), self._least_quantum(name)
+            if not _is_finite(quantum) or quantum <= 0.0:
+                yield f"quantum of {name} is {quantum!r}; expected more than 0"
+            elif quantum < least:
+                yield f"quantum of {name} is {quantum!r}; expected {least:.1e} or more"
             relative = self.relative_quantum_of(name)
             if not _is_finite(relative) or not 0.0 <= relative < 1.0:
                 yield f"relative_quantum of {name} is {relative!r}; expected 0 or more, below 1"
+
+    def _least_quantum(self, name: str) -> float:
+        """What a float resolves beside the initial value; nothing where a relative one counts."""
+        initial, relative = self.states[name], self.relative_quantum_of(name)
+        if not _is_finite(initial) or (_is_finite(relative) and relative > RESOLUTION):
+            return 0.0
+        return max(RESOLUTION * abs(initial), _LEAST_QUANTUM)
 
     def _texts(self) -> Iterator[str]:
         texts = [(f"equations: {name}", text) for name, text in self.equations.items()]
