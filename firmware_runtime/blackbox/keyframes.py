@@ -73,7 +73,7 @@ class StateTable:
         """
         read = self._read(content)
         try:
-            made = Making(self._known.things).of(read)
+            made = Making(self._known.things, self._known.modules).of(read)
         except (NoValue, IndexError) as error:
             raise _foreign(f"{error}") from error
         before = self._columns.copied()

@@ -40,6 +40,8 @@ class KnownObjects:
         self._walk(deque((thing, name) for name, thing in roots.items()))
         while self._sets:
             self._walk(deque(self._only_in_sets()))
+        self.modules = self._modules()
+        """Those that hold a class or function of the robot, and Python's own mathematics."""
         self.with_state = [number for number, thing in enumerate(self.things) if self._has(thing)]
 
     @property
@@ -50,6 +52,11 @@ class KnownObjects:
             for path, thing in zip(self.paths, self.things, strict=True)
         )
         return zlib.crc32("\n".join(lines).encode())
+
+    def _modules(self) -> frozenset[str]:
+        owners = (thing if hasattr(thing, "__qualname__") else type(thing) for thing in self.things)
+        names = (getattr(each, "__module__", None) for each in owners)
+        return frozenset(each for each in names if each) - {"builtins"} | {"math", "operator"}
 
     def number_of(self, thing: object) -> int | None:
         """The number of an object; None for one that was made later, and for an atom."""

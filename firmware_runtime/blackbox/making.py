@@ -9,7 +9,7 @@ import itertools
 import sys
 import types
 from collections import OrderedDict, defaultdict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import Enum
 from functools import partial
 from typing import Any, Final
@@ -28,10 +28,14 @@ from firmware_runtime.blackbox.layouts import Layout, Thing, by_name, layout_of
 
 
 class Making:
-    """Makes objects of what stands in a file; what stood there twice is made once."""
+    """Makes objects of what stands in a file; what stood there twice is made once.
 
-    def __init__(self, known: Sequence[Thing]) -> None:
+    Functions and classes, which the robot might call, are of `modules` only: those it is made of.
+    """
+
+    def __init__(self, known: Sequence[Thing], modules: Collection[str]) -> None:
         self._known = known
+        self._modules = modules
         self._made: dict[int, Thing] = {}
         self._kept: list[object] = []
         """What has been read, so that no identity is given twice."""
@@ -70,26 +74,43 @@ class Making:
                 return self._object(read)
             if read.what == "member":
                 return self._member(read)
+            if read.what in ("class", "function"):
+                return self._of_name(*read.parts)
             return _MAKERS[read.what](*(self.of(each) for each in read.parts))
         except NoValue:
             raise
         except Exception as error:  # whatever stands in a file
             raise NoValue(f"{read.what}: {type(error).__name__}: {error}") from error
 
-    def _kind(self, read: Value) -> type[Thing]:
-        kind = self.of(read.kind)
+    def kind_of(self, read: Value) -> type[Thing]:
+        """The class of what was read. Raises NoValue."""
+        given = read.kind
+        if isinstance(given, Value) and given.what == "class":
+            kind = named(*given.parts)  # of any module: nothing can call it
+        else:
+            kind = self.of(given)
         if not isinstance(kind, type):
             raise NoValue(f"{kind!r:.80}; expected a class")
         return kind
 
+    def _of_name(self, name: str) -> object:
+        found = named(name)
+        if isinstance(found, type) and found.__module__ == "builtins":
+            return found
+        if not isinstance(found, type | types.FunctionType | types.BuiltinFunctionType):
+            raise NoValue(f"{name}: the robot has no such class or function")
+        if name.partition(":")[0] not in self._modules:
+            raise NoValue(f"{name}, which is in no module that the robot is made of")
+        return found
+
     def _member(self, read: Value) -> object:
-        kind = self._kind(read)
+        kind = self.kind_of(read)
         if not issubclass(kind, Enum):
             raise NoValue(f"{kind.__qualname__}; expected an enumeration")
         return kind[read.parts[0]]
 
     def _object(self, read: Value) -> Thing:
-        kind = self._kind(read)
+        kind = self.kind_of(read)
         layout = layout_of(kind)
         base = layout.base
         content, slots, attributes = read.parts
@@ -152,13 +173,6 @@ def _array(dtype: str, shape: tuple[int, ...], order: Any, numbers: bytes) -> Th
     return numpy.frombuffer(numbers, numpy.dtype(dtype)).reshape(shape, order=order).copy(order)
 
 
-def _of_name(name: str) -> object:
-    found = named(name)
-    if not isinstance(found, type | types.FunctionType | types.BuiltinFunctionType):
-        raise NoValue(f"{name}: the robot has no such class or function")
-    return found
-
-
 def _method(owner: Thing, name: str) -> object:
     function = getattr(type(owner), name, None)
     if not isinstance(function, types.FunctionType):
@@ -174,8 +188,6 @@ def _builtin(owner: Thing, name: str) -> object:
 
 
 _MAKERS: Final[dict[str, Callable[..., object]]] = {
-    "class": _of_name,
-    "function": _of_name,
     "method": _method,
     "bound": types.MethodType,
     "builtin": _builtin,

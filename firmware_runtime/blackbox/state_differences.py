@@ -48,7 +48,7 @@ class StateComparison:
     def _shown(self, read: Thing) -> object:
         """The object that stands for what was read; the latter where none can be made."""
         try:
-            return Making(self._known.things).of(read)
+            return Making(self._known.things, self._known.modules).of(read)
         except (NoValue, IndexError):
             return read
 
@@ -136,7 +136,7 @@ class StateComparison:
     def _of_object(self, path: str, recorded: Value, present: Value) -> _Pairs:
         (content, *slots_of_one), (other, *slots_of_other) = recorded.parts, present.parts
         yield from self._between(path, content, other)
-        layout = layout_of(Making(self._known.things).of(recorded.kind))
+        layout = layout_of(Making(self._known.things, self._known.modules).kind_of(recorded))
         for old, new in zip(slots_of_one, slots_of_other, strict=True):
             named = (by_name(layout, each or {}) for each in (old, new))
             yield from self._of_fields(path, *named)

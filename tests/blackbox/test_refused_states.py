@@ -1,6 +1,9 @@
+import os
 import socket
+import subprocess
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import pytest
@@ -131,3 +134,17 @@ def test_nothing_of_a_file_is_run(content: bytes) -> None:
     with pytest.raises(ForeignState):
         list(table.differences(content))
     assert vars(node) == {"value": 1}
+
+
+@pytest.mark.parametrize("function", [os.system, subprocess.Popen])
+def test_a_function_of_no_module_of_the_robot_is_not_put_into_it(
+    function: Callable[..., object],
+) -> None:
+    node = Node(call=None)
+    table = StateTable({"node": node})
+    node.call = partial(function, "true")
+    state = table.capture()
+    node.call = None
+    with pytest.raises(ForeignState, match="no module that the robot is made of"):
+        table.restore(state)
+    assert node.call is None

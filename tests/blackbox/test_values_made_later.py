@@ -62,9 +62,9 @@ LATER: dict[str, object] = {
     "enumeration": Colour.BLUE,
     "class": Colour,
     "function": math.sin,
-    "function of Python": partial,
     "partial": partial(math.pow, 2.0),
     "deque": deque([1, 2], 3),
+    "class of Python": ValueError,
     "ordered": OrderedDict([("b", 1), ("a", 2)]),
     "counter": Counter("abca"),
     "set": {1, 2, "three"},
@@ -89,7 +89,7 @@ LATER: dict[str, object] = {
 
 @pytest.mark.parametrize("value", LATER.values(), ids=LATER)
 def test_what_was_made_later_comes_back(value: object) -> None:
-    node = Node(value=None, again=None)
+    node = Node(value=None, again=None, colour=Colour.RED)
     table = StateTable({"node": node})
     node.value = node.again = value
     state = table.capture()
