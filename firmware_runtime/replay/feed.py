@@ -5,7 +5,7 @@ other code or settings goes on all the same: a read is answered by the next of t
 is taken.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from typing import Any, TypeAlias
 
 import msgspec
@@ -66,15 +66,29 @@ class Feed:
         time: int = self._next(self._times, "line time", 0)
         return time
 
+    def elapsed(self) -> int:
+        """How far the lines said they had run ahead of the step."""
+        return self.time()
+
     def enabled(self) -> bool:
         """Whether outputs were enabled."""
         self._was_enabled = self._next(self._enabled, "interlock", self._was_enabled)
         return self._was_enabled
 
-    def world(self) -> int:
-        """What a model of the world said of itself."""
-        said: int = self._next(self._world, "world", 0)
+    def world(self, otherwise: int) -> int:
+        """What a model of the world said of itself; `otherwise` if it said no more."""
+        said: int = self._next(self._world, "world", otherwise)
         return said
+
+    def world_sent(self, place: int, numbers: Container[int]) -> Any:  # noqa: ANN401 -- a form
+        """What the world sent by a port of these, as number and form; None if it did not.
+
+        `place` is how much has been sent in this section so far.
+        """
+        recorded = self.sent()
+        if place < len(recorded) and recorded[place][0] in numbers:
+            return recorded[place]
+        return None
 
     def sent(self) -> list[tuple[int, Any]]:
         """All that was sent in the section."""

@@ -110,7 +110,7 @@ class ReplayedTime:
 
     def elapsed(self) -> int:
         """Return the ns from the instant of the step under way to where the lines were."""
-        return self._feed.time()
+        return self._feed.elapsed()
 
 
 REPLAYED: Final = (ReplayedBus, ReplayedPort, ReplayedTime, Feed)

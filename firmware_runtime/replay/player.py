@@ -45,13 +45,13 @@ class Player:
         """What the robot raised in the step it came to last, if it did."""
         self.listeners: list[Callable[[Difference], None]] = []
         self._noted: list[Difference] = []
-        self.feed = Feed(header, self._note)
+        self.feed = self._new_feed()
         if beginning.kind is Kind.BUILD:
             self.feed.load(beginning)
         found = rebuilt(header, board, self.feed)
         self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
         self.lines, self.simulator = found.lines, found.profiler.simulator
-        self._ledger, self._sent = found.ledger, found.sent
+        self._ledger, self._sent, self.ports = found.ledger, found.sent, found.ports
         self.feed.check_all_taken()
         self.table = self._state_table(found)
         if beginning.kind is Kind.BUILD:
@@ -82,10 +82,13 @@ class Player:
             return
         self.feed.load(section)
         self._sent.clear()
-        play(self, section)
+        getattr(self, play)(section)
         self.feed.check_all_taken()
         self._compare_sent(section)
         self._report()
+
+    def _new_feed(self) -> Feed:
+        return Feed(self.header, self._note)
 
     # What each kind of section is -----------------------------------------------------------------
 
@@ -102,12 +105,8 @@ class Player:
         at, step, simulator = section.at, self.profiler.step, self.simulator
         self.at = at
         self.steps += 1
-        is_input = bool(section.entered)
-        due = simulator.next_at
-        if at != due and not (is_input and simulator.now <= at < due):
-            self._note(Difference(at, "step", "", "next event", at, due))
-            if not simulator.now <= at <= due:
-                return
+        if not self._reach(section):
+            return
         step.begin(at)
         try:
             self._enter(section)
@@ -116,6 +115,13 @@ class Player:
             self.failure = error
         finally:
             self._ledger.commit(step.now(), lambda: simulator.next_at)
+
+    def _reach(self, section: Section) -> bool:
+        """Whether the robot is where it can make this step."""
+        at, now, due = section.at, self.simulator.now, self.simulator.next_at
+        if at != due and not (section.entered and now <= at < due):
+            self._note(Difference(at, "step", "", "next event", at, due))
+        return now <= at <= due
 
     def _enter(self, section: Section) -> None:
         ports: dict[str, Any] = self.simulator.root.in_ports
@@ -137,7 +143,11 @@ class Player:
             settings = made(section.extra)
         except UnknownValue as error:
             raise ConfigError.of_one("recording", f"settings: {error}") from error
-        self.robot.retune(settings)
+        self.robot.retune(self._in_force(settings))
+
+    def _in_force(self, settings: Any) -> Any:  # noqa: ANN401 -- the board's own class
+        """The settings that a run has taken up, as they are to be taken up here."""
+        return settings
 
     def _exit(self, _section: Section) -> None:
         self.simulator.exit()
@@ -210,7 +220,7 @@ class Player:
         if was is not None and now is not None and was[0] != now[0]:
             now = None  # it sent from another port: what was sent then is missing
         number = (was if was is not None else now)[0]
-        path = self.header.ports[number] if number < len(self.header.ports) else str(number)
+        path = self.ports[number]
         model, _, port = path.rpartition(".")
         recorded = NOTHING if was is None else was[1]
         return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])
@@ -229,12 +239,12 @@ class Player:
         self._noted.clear()
 
     _PLAYS: Final = {
-        Kind.PROBE: _probe,
-        Kind.GO_ON: _go_on,
-        Kind.STEP: _step,
-        Kind.SAFE: _make_safe,
-        Kind.RETUNED: _retune,
-        Kind.EXIT: _exit,
-        Kind.ENDED: _end,
-        Kind.KEYFRAME: _compare_state,
+        Kind.PROBE: "_probe",
+        Kind.GO_ON: "_go_on",
+        Kind.STEP: "_step",
+        Kind.SAFE: "_make_safe",
+        Kind.RETUNED: "_retune",
+        Kind.EXIT: "_exit",
+        Kind.ENDED: "_end",
+        Kind.KEYFRAME: "_compare_state",
     }

@@ -1,17 +1,18 @@
 """The robot of a recording, built again on lines that answer as they did then."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.models import listen, own_atomics
+from firmware_runtime.blackbox.models import listen, output_ports, own_atomics
 from firmware_runtime.board.ends import end_of, robot_of
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
@@ -21,8 +22,11 @@ from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import replayed_lines
 from firmware_runtime.replay.world import PlayedWorld
+from firmware_runtime.runs.black_box import below_root
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.rigs import rig_for
+
+Port: TypeAlias = OutPort[Any]
 
 
 class _ReplayTap:
@@ -48,6 +52,8 @@ class Rebuilt:
     profiler: Profiler
     ledger: Ledger
     sent: list[tuple[int, Any]]
+    ports: list[str]
+    """Output ports by path below the root, by number; those the recording has not are the last."""
 
 
 def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
@@ -73,8 +79,24 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     tap: Any = _ReplayTap(PlayedWorld(own, feed, sent), feed)
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
     profiler = Profiler(robot.model, feed.reading, configuration)
-    listen(profiler.simulator.atomics, sent.append)
+    atomics = profiler.simulator.atomics
+    numbers, ports = _numbered(header.ports, output_ports(atomics))
+    listen(atomics, sent.append, numbers)
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
     ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
-    return Rebuilt(robot, lines, rig, own, profiler, ledger, sent)
+    return Rebuilt(robot, lines, rig, own, profiler, ledger, sent, ports)
+
+
+def _numbered(recorded: Sequence[str], ports: Sequence[Port]) -> tuple[list[int], list[str]]:
+    """The number of each port, and the paths by number: one that was recorded keeps its own."""
+    paths = list(recorded)
+    known = {path: number for number, path in enumerate(recorded)}
+    numbers: list[int] = []
+    for port in ports:
+        path = below_root(port.path)
+        if path not in known:
+            known[path] = len(paths)
+            paths.append(path)
+        numbers.append(known[path])
+    return numbers, paths

@@ -1,6 +1,5 @@
 """Models of a world in a replay: they send what they sent, when they sent it, and see no world."""
 
-from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -9,6 +8,7 @@ import msgspec
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.replay.feed import Feed
 
 
@@ -28,24 +28,27 @@ class PlayedWorld:
         """A model of the robot's as it is, one of a world played."""
         if atomic in self._own:
             return functions
-        play = partial(self._transit, atomic)
-        confluent = None if functions.confluent is None else partial(play)
-        return Wrapped(atomic, partial(self._output, atomic), play, _external(play), confluent)
+        internal = partial(self._transit, atomic)
+        confluent = None if functions.confluent is None else partial(internal)
+        external = partial(self._reached, atomic)
+        return Wrapped(atomic, partial(self._output, atomic), internal, external, confluent)
 
     def _output(self, atomic: Atomic) -> None:
         ports = {_number(port): port for port in atomic.out_ports.values()}
-        for _ in range(self._feed.world()):
-            recorded = self._feed.sent()
-            if len(self._sent) >= len(recorded):
+        for _ in range(self._feed.world(0)):
+            recorded = self._feed.world_sent(len(self._sent), ports)
+            if recorded is None:
                 return
-            number, form = recorded[len(self._sent)]
-            if number not in ports:
-                return
+            number, form = recorded
             port = ports[number]
             port.send(_value(form, port.type))
 
     def _transit(self, atomic: Atomic) -> None:
-        atomic.sigma = self._feed.world()
+        atomic.sigma = self._feed.world(NEVER)
+
+    def _reached(self, atomic: Atomic, elapsed: int) -> None:
+        left = NEVER if atomic.sigma == NEVER else max(0, atomic.sigma - elapsed)
+        atomic.sigma = self._feed.world(left)
 
 
 def _value(form: Any, kind: type[Any]) -> Any:  # noqa: ANN401 -- whatever its port carries
@@ -53,10 +56,6 @@ def _value(form: Any, kind: type[Any]) -> Any:  # noqa: ANN401 -- whatever its p
     with suppress(msgspec.ValidationError, TypeError):
         return msgspec.convert(form, kind)
     return form
-
-
-def _external(play: Callable[[], None]) -> Callable[[int], None]:
-    return lambda _elapsed: play()
 
 
 def _number(port: Any) -> int:  # noqa: ANN401 -- an output port, listened to
