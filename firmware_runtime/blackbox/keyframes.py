@@ -14,6 +14,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from threading import Lock, RLock
 
+from firmware_runtime.blackbox.carried import carried
 from firmware_runtime.blackbox.columns import Column, columns_of
 from firmware_runtime.blackbox.known import KnownObjects, edges_of
 from firmware_runtime.blackbox.later import NoValue
@@ -66,12 +67,16 @@ class StateTable:
         except NoValue as error:
             raise self._blamed(error) from error
 
-    def restore(self, content: bytes) -> None:
+    def restore(self, content: bytes, *, built: bytes | None = None) -> None:
         """Let the robot be in that state. Raises ForeignState; nothing has changed then.
 
-        What is an edge stays as it is. Objects made since the robot was built are made again.
+        What is an edge stays as it is. Objects made since the robot was built are made again. With
+        `built`, the state in which the recorded robot was built, what that had not changed since
+        then stays as it is here: see `carried`.
         """
         read = self._read(content)
+        if built is not None:
+            read = self._carried(read, self._read(built))
         try:
             made = Making(self._known.things, self._known.modules).of(read)
         except (NoValue, IndexError) as error:
@@ -97,6 +102,16 @@ class StateTable:
             for path in [*before, *(path for path in after if path not in before)]:
                 pair = before.get(path, ABSENT), after.get(path, ABSENT)
                 yield from comparison.between(path, *pair)
+
+    def _carried(self, recorded: list[list[Thing]], built: list[list[Thing]]) -> list[list[Thing]]:
+        """The columns of a robot that was built otherwise, in the recorded state."""
+        comparison = StateComparison(self._known)
+
+        def same(one: Thing, other: Thing) -> bool:
+            return next(comparison.between("", one, other), None) is None
+
+        merged: list[list[Thing]] = carried(recorded, built, self._read(self.capture()), same)
+        return merged
 
     def _read(self, content: bytes) -> list[list[Thing]]:
         """The columns of a file."""

@@ -113,10 +113,10 @@ class Feed:
 
     def _place(self, line: int, address: int, messages: object) -> int | None:
         """Where the next transfer of this shape stands, counted from the end of the section."""
-        shape = _shape(messages)
+        shape = shape_of(messages)
         for place in range(len(self._transfers) - 1, -1, -1):
             each = self._transfers[place]
-            if (each.line, each.address) == (line, address) and _shape(each.messages) == shape:
+            if (each.line, each.address) == (line, address) and shape_of(each.messages) == shape:
                 return place
         return None
 
@@ -130,8 +130,7 @@ class Feed:
         return otherwise
 
     def _named(self, transfer: Transfer) -> tuple[str, str]:
-        device = "" if transfer.address < 0 else f" 0x{transfer.address:02x}"
-        return f"{self.lines[transfer.line]}{device}", "transfer"
+        return device_name(self.lines[transfer.line], transfer.address), "transfer"
 
     def _differs(
         self, what: str, model: str, field: str, recorded: object, replayed: object
@@ -139,11 +138,16 @@ class Feed:
         self._report(Difference(self._at, what, model, field, recorded, replayed))
 
 
-def _shape(messages: Any) -> object:  # noqa: ANN401 -- of a bus or of a port
+def device_name(line: str, address: int) -> str:
+    """`i2c1 0x40`; of a port its own name."""
+    return line if address < 0 else f"{line} 0x{address:02x}"
+
+
+def shape_of(messages: Any) -> object:  # noqa: ANN401 -- of a bus or of a port
     """What of a transfer is not its data: how much is written and read, and in which order."""
     if isinstance(messages, bytes):
         return None
-    return [each if isinstance(each, int) else -len(each) for each in messages]
+    return tuple(each if isinstance(each, int) else -len(each) for each in messages)
 
 
 def _content(transfer: Transfer) -> object:

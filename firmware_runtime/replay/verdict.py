@@ -83,7 +83,7 @@ def replay(
     verdict = Verdict(faults=recording.faults())
     segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
     if not segments:
-        raise ConfigError.of_one(str(recording.path), _nothing_to_replay(recording, stretch.begin))
+        raise ConfigError.of_one(str(recording.path), nothing_to_replay(recording, stretch.begin))
     for segment in segments:
         if segment.first_at <= stretch.until:
             sections = segment.from_instant(stretch.begin).sections()
@@ -97,7 +97,7 @@ def replay(
     return verdict
 
 
-def _nothing_to_replay(recording: Recording, begin: int) -> str:
+def nothing_to_replay(recording: Recording, begin: int) -> str:
     """Why a recording cannot be replayed from an instant."""
     segments = recording.segments()
     if not segments:

@@ -1,0 +1,171 @@
+"""What changed code or settings would have said to what entered: an open loop, as numbers."""
+
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from msgspec import Struct, field
+
+from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.reader import Recording
+from firmware_runtime.blackbox.section import Kind, Section
+from firmware_runtime.blackbox.state_of_run import state_of_run
+from firmware_runtime.board import strict
+from firmware_runtime.board.kinds import names, shipped_file
+from firmware_runtime.board.registry import Board, read_text
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.feed import Feed
+from firmware_runtime.replay.lines import REPLAYED
+from firmware_runtime.replay.open_player import Change, OpenPlayer
+from firmware_runtime.replay.outputs import Curves, OutputDifference, Outputs
+from firmware_runtime.replay.rebuilt import rebuilt
+from firmware_runtime.replay.verdict import WHOLE, Stretch, nothing_to_replay, stretch_of
+
+
+class WhatIf(Struct):
+    """What was found. `first_difference` is as `Difference.as_json` has it."""
+
+    identical: bool
+    events: int
+    duration_s: float
+    first_difference: dict[str, Any] | None
+    differences: int
+    steps: int
+    outputs: dict[str, OutputDifference]
+    """What differs, most first."""
+    compared: int
+    """Outputs that were compared."""
+    structure: dict[str, int]
+    """What is not a matter of values: how often."""
+    failure: str | None
+    """What the changed code raised, which ended it."""
+    faults: list[str]
+    run: str
+    settings: list[str]
+    """What was set otherwise than in the run."""
+    curves: dict[str, Curves] = field(default_factory=dict)
+
+
+def what_if(
+    recording: Recording,
+    change: Change,
+    stretch: Stretch = WHOLE,
+    *,
+    before: Callable[[Section], None] = lambda _: None,
+    drawn: Collection[str] = (),
+) -> WhatIf:
+    """Run changed code or settings on a recording; curves of those outputs that are `drawn`.
+
+    Raises ConfigError where it cannot begin.
+    """
+    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
+    if not segments:
+        fault = nothing_to_replay(recording, stretch.begin)
+        raise ConfigError.of_one(str(recording.path), fault)
+    outputs = Outputs(drawn)
+    found = WhatIf(
+        *(False, 0, 0.0, None, 0, 0, {}, 0, {}, None),
+        faults=recording.faults(),
+        run=recording.header.run,
+        settings=list(change.board.assignments),
+    )
+    structure: Counter[str] = Counter()
+    for segment in segments:
+        if segment.first_at > stretch.until or found.failure is not None:
+            continue
+        sections = segment.from_instant(stretch.begin).sections()
+        first = next(sections)
+        player = OpenPlayer(recording.header, change, first, outputs)
+        for section in stretch_of(sections, stretch.until):
+            before(section)
+            player.take(section)
+            if player.failure is not None and section.kind is not Kind.ENDED:
+                found.failure = text_of(player.failure)
+                break
+        _add(found, player, first.at)
+        structure += player.structure
+    found.structure = dict(structure)
+    found.outputs, found.compared = outputs.results(), outputs.compared
+    found.curves = outputs.curves
+    found.identical = found.steps > 0 and found.differences == 0 and not found.faults
+    return found
+
+
+def _add(found: WhatIf, player: OpenPlayer, begin: int) -> None:
+    found.events += player.events
+    found.steps += player.steps
+    found.duration_s += max(0, player.at - begin) / SECOND
+    found.differences += player.differences
+    if found.first_difference is None and player.first is not None:
+        found.first_difference = player.first.as_json()
+
+
+def most_different(found: WhatIf, count: int) -> Sequence[str]:
+    """Outputs that are worth a plot, most different first."""
+    numbers = [name for name, each in found.outputs.items() if each.max is not None]
+    return numbers[:count]
+
+
+def needs_state_as_built(recording: Recording, stretch: Stretch) -> bool:
+    """Whether an open loop begins at a keyframe."""
+    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
+    firsts = [next(each.from_instant(stretch.begin).sections()) for each in segments]
+    return any(each.kind is not Kind.BUILD for each in firsts)
+
+
+def state_as_built(header: Header, board: Board) -> bytes:
+    """The state of the run's robot when it has been built, with nothing to ask its chips."""
+
+    def ignored(_: Difference) -> None:
+        """Nobody has recorded how a robot is built for a replay."""
+
+    found = rebuilt(header, board, Feed(header.lines, ignored))
+    state = found.profiler.state
+    return state_of_run(
+        found.robot, found.lines, state, found.own, (*REPLAYED, found.rig)
+    ).capture()
+
+
+def changed_board(header: Header, assignments: Sequence[str]) -> Board:
+    """The board by the run's settings, with some set otherwise. Raises ConfigError.
+
+    A key that the code has learned since then has its value from the board's own file.
+    """
+    table, faults = _copied(header.table), list[str]()
+    strict.override(table, assignments, faults)
+    if faults:
+        raise ConfigError("--set", faults)
+    try:
+        return _assigned(board_of_table(header.source, table), assignments)
+    except ConfigError as error:
+        if header.kind not in names():
+            raise ConfigError("replay", error.faults) from error
+        shipped = strict.parse_toml(read_text(shipped_file(header.kind)), [])
+        try:
+            board = board_of_table(header.source, _filled(table, shipped))
+        except ConfigError:
+            raise ConfigError("replay", error.faults) from None
+        return _assigned(board, assignments)
+
+
+def _assigned(board: Board, assignments: Sequence[str]) -> Board:
+    return replace(board, assignments=tuple(assignments))
+
+
+def _copied(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        key: _copied(value) if isinstance(value, dict) else value for key, value in table.items()
+    }
+
+
+def _filled(table: Mapping[str, Any], shipped: Mapping[str, Any]) -> dict[str, Any]:
+    """A table, with what it lacks of another."""
+    both = [key for key in table if isinstance(table[key], dict) and key in shipped]
+    inner = {
+        key: _filled(table[key], shipped[key]) for key in both if isinstance(shipped[key], dict)
+    }
+    return {**shipped, **table, **inner}

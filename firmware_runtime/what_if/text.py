@@ -1,0 +1,70 @@
+"""What was found, as lines for a terminal."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from typing import Final
+
+from firmware_runtime.devs.time import format_time
+from firmware_runtime.replay.outputs import OutputDifference
+from firmware_runtime.replay.what_if import WhatIf
+
+SHOWN: Final = 12
+_HEADS: Final = ("output", "differ", "of", "max", "rms", "first, s")
+
+
+def what_if_text(found: WhatIf, changed: str) -> Iterator[str]:
+    """All lines; `changed` says what was."""
+    yield f"what if: {changed}"
+    for fault in found.faults:
+        yield f"  not whole: {fault}"
+    if found.failure is not None:
+        yield f"  the changed code failed: {found.failure}"
+    if not found.outputs and not found.structure:
+        yield f"  no output of {found.run} would have been another: {found.events} values"
+    elif found.outputs:
+        outputs = f"{len(found.outputs)} outputs and fields of {found.run} differ"
+        yield f"  {outputs}, open loop: what entered is what was recorded"
+        yield from table(found.outputs)
+    for what, count in found.structure.items():
+        yield f"  {count} {what}"
+    if found.first_difference is not None:
+        yield from _first(found.first_difference)
+    yield f"  {found.steps} steps, {found.duration_s:.3f} s of the run"
+
+
+def table(outputs: Mapping[str, OutputDifference]) -> Iterator[str]:
+    """The outputs that differ most, and how many others there are."""
+    rows = [_HEADS, *(_row(name, each) for name, each in islice(outputs.items(), SHOWN))]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADS))]
+    for row in rows:
+        first, *rest = (cell for cell in row)
+        cells = (cell.rjust(width) for cell, width in zip(rest, widths[1:], strict=True))
+        yield f"  {first.ljust(widths[0])}  {'  '.join(cells)}"
+    if len(outputs) > SHOWN:
+        yield f"  and {len(outputs) - SHOWN} more (--json has them all)"
+
+
+def _row(name: str, found: OutputDifference) -> Sequence[str]:
+    differ = found.count + found.recorded_only + found.replayed_only
+    return (
+        name,
+        str(differ),
+        str(found.of + found.recorded_only + found.replayed_only),
+        number(found.max),
+        number(found.rms),
+        "-" if found.first_s is None else f"{found.first_s:.3f}",
+    )
+
+
+def number(value: float | None) -> str:
+    """A figure, four digits of it."""
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _first(difference: Mapping[str, object]) -> Iterator[str]:
+    where = ".".join(str(difference[key]) for key in ("model", "field") if difference[key])
+    at = format_time(int(str(difference["t_ns"])))
+    yield f"  first at {at}, {difference['what']} of {where}"
+    yield f"    recorded: {json.dumps(difference['recorded'])}"
+    yield f"    replayed: {json.dumps(difference['replayed'])}"
