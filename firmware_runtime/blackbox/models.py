@@ -52,9 +52,7 @@ def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:
     return [port for atomic in atomics for port in atomic.out_ports.values()]
 
 
-def listen(
-    atomics: Iterable[Atomic], hear: Sent, numbers: Iterable[int] | None = None
-) -> None:
+def listen(atomics: Iterable[Atomic], hear: Sent, numbers: Iterable[int] | None = None) -> None:
     """Hear what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):

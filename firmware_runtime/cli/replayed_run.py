@@ -7,11 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import monotonic_ns, sleep
 
-from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Section
-from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.replay.difference import Difference
@@ -22,32 +19,26 @@ from firmware_runtime.status import Status
 def replay_run(arguments: argparse.Namespace, path: Path) -> int:
     """Run it again, and print whether it was the same."""
     recording = read_recording(path)
-    board = recorded_board(recording.header, arguments)
-    shown = _Shown(wanted=not arguments.json and sys.stderr.isatty())
+    header = recording.header
+    board = board_of_table(header.source, header.table)
+    shown = Shown(wanted=not arguments.json and sys.stderr.isatty())
     begun = monotonic_ns()
     verdict = replay(
         recording,
         board,
         Stretch(arguments.begin, arguments.until),
-        before=_paced(arguments.speed, shown),
+        before=paced(arguments.speed, shown),
     )
     spent = monotonic_ns() - begun
     shown.clear()
     if arguments.json:
-        print(json.dumps(_as_json(recording, board, verdict, spent), allow_nan=False))
+        print(json.dumps(_as_json(recording, verdict, spent), allow_nan=False))
     else:
-        print("\n".join(_as_text(recording, board, verdict, spent)))
+        print("\n".join(_as_text(recording, verdict, spent)))
     return Status.OK if verdict.is_identical else Status.MODEL_ERROR
 
 
-def recorded_board(header: Header, arguments: argparse.Namespace) -> Board:
-    """The board by the settings of the run, or by those of the command line. Raises ConfigError."""
-    if arguments.board is None and not arguments.assignments:
-        return board_of_table(header.source, header.table)
-    return chosen_board(arguments.board or header.kind, arguments.assignments)
-
-
-def _paced(speed: float | None, shown: "_Shown") -> Callable[[Section], None]:
+def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
     """What is called before each section: waits for its instant, if a speed was asked for."""
     first: list[tuple[int, int]] = []
 
@@ -63,7 +54,7 @@ def _paced(speed: float | None, shown: "_Shown") -> Callable[[Section], None]:
     return before
 
 
-class _Shown:
+class Shown:
     """How far it is, on one line of a terminal."""
 
     def __init__(self, *, wanted: bool) -> None:
@@ -83,7 +74,7 @@ class _Shown:
             sys.stderr.write("\r\x1b[K")
 
 
-def _as_json(recording: Recording, board: Board, verdict: Verdict, spent: int) -> dict[str, object]:
+def _as_json(recording: Recording, verdict: Verdict, spent: int) -> dict[str, object]:
     header = recording.header
     return {
         **verdict.as_json(),
@@ -92,11 +83,10 @@ def _as_json(recording: Recording, board: Board, verdict: Verdict, spent: int) -
         "role": header.role,
         "recording": str(recording.path),
         "times_real_time": verdict.duration / max(spent, 1),
-        "settings_changed": board.table != header.table,
     }
 
 
-def _as_text(recording: Recording, board: Board, verdict: Verdict, spent: int) -> Iterator[str]:
+def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str]:
     header = recording.header
     for fault in verdict.faults:
         yield f"not whole: {fault}"
@@ -107,8 +97,6 @@ def _as_text(recording: Recording, board: Board, verdict: Verdict, spent: int) -
         yield f"identical: {verdict.events} values, {verdict.writes} transfers of {header.run}"
     duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
     yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {times:.0f} times real time"
-    if board.table != header.table:
-        yield f"  settings are not those of the run: {board.source}"
 
 
 def difference_in_words(difference: Difference) -> Iterator[str]:

@@ -8,6 +8,9 @@ acknowledge. Clock, interlock and lines go on from what they said last.
 from collections.abc import Container
 from typing import Any, Final
 
+import msgspec
+
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.section import Kind, Section, Transfer
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.replay.feed import Feed, Report, shape_of
@@ -19,12 +22,12 @@ _LONGEST: Final = SECOND
 class OpenFeed(Feed):
     """`asked` are the transfers of the section so far, as they were asked for."""
 
-    def __init__(self, lines: list[str], report: Report) -> None:
+    def __init__(self, header: Header, report: Report) -> None:
         self.asked: list[Transfer] = []
         self._held: dict[object, Transfer] = {}
         """The last answers, by request."""
         self._world_left: list[tuple[int, Any]] | None = None
-        super().__init__(lines, report)
+        super().__init__(header, report)
 
     def load(self, section: Section) -> None:
         """Give what this section holds from now on."""
@@ -35,7 +38,7 @@ class OpenFeed(Feed):
 
     def load_nothing(self, at: int) -> None:
         """Give what there is for an instant of which nothing was recorded."""
-        self.load(Section(Kind.STEP, at, [], [], [], [], b"\x90", [], []))  # type: ignore[arg-type]
+        self.load(Section(Kind.STEP, at, b"", [], [], [], msgspec.Raw(b"\x90"), [], []))
         self._asked_too_much = True  # which the step itself says
 
     def check_all_taken(self) -> None:

@@ -55,7 +55,7 @@ class OpenPlayer(Player):
         self._is_world = [path.rpartition(".")[0] in world for path in self.ports]
 
     def _new_feed(self) -> Feed:
-        return OpenFeed(self.header.lines, self._note)
+        return OpenFeed(self.header, self._note)
 
     def _restore(self, keyframe: Section) -> None:
         built = self._change.built
@@ -167,8 +167,8 @@ class OpenPlayer(Player):
 
 def _structural(difference: Difference) -> str | None:
     """What is not a matter of values, in words; None for what is."""
-    is_new = difference.recorded in (NOTHING, None)
-    is_gone = difference.replayed in (NOTHING, None)
+    is_new = difference.recorded == NOTHING
+    is_gone = difference.replayed == NOTHING
     words = {"step": "steps", "write": "transfers", "value": "values", "asked": "readings"}
     if difference.what not in words or not (is_new or is_gone):
         return None

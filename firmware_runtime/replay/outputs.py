@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.values import pack
+from firmware_runtime.replay.difference import NOTHING
 
 _MISSING: Final = object()
 _FLOATS: Final = Layout("<d")
@@ -60,6 +61,7 @@ class Outputs:
         self._found: dict[str, OutputDifference] = {}
         self._squares: defaultdict[str, float] = defaultdict(float)
         self._compared: Counter[str] = Counter()
+        self._devices: set[str] = set()
 
     @property
     def draws(self) -> bool:
@@ -89,6 +91,7 @@ class Outputs:
         self, name: str, at: int, recorded: Sequence[Any], replayed: Sequence[Any]
     ) -> None:
         """Compare transfers of one device, in order."""
+        self._devices.add(name)
         for was, now in zip_longest(recorded, replayed, fillvalue=_MISSING):
             if was is _MISSING or now is _MISSING:
                 self.missing(name, at, replayed=was is _MISSING)
@@ -106,12 +109,14 @@ class Outputs:
             found.recorded_only += 1
 
     def results(self) -> dict[str, OutputDifference]:
-        """All that differ, most first."""
+        """All that differ, most first; devices after ports."""
         for name, found in self._found.items():
             found.of = self._compared_of(name)
             if found.max is not None:
                 found.rms = math.sqrt(self._squares[name] / max(found.of, 1))
-        order = sorted(self._found.items(), key=lambda each: -each[1].weight)
+        order = sorted(
+            self._found.items(), key=lambda each: (each[0] in self._devices, -each[1].weight)
+        )
         return dict(order)
 
     @property
@@ -163,7 +168,7 @@ def compare_in_order(
     for was, now in zip_longest(recorded, replayed, fillvalue=_MISSING):
         if was is _MISSING or now is _MISSING:
             outputs.missing(name, at, replayed=was is _MISSING)
-            yield (None if was is _MISSING else was), (None if now is _MISSING else now)
+            yield (NOTHING if was is _MISSING else was), (NOTHING if now is _MISSING else now)
         elif not outputs.compare(name, at, was, now):
             yield was, now
 

@@ -100,6 +100,7 @@ def _add(found: WhatIf, player: OpenPlayer, begin: int) -> None:
     found.steps += player.steps
     found.duration_s += max(0, player.at - begin) / SECOND
     found.differences += player.differences
+    found.faults += [] if player.missing is None else [player.missing]
     if found.first_difference is None and player.first is not None:
         found.first_difference = player.first.as_json()
 
@@ -123,7 +124,7 @@ def state_as_built(header: Header, board: Board) -> bytes:
     def ignored(_: Difference) -> None:
         """Nobody has recorded how a robot is built for a replay."""
 
-    found = rebuilt(header, board, Feed(header.lines, ignored))
+    found = rebuilt(header, board, Feed(header, ignored))
     state = found.profiler.state
     return state_of_run(
         found.robot, found.lines, state, found.own, (*REPLAYED, found.rig)

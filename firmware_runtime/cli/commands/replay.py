@@ -23,7 +23,8 @@ clock. RUN is the file of one, or a board's name for its last run, also of one t
 same drivers and models run again on it, as fast as they can; every value that leaves a port, every
 transfer and the counts of activations are compared with the run's, floats to the bit. Of a file of
 `run --record` that is the controller alone. Exit status 0: all are equal; 1: some differ, or the
-recording is not whole.
+recording is not whole. With BOARD, --set or --with it is a question, not a verdict: what other
+settings or code would have said to what entered, every output's difference as numbers; status 0.
 """
 
 
@@ -47,7 +48,7 @@ def add_to(verbs: SubParsers) -> None:
         default=[],
         metavar="KEY=VALUE",
         dest="assignments",
-        help="override one number of BOARD's; may be repeated",
+        help="what if this number had been another; may be repeated",
     )
     verb.add_argument(
         "--from",
@@ -67,21 +68,64 @@ def add_to(verbs: SubParsers) -> None:
         help="so many times real time; default: as fast as it goes",
     )
     verb.add_argument("--json", action="store_true", help="print the comparison as JSON")
+    _add_what_if(verb)
+
+
+def _add_what_if(verb: argparse.ArgumentParser) -> None:
+    """Add what asks for other code, and what is done with the answer."""
+    verb.add_argument(
+        "--with",
+        type=Path,
+        metavar="CHECKOUT",
+        dest="checkout",
+        help="what would the code in this folder have said? In a process of its own",
+    )
+    verb.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE.svg|.html",
+        help="of what BOARD, --set or --with change: plots of the outputs that differ most",
+    )
+    verb.add_argument(
+        "--watch",
+        action="store_true",
+        help="run it again whenever a file of the robot's packages, or of CHECKOUT, is saved",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Replay, and print what differs."""
     path = find_recording(arguments.run)
     if is_black_box(path):
-        from firmware_runtime.cli.replayed_run import replay_run  # noqa: PLC0415 -- of runs only
-
-        return replay_run(arguments, path)
+        return _replay_run(arguments, path)
     return _replay_part(arguments, path)
+
+
+def _replay_run(arguments: argparse.Namespace, path: Path) -> int:
+    """Replay a whole run: what it was, or what it would have been."""
+    is_changed = bool(arguments.checkout or arguments.assignments or arguments.board)
+    if is_changed or arguments.watch:
+        from firmware_runtime.cli.what_if import what_if_run  # noqa: PLC0415 -- of runs only
+
+        return what_if_run(arguments, path)
+    if arguments.output is not None:
+        fault = f"-o {arguments.output}: nothing is changed; expected --set, --with or a board"
+        raise ConfigError.of_one("replay", fault)
+    from firmware_runtime.cli.replayed_run import replay_run  # noqa: PLC0415 -- of runs only
+
+    return replay_run(arguments, path)
 
 
 def _replay_part(arguments: argparse.Namespace, path: Path) -> int:
     """Replay a role's part, of a file of `run --record`."""
-    stretch = {"--from": arguments.begin > 0, "--until": arguments.until < NEVER}
+    stretch = {
+        "--from": arguments.begin > 0,
+        "--until": arguments.until < NEVER,
+        "--with": arguments.checkout is not None,
+        "-o": arguments.output is not None,
+        "--watch": arguments.watch,
+    }
     if given := [name for name, is_given in stretch.items() if is_given]:
         fault = f"{given[0]}: a file of `run --record` is replayed as a whole"
         raise ConfigError.of_one("replay", f"{fault}; expected the recording of a run")

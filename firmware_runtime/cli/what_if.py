@@ -1,0 +1,134 @@
+"""`replay RUN` with BOARD, --set or --with: what would have been said; with --watch, every save."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from msgspec import to_builtins
+
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.board.registry import Board
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.readers_gone import print_line
+from firmware_runtime.cli.replayed_run import Shown, paced
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.replay.what_if import WhatIf
+from firmware_runtime.status import Status
+from firmware_runtime.what_if.checkout import ask, checked_folder
+from firmware_runtime.what_if.question import Question, answer, with_state_as_built
+from firmware_runtime.what_if.text import what_if_text
+
+
+def what_if_run(arguments: argparse.Namespace, path: Path) -> int:
+    """Find it out, print it, draw it."""
+    folder = None if arguments.checkout is None else checked_folder(arguments.checkout)
+    _check(arguments)
+    question = Question(
+        recording=str(path.absolute()),
+        assignments=arguments.assignments,
+        begin=arguments.begin,
+        until=arguments.until,
+    )
+    if arguments.output is not None:
+        question.plots = _plots(arguments.output)
+    changed = _changed(arguments)
+    if arguments.watch:
+        return _watch(arguments, question, folder, changed)
+    if folder is None:
+        found = _here(arguments, question)
+    else:
+        found = ask(with_state_as_built(question), folder)
+    _say(arguments, found, changed)
+    return Status.OK
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what does not go together."""
+    given = {
+        "BOARD": arguments.board is not None,
+        "--speed": arguments.speed is not None,
+        "--with": arguments.checkout is not None,
+        "--watch": arguments.watch,
+    }
+    elsewhere = arguments.checkout is not None or arguments.watch
+    for name in ("BOARD", "--speed"):
+        if given[name] and elsewhere:
+            other = "--with" if given["--with"] else "--watch"
+            raise ConfigError.of_one("replay", f"{other} with {name}; expected one of them")
+
+
+def _plots(path: Path) -> int:
+    from firmware_runtime.what_if.page import PLOTS, check_ending  # noqa: PLC0415 -- with -o only
+
+    check_ending(path)
+    return PLOTS
+
+
+def _here(arguments: argparse.Namespace, question: Question) -> WhatIf:
+    """By the code of this process."""
+    board: Board | None = None
+    if arguments.board is not None:
+        board = chosen_board(arguments.board, arguments.assignments)
+    shown = Shown(wanted=not arguments.json and sys.stderr.isatty())
+    try:
+        return answer(question, paced(arguments.speed, shown), board)
+    finally:
+        shown.clear()
+
+
+def _changed(arguments: argparse.Namespace) -> str:
+    """What is tried, in words."""
+    changes = [*arguments.assignments]
+    if arguments.board is not None:
+        changes.insert(0, f"the settings of {arguments.board}")
+    if arguments.checkout is not None:
+        changes.insert(0, f"the code in {arguments.checkout}")
+    return ", ".join(changes) or "the code as it is now"
+
+
+def _say(arguments: argparse.Namespace, found: WhatIf, changed: str) -> None:
+    if arguments.output is not None:
+        from firmware_runtime.what_if.page import write_plots  # noqa: PLC0415 -- with -o only
+
+        write_plots(found, changed, arguments.output)
+        found.curves = {}
+    if arguments.json:
+        print(json.dumps(to_builtins(found), allow_nan=False))
+    else:
+        print("\n".join(what_if_text(found, changed)))
+
+
+def _watch(
+    arguments: argparse.Namespace, question: Question, folder: Path | None, changed: str
+) -> int:
+    from firmware_runtime.what_if.watch import Watched, watch  # noqa: PLC0415 -- with --watch only
+
+    header = read_recording(Path(question.recording)).header
+    watch(question, Watched(folder, header), _Told(arguments, changed))
+    return Status.OK
+
+
+class _Told:
+    """Prints each time's answer."""
+
+    def __init__(self, arguments: argparse.Namespace, changed: str) -> None:
+        self._arguments = arguments
+        self._changed = changed
+
+    def found(self, found: WhatIf, before: WhatIf | None, spent: int) -> None:
+        """What was found, then what is not as the last time."""
+        from firmware_runtime.what_if.watch import since  # noqa: PLC0415 -- as above
+
+        _say(self._arguments, found, self._changed)
+        if not self._arguments.json:
+            for line in since(before, found):
+                print(f"  {line}")
+            print(f"  {spent / SECOND:.2f} s; waiting for a save (Ctrl-C ends)")
+        sys.stdout.flush()
+
+    def failed(self, error: ConfigError) -> None:
+        """Why there is no answer; a file is saved again soon."""
+        print_line(f"firmware-runtime: {error}", sys.stderr)
+        sys.stderr.flush()

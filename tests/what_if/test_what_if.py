@@ -1,0 +1,164 @@
+"""What other settings or code would have said: an open loop, as numbers and as plots."""
+
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree.ElementTree import fromstring
+
+import pytest
+
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.replay.what_if import WhatIf
+from firmware_runtime.what_if.question import Question, answer
+from firmware_runtime.what_if.watch import Watched, since
+from tests.support.recorded import record
+
+YAW = "controller.yaw.command_n"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Eight seconds of a platform that turns, with a keyframe at 5 s."""
+    return record(tmp_path_factory.mktemp("flight") / "flight.recording", "tachobot", 8)
+
+
+def _asked(path: Path, *assignments: str, begin_s: float = 0) -> WhatIf:
+    begin = round(begin_s * SECOND)
+    return answer(Question(recording=str(path), assignments=[*assignments], begin=begin))
+
+
+def _printed(capsys: pytest.CaptureFixture[str], words: Sequence[object]) -> str:
+    assert main([str(each) for each in words]) == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tachobot", "detective", "balancing"])
+def test_an_open_loop_of_nothing_changed_is_identical(tmp_path: Path, board: str) -> None:
+    found = _asked(record(tmp_path / "run.recording", board, 3))
+    assert (found.identical, found.outputs, found.structure) == (True, {}, {})
+    assert found.steps > 100
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("begin_s", [0, 6])
+def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
+    flight: Path, begin_s: float
+) -> None:
+    found = _asked(flight, "controller.yaw.kp=0.8", begin_s=begin_s)
+    assert not found.identical
+    assert found.first_difference is not None
+    first = found.first_difference
+    assert f"{first['model']}.{first['field']}" == YAW
+    command = found.outputs[YAW]
+    assert command.count == command.of > 100
+    assert command.max is not None
+    assert command.rms is not None
+    assert 0 < command.rms < command.max
+    assert command.recorded_only == command.replayed_only == 0
+    assert "i2c1 0x40" in found.outputs  # and so what is written to the outputs' chip
+    assert "imu.sample" not in found.outputs  # what enters is what was recorded
+    assert found.structure == {}
+
+
+@pytest.mark.slow
+def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
+    recorded = read_recording(flight).header.table["controller"]["yaw"]["kp"]
+    assert _asked(flight, f"controller.yaw.kp={recorded}", begin_s=6).identical
+    found = _asked(flight, "controller.yaw.kp=0.8", begin_s=6)
+    assert found.duration_s < 4
+    assert found.first_difference is not None
+    assert found.first_difference["t_ns"] >= 4 * SECOND
+
+
+@pytest.mark.slow
+def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
+    found = _asked(flight, "controller.mode=free")
+    assert found.failure is None
+    assert found.structure["chips of which nothing was recorded"] == 1
+    assert found.structure["values no longer made"] > 100
+    assert found.outputs["thrust_pairs.duties"].recorded_only > 100
+
+
+@pytest.mark.slow
+def test_plots_show_recorded_and_replayed(
+    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture, page = tmp_path / "plot.svg", tmp_path / "plot.html"
+    what = ("replay", flight, "--set", "controller.yaw.kp=0.8", "--until", 2, "-o")
+    printed = _printed(capsys, [*what, picture])
+    assert printed.startswith("what if: controller.yaw.kp=0.8\n")
+    drawn = fromstring(picture.read_text())  # noqa: S314 -- our own file
+    titles = [each.text for each in drawn.iter("{http://www.w3.org/2000/svg}title")]
+    assert titles.count("recorded") == titles.count("replayed") >= 3
+    assert YAW in titles
+    _printed(capsys, [*what, page])
+    assert YAW in page.read_text()
+
+
+@pytest.mark.slow
+def test_other_code_answers_in_a_process_of_its_own(
+    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    checkout = tmp_path / "checkout"
+    shutil.copytree(ROOT / "boards", checkout / "boards")
+    allocation = checkout / "boards" / "tachobot" / "yaw.py"
+    allocation.write_text(allocation.read_text() + "\n")  # the same in other bytes
+    what = ("replay", flight, "--with", checkout, "--json")
+    assert json.loads(_printed(capsys, what))["identical"] is True
+    changed = allocation.with_name("allocation.py")
+    sent = "self.forces_out.send(self.forces)"
+    halved = "self.forces_out.send(Forces(*(each / 2 for each in self.forces)))"
+    changed.write_text(changed.read_text().replace(sent, halved))
+    said = json.loads(_printed(capsys, what))
+    assert said["identical"] is False
+    assert said["first_difference"]["model"] == "controller.allocation"
+    assert {"events", "duration_s", "outputs"} <= said.keys()
+    late = json.loads(_printed(capsys, [*what, "--from", 6]))
+    assert late["outputs"].keys() == said["outputs"].keys()
+    changed.write_text("is no Python")
+    assert main([str(each) for each in what]) == 2
+    assert "SyntaxError" in capsys.readouterr().err
+
+
+def test_a_folder_without_the_robots_code_is_refused(
+    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(flight), "--with", str(tmp_path / "none")]) == 2
+    assert "no folder" in capsys.readouterr().err
+    with pytest.raises(ConfigError, match="none of the robot's code"):
+        Watched(tmp_path, read_recording(flight).header)
+
+
+def test_a_save_is_seen_and_a_file_of_an_editor_is_not(flight: Path, tmp_path: Path) -> None:
+    package = tmp_path / "boards"
+    package.mkdir()
+    watched = Watched(tmp_path, read_recording(flight).header)
+    before = watched.state()
+    (package / ".model.py.swp").write_text("")
+    (package / "model.pyc").write_text("")
+    assert watched.state() == before
+    (package / "model.py").write_text("pass\n")
+    assert watched.state() != before
+
+
+@pytest.mark.slow
+def test_what_is_not_as_the_last_time_is_said(flight: Path) -> None:
+    first = _asked(flight, "controller.yaw.kp=0.8")
+    second = _asked(flight, "controller.yaw.kp=0.9")
+    assert list(since(None, first)) == []
+    assert list(since(first, first)) == ["as the last time"]
+    assert any(YAW in line and "->" in line for line in since(first, second))
+
+
+@pytest.mark.parametrize("words", [["-o", "plot.svg"], ["--set", "x=1", "-o", "plot.txt"]])
+def test_plots_of_nothing_and_of_another_kind_are_refused(
+    flight: Path, words: Sequence[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(flight), *words]) == 2
+    assert "expected" in capsys.readouterr().err
