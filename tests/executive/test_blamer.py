@@ -126,9 +126,12 @@ def test_behind_a_step_that_was_not_judged_the_counters_are_read(
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, NOT_MEASURED)
 
 
-def test_a_loop_that_came_late_to_its_wait_was_busy_between_the_steps(blamer: Blamer) -> None:
+def test_a_loop_that_came_late_to_its_wait_was_busy_between_the_steps(
+    blamer: Blamer, counters: Counters
+) -> None:
     assert blamer._clock is not None
     blamer._clock.overdue_at = 1_998_700_000
+    counters.cpu_ns += 4 * MILLISECOND
     row = blamer.explain(late(wake=3200 * MICROSECOND), 101)  # from 1_996_500_000 on
     assert (cause(row.cause), row.explained_ns) == (Cause.BETWEEN, 2_200_000)
 

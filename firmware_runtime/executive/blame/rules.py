@@ -170,8 +170,8 @@ def _asleep(of: Evidence) -> int | None:
 
 
 def _between(of: Evidence) -> int | None:
-    """The loop came late to its wait: hooks of the run, a collection in the slack."""
-    return of.before_wait_ns
+    """The loop came late to its wait, and ran: hooks of the run, work in the slack."""
+    return min(of.before_wait_ns, of.cpu_ns)
 
 
 RULES: tuple[tuple[Cause, Callable[[Evidence], int | None]], ...] = (
