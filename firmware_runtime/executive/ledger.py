@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from msgspec import structs
 
-from firmware_runtime.devs.time import MILLISECOND, NEVER
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.blame.blamer import NOTHING, Blamer, Late
 from firmware_runtime.executive.bus_meter import BusMeter
@@ -40,6 +40,11 @@ FEW = 5
 """Steps after which it is known how long one takes."""
 SETTLING = 100 * MILLISECOND
 """When a run reads its counters for the first time after its start; then each second."""
+
+RESERVE = 300 * MICROSECOND
+"""Ns that must be left to the next event for counters to be read after a step on time."""
+AGAIN = 50 * MILLISECOND
+"""Ns after which that is tried again."""
 
 
 class Ledger:
@@ -85,7 +90,7 @@ class Ledger:
         file, timeline, garbage = self.file, self._timeline, self._garbage
         step_time = ended - self._step.started
         if ended >= self._look_at:
-            self._look(ended)
+            self._look(ended, next_at() - ended)
         file.open_section()
         until = self._until
         latest = self._accounting.settle(ended if ended <= until else until + 1)
@@ -187,8 +192,11 @@ class Ledger:
             self._late_by_cause[row.cause - 1] += 1
         return row
 
-    def _look(self, ended: int) -> None:
-        """Close the timeline's second if it is over; after a step on time, read the counters."""
+    def _look(self, ended: int, left: int) -> None:
+        """Close the timeline's second if it is over; after a step on time, read the counters.
+
+        With less than a reserve left to the next event that waits: a reading takes some 0.1 ms.
+        """
         if ended >= self._timeline.closes_at:
             self.file.open_section()
             self._timeline.close(ended)
@@ -196,9 +204,11 @@ class Ledger:
         if self._steps >= FEW:
             self._usual = self._step_times.sum // self._steps
             self._long = self._usual + self._accounting.tolerance
-        if ended - self._step.at <= self._long:
-            self._blamer.keep(self._steps + 1)  # this one is not counted yet
         self._look_at = self._timeline.closes_at
+        if left < RESERVE:
+            self._look_at = min(self._look_at, ended + AGAIN)
+        elif ended - self._step.at <= self._long:
+            self._blamer.keep(self._steps + 1)  # this one is not counted yet
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""

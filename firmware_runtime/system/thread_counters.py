@@ -1,6 +1,7 @@
 """What the kernel counts of this thread and of its processor: read in one go, taken apart later.
 
-Files are opened once and kept: a reading is a few `pread`, 17 us in all on a PC. A reading is raw
+Files are opened once and kept: a reading is a few `pread`, on a PC 17 us in all, and 0.1 ms in a
+loop of 100 Hz with its caches cold. A reading is raw
 bytes until two of them are compared (`between`), which happens after something was late only. A
 file that is not shown, in a container or under a unit with `ProcSubset=pid`, is no fault: what it
 says is then None, not measured, and never zero.
@@ -25,6 +26,7 @@ from firmware_runtime.system.supply import Supply
 from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns
 
 _LARGEST = 1 << 16
+_LINE = 256
 TICK_NS = 1_000_000_000 // os.sysconf("SC_CLK_TCK")
 """The grain of times in /proc/stat, ns: 10 ms."""
 _IRQ, _SOFTIRQ, _STEAL = 5, 6, 7
@@ -188,14 +190,19 @@ def _io(content: bytes | None) -> tuple[int | None, int | None]:
 
 def _machine(content: bytes | None, cpu: int) -> tuple[int | None, int | None, int | None]:
     """Of /proc/stat: ticks stolen from a processor and spent on interrupts, all interrupts."""
-    name, steal, interrupt, interrupts = b"cpu%d " % cpu, None, None, None
-    for line in (content or b"").splitlines():
-        if line.startswith(name):
-            words = [int(word) for word in line.split()[1:]]
-            steal, interrupt = words[_STEAL], words[_IRQ] + words[_SOFTIRQ]
-        elif line.startswith(b"intr "):
-            interrupts = int(line.split(None, 2)[1])
-    return steal, interrupt, interrupts
+    ticks, steal, interrupt = _words(content, b"\ncpu%d " % cpu), None, None
+    if len(ticks) > _STEAL:
+        steal, interrupt = ticks[_STEAL], ticks[_IRQ] + ticks[_SOFTIRQ]
+    return steal, interrupt, next(iter(_words(content, b"\nintr ")), None)
+
+
+def _words(content: bytes | None, begin: bytes) -> list[int]:
+    """The first numbers of the line that begins so; none where there is no such line."""
+    at = -1 if content is None else content.find(begin)
+    if content is None or at < 0:
+        return []
+    rest = content[at + len(begin) : at + len(begin) + _LINE].partition(b"\n")[0]
+    return [int(word) for word in rest.split()[: _STEAL + 1] if word.isdigit()]
 
 
 def _throttled(before: Reading, after: Reading) -> int | None:

@@ -69,6 +69,8 @@ class Blamer:
         self._counters: ThreadCounters | None = None
         self._before: Mark | None = None
         self._quiet: tuple[Mark, Mark] | None = None
+        self._usual: Grown | None = None
+        """Of the quiet time, as soon as it has been asked for."""
         self._read_at = -GAP
         self._last: BlameRow = NOTHING
         self._last_ended = -1
@@ -94,7 +96,7 @@ class Blamer:
             return
         mark = self._mark(self._counters, steps)
         if self._quiet is None or steps - self._before.steps >= LEAST_STEPS:
-            self._quiet = self._before, mark
+            self._quiet, self._usual = (self._before, mark), None
         self._before = mark
 
     def explain(self, late: Late, steps: int) -> BlameRow:
@@ -117,8 +119,9 @@ class Blamer:
     def _judge(self, counters: ThreadCounters, before: Mark, late: Late, steps: int) -> BlameRow:
         self._read_at = late.ended
         mark = self._mark(counters, steps)
-        quiet = None if self._quiet is None else grown(*self._quiet)
-        evidence = self._evidence(late, beyond_usual(grown(before, mark), quiet))
+        if self._usual is None and self._quiet is not None:
+            self._usual = grown(*self._quiet)
+        evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual))
         if min(evidence.cpu_ns, evidence.in_step_ns) >= ENOUGH * evidence.of_ns:
             evidence = structs.replace(evidence, supply=counters.supply())
         self._before = mark
