@@ -17,7 +17,7 @@ REAL_TIME: Final = "real-time"
 RUNS: Final = {
     "tachobot": ("tachobot", "--for", "3", *_VIRTUAL),
     "circle": ("tachobot", "--for", "8", *_CIRCLE, *_VIRTUAL),
-    "detective": ("detective", *_VIRTUAL),
+    "detective": ("detective", "--for", "5", *_VIRTUAL),
     "balancing": ("balancing", "--for", "2", *_VIRTUAL),
     REAL_TIME: ("tachobot", "--for", "3"),
 }
@@ -37,18 +37,22 @@ class Machine(NamedTuple):
 
 
 def recorded(machine: Machine, folder: Path, say: Callable[[str], None]) -> Iterator[Path]:
-    """Run every board of `RUNS` on a machine."""
+    """Run every board of `RUNS` on a machine: what entered its controller, and the whole run."""
     folder.mkdir(parents=True, exist_ok=True)
     say(f"recording: {machine.name}")
     for name, words in RUNS.items():
         if machine.is_emulated and name == REAL_TIME:  # too slow for it
             continue
-        path = folder / f"{machine.name}.{name}.recording"
-        run = ("run", *words, "--doubles", "--record", str(path))
-        done = _command(machine, *run)
-        if done.returncode:
-            raise Unbuildable(f"{machine.name}: run {' '.join(words)}: {done.stderr}")
-        yield path
+        part, whole = (
+            folder / f"{machine.name}.{each}.recording" for each in (name, f"{name}-whole")
+        )
+        run = ("run", *words, "--doubles", "--record", str(part))
+        for command in (run, ("recordings", "keep", words[0], "-o", str(whole))):
+            done = _command(machine, *command)
+            if done.returncode:
+                raise Unbuildable(f"{machine.name}: {' '.join(command)}: {done.stderr}")
+        yield part
+        yield whole
 
 
 def certified(
