@@ -19,13 +19,12 @@ from firmware_runtime.blackbox.header import FORMAT, Header
 from firmware_runtime.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
-    MAGIC,
     MOST_CHUNKS,
-    PREFIX,
     PREFIX_SIZE,
     SECTION,
 )
 from firmware_runtime.blackbox.reader import kind_of
+from firmware_runtime.blackbox.ring_file import sizes_in
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -107,7 +106,8 @@ def _is_header(section: bytes) -> bool:
 def _chunks(content: bytes, headers: list[int], lost: list[str]) -> Iterator[tuple[int, int]]:
     """Begin and end of each chunk: where a header is, and where one must have been."""
     begins = [each - _BEFORE for each in headers]
-    stated = _stated_size(content)
+    stated, _ = sizes_in(content[:PREFIX_SIZE])
+    """0 if the file's own beginning is lost."""
     distances = (after - before for before, after in itertools.pairwise(begins))
     size = stated or min(distances, default=len(content))
     found = sorted({*begins, *_between(content, begins, size)}) if stated else begins
@@ -128,15 +128,6 @@ def _between(content: bytes, begins: list[int], size: int) -> list[int]:
         if before + size <= place <= following - size:
             found.append(place)
     return found
-
-
-def _stated_size(content: bytes) -> int:
-    """The size of a chunk as the file's own beginning has it; 0 if that is lost."""
-    if len(content) >= PREFIX_SIZE and content[: len(MAGIC)] == MAGIC:
-        _, size, count = PREFIX.unpack_from(content)
-        if CHUNK.size < size <= LARGEST_CHUNK and 0 < count <= MOST_CHUNKS:
-            return int(size)
-    return 0
 
 
 # Sections -----------------------------------------------------------------------------------------

@@ -7,7 +7,8 @@ for the board's seventh run:
     tachobot-0007-late-1.json.gz    the seconds around an activation that was late, for Perfetto
     tachobot-0007-guard-2.json.gz   the seconds before the guard took over
 
-Old runs make room for new ones. Everything can be read by the verbs that read a run under way.
+What is kept of the run's recording is beside them, see `blackbox.pieces`. Old runs make room for
+new ones. Everything can be read by the verbs that read a run under way.
 """
 
 import gzip
@@ -16,6 +17,7 @@ import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Protocol
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.companions import Companion
@@ -37,25 +39,51 @@ QUIET = 10 * SECOND
 SHOWN = 5 * SECOND
 """What a trace covers at most."""
 MOST_TRACES = 20
-"""Traces of one run; one that is late all the time would fill the disk."""
+"""Incidents of one run; one that is late all the time would fill the disk."""
+
+
+class Pieces(Protocol):
+    """Keeps the recording of one run at a time, all of it or in pieces."""
+
+    def begin(self, stem: Path, pid: int) -> None:
+        """A run has begun, of this process; names of what is kept of it begin with `stem`."""
+
+    def poll(self, now: int) -> None:
+        """Copy what is new, if it is time to."""
+
+    def keep(self, why: str, number: int) -> None:
+        """Keep what came before this moment: `why` is `late` or `guard`."""
+
+    def over(self) -> None:
+        """The run is over, or another one has begun."""
+
+    def close(self) -> None:
+        """Let go of the run."""
 
 
 class Recorder:
     """Follows the runs whose statistics are at `kept`; writes into `folder`, the last `runs` runs.
 
     `late` is the lateness, ns, over which an activation is an incident; None takes the least
-    tolerance of the run's own models. `log` gets a line for every file. Raises
-    StatisticsFileError if the folder cannot be written.
+    tolerance of the run's own models. `log` gets a line for every file, `pieces` keeps the run's
+    recording. Raises StatisticsFileError if the folder cannot be written.
     """
 
-    def __init__(
-        self, kept: Path, folder: Path, runs: int, late: int | None, log: Callable[[str], None]
+    def __init__(  # noqa: PLR0913, PLR0917 -- handed over once, by the verb
+        self,
+        kept: Path,
+        folder: Path,
+        runs: int,
+        late: int | None,
+        log: Callable[[str], None],
+        pieces: Pieces,
     ) -> None:
         self._kept = kept
         self._folder = folder
         self._runs = runs
         self._late = late
         self._log = log
+        self._pieces = pieces
         self._run: _Run | None = None
 
     def poll(self, now: int) -> None:
@@ -65,7 +93,8 @@ class Recorder:
         except StatisticsFileError:
             return  # none yet, or one that is being made
         if self._run is None or self._run.is_another(statistics):
-            self.close()
+            if self._run is not None:
+                self._run.replaced()
             self._run = self._begin(statistics, now)
         self._run.poll(statistics, now)
 
@@ -73,6 +102,7 @@ class Recorder:
         """Keep what is known of the run under way."""
         if self._run is not None and not self._run.is_over:
             self._run.keep()
+        self._pieces.close()
 
     def _begin(self, statistics: Statistics, now: int) -> "_Run":
         """Give a new run the next number and make room for it; one that is known keeps its own."""
@@ -85,7 +115,8 @@ class Recorder:
                     path.unlink()
         self._log(f"keeping run {number} of {self._kept.stem} in {self._folder}")
         stem = self._folder / self._name(number)
-        return _Run(self._kept, stem, statistics, self._late, self._log, now)
+        self._pieces.begin(stem, statistics.header.writer.pid)
+        return _Run(self._kept, stem, statistics, self._late, self._log, self._pieces, now)
 
     def _is_kept(self, number: int, statistics: Statistics) -> bool:
         """Whether that number is this run's, from before this recorder was started."""
@@ -113,16 +144,18 @@ class _Run:
         statistics: Statistics,
         late: int | None,
         log: Callable[[str], None],
+        pieces: Pieces,
         now: int,
     ) -> None:
         self._kept = kept
         self._stem = stem
         self._log = log
+        self._pieces = pieces
         self._latest = statistics
         self._watch = _watch(statistics, late)
         self._takeovers = len(takeovers_of(kept, statistics.header.writer))
         self._save_at = now
-        self._traces = len([*stem.parent.glob(f"{stem.name}-*.json.gz")])
+        self._incidents = max(map(_number, stem.parent.glob(f"{stem.name}-*-*.*")), default=0)
         self._incident: tuple[str, Late | None, int] | None = None
         self._quiet_until = 0
         self.is_over = False
@@ -136,12 +169,22 @@ class _Run:
         self._latest = statistics
         was_over, self.is_over = self.is_over, not _is_under_way(statistics)
         self._notice(statistics, now)
+        if not was_over:
+            self._pieces.poll(now)
         if self._incident is not None and (now >= self._incident[2] or self.is_over):
-            self._take_trace(*self._incident[:2])
+            self._keep_incident(*self._incident[:2])
             self._incident = None
+        if self.is_over and not was_over:
+            self._pieces.over()
         if (self.is_over and not was_over) or (now >= self._save_at and not self.is_over):
             self._save_at = now + SAVE_EVERY
             self.keep()
+
+    def replaced(self) -> None:
+        """Keep what was last seen: the next run has begun."""
+        if not self.is_over:
+            self.keep()
+            self._pieces.over()
 
     def keep(self) -> None:
         """Write the latest statistics; logged once the run is over."""
@@ -160,13 +203,18 @@ class _Run:
             self._quiet_until = now + QUIET
         self._takeovers = takeovers
 
-    def _take_trace(self, kind: str, trigger: Late | None) -> None:
-        spans = Companion.SPANS.beside(self._kept)
-        if self._traces >= MOST_TRACES or not spans.is_file():
+    def _keep_incident(self, kind: str, trigger: Late | None) -> None:
+        if self._incidents >= MOST_TRACES:
             return
-        self._traces += 1
+        self._incidents += 1
+        self._pieces.keep(kind, self._incidents)
+        spans = Companion.SPANS.beside(self._kept)
+        if spans.is_file():
+            self._take_trace(spans, kind, trigger)
+
+    def _take_trace(self, spans: Path, kind: str, trigger: Late | None) -> None:
         trace = chrome_trace(the_last(read_spans(spans), SHOWN), self._latest, trigger)
-        path = self._stem.with_name(f"{self._stem.name}-{kind}-{self._traces}.json.gz")
+        path = self._stem.with_name(f"{self._stem.name}-{kind}-{self._incidents}.json.gz")
         try:
             path.write_bytes(gzip.compress(json.dumps(trace, allow_nan=False).encode()))
         except OSError as error:
@@ -183,6 +231,12 @@ def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
     if not tolerances:
         return None
     return LateWatch(min(tolerances) if late is None else late, statistics)
+
+
+def _number(path: Path) -> int:
+    """Of an incident, by the name of what was kept of it."""
+    said = path.name.partition(".")[0].rpartition("-")[2]
+    return int(said) if said.isdigit() else 0
 
 
 def _is_under_way(statistics: Statistics) -> bool:

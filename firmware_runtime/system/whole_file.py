@@ -15,8 +15,12 @@ MOST: Final = 1 << 24
 """Bytes that are read at most."""
 
 
-def replace_file(path: Path, content: bytes, mode: int | None = None) -> None:
+def replace_file(
+    path: Path, content: bytes, mode: int | None = None, *, synced: bool = False
+) -> None:
     """Put content there, with these permissions if any are stated. Raises OSError.
+
+    With `synced` it is waited until the disk has it, and power loss leaves either.
 
     It is made under a name that nothing had before, so nothing is followed or written through that
     another user put there. What could not be finished is removed.
@@ -30,11 +34,25 @@ def replace_file(path: Path, content: bytes, mode: int | None = None) -> None:
             if mode is not None:
                 os.fchmod(file.fileno(), mode)
             file.write(content)
+            if synced:
+                file.flush()
+                os.fsync(file.fileno())
         unfinished.replace(path)
+        if synced:
+            sync_folder(path.parent)
     except BaseException:
         with suppress(OSError):
             unfinished.unlink()
         raise
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the disk has what a folder's files are called. Raises OSError."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def keep_file(path: Path, content: bytes, mode: int | None = None) -> None:

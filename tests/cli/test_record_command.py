@@ -17,7 +17,7 @@ from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.system import whole_file
-from tests.support.waiting import PATIENCE_S
+from tests.support.waiting import PATIENCE_S, wait_until
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
@@ -50,11 +50,44 @@ def test_two_runs_leave_two_files_that_the_other_verbs_read(
     assert (merged.status, imu_of(json.loads(merged.out))["scheduled"]) == (0, 202)
 
 
+@pytest.mark.slow
+def test_of_a_run_that_is_killed_the_recording_is_kept_and_replays(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    folder, kept = tmp_path / "kept", tmp_path / "tachobot.stats"
+    words = ["record", "tachobot", "--into", str(folder), "--statistics", str(kept)]
+    run = ["run", "tachobot", "--doubles", "--statistics", str(kept), "--for", "600"]
+    with ExitStack() as at_end:
+        recorder = at_end.enter_context(
+            subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, text=True)
+        )
+        at_end.callback(recorder.kill)
+        robot = at_end.enter_context(subprocess.Popen([*COMMAND, *run], stdout=subprocess.DEVNULL))
+        at_end.callback(robot.kill)
+        assert recorder.stdout is not None
+        assert any("keeping run 1" in line for line in recorder.stdout)
+        wait_until(lambda: imu_of(read_statistics(kept).as_json())["run"] > 50, "50 samples")
+        robot.kill()
+        said = next(line for line in recorder.stdout if "-crash-" in line)
+        recorder.send_signal(signal.SIGTERM)
+        assert recorder.wait(PATIENCE_S) == 0
+    assert said.startswith(f"recorder: {folder / 'tachobot-0001-crash-1.recording'}")
+    rows = json.loads(command("recordings", "--in", folder, "--json").out)
+    assert [(row["why"], row["end"], row["whole"]) for row in rows] == [
+        ("crash", "killed", True),
+        ("synced", "killed", True),
+    ]
+    for row in rows:
+        replayed = command("replay", row["file"], "--json")
+        assert (replayed.status, json.loads(replayed.out)["identical"]) == (0, True)
+
+
 def imu_of(document: dict[str, Any]) -> dict[str, Any]:
     imu: dict[str, Any] = document["models"]["imu"]
     return imu
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_no_bad_input_so_that_systemd_tries_again(
     command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -76,6 +109,7 @@ def test_a_full_disk_is_no_bad_input_so_that_systemd_tries_again(
         ([], "--into: expected a folder"),
         (["--into", "/proc/none"], "cannot be made"),
         (["--into", "x", "--runs", "0"], "expected a whole number from 1 on"),
+        (["--into", "x", "--budget", "0"], "expected a positive number"),
         (["--into", "x", "--late-us", "-1"], "expected a positive number"),
     ],
 )

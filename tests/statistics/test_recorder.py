@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from firmware_runtime.blackbox.pieces import Pieces
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import file as statistics_file
 from firmware_runtime.statistics import reader as statistics_reader
@@ -28,12 +29,22 @@ POLL = 100 * MILLISECOND
 class Rig:
     """A recorder that is asked to look, and a run that is written by hand."""
 
-    def __init__(self, folder: Path, *, runs: int = 50, late: int | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        runs: int = 50,
+        late: int | None = None,
+        budget: int = 1 << 30,
+        sync: int = 0,
+    ) -> None:
         self.kept = folder / "robot.stats"
         self.folder = folder / "kept"
         self.folder.mkdir(exist_ok=True)
         self.reported: list[str] = []
-        self.recorder = Recorder(self.kept, self.folder, runs, late, self.reported.append)
+        log = self.reported.append
+        pieces = Pieces(self.kept, budget, sync, log)
+        self.recorder = Recorder(self.kept, self.folder, runs, late, log, pieces)
         self.now = 0
         self.runs_begun = 0
 

@@ -6,9 +6,10 @@ import sys
 from pathlib import Path
 from time import monotonic_ns
 
+from firmware_runtime.blackbox.pieces import Pieces
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
@@ -21,8 +22,10 @@ LOOK_EVERY_S = 0.1
 
 _ABOUT = """
 It reads what the run and the guard write anyway, in a process of its own, and goes on from run to
-run until a signal comes. Each run leaves its statistics (for stats, report, --diff, --merge) and a
-trace for Perfetto around each late activation and each takeover by the guard.
+run until a signal comes. Each run leaves its statistics (for stats, report, --diff, --merge), and
+around each late activation and each takeover by the guard a trace for Perfetto and the piece of the
+run's recording; a run that failed or was killed leaves all that was recorded of it. `recordings`
+lists these, replay runs them again.
 """
 
 
@@ -48,6 +51,13 @@ def add_to(verbs: SubParsers) -> None:
         "--runs", type=_count, default=50, metavar="N", help="how many runs to keep (50)"
     )
     verb.add_argument(
+        "--budget",
+        type=positive,
+        metavar="MIB",
+        help="what recordings may take of the disk, the oldest make room for new ones; default: "
+        "the board's recording.keep_mib (1024)",
+    )
+    verb.add_argument(
         "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
     )
 
@@ -63,7 +73,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
     late = None if arguments.late_us is None else round(arguments.late_us * MICROSECOND)
     kept = arguments.statistics or default_path(board.name)
-    recorder = Recorder(kept, _folder(arguments.into), arguments.runs, late, log)
+    stated = board.settings.recording
+    budget = round((arguments.budget or stated.keep_mib) * (1 << 20))
+    pieces = Pieces(kept, budget, round(stated.sync_s * SECOND), log)
+    recorder = Recorder(kept, _folder(arguments.into), arguments.runs, late, log, pieces)
     with until_signal() as signal:
         log(f"waiting for a run at {kept}")
         notices.ready()
