@@ -41,7 +41,7 @@ class WrittenRing:
 
 
 def section(kind: Kind, at: int, extra: object) -> bytes:
-    return encode((kind.value, at, [], [], [], [], [], [], [], extra))
+    return encode((kind.value, at, b"", [], [], [], [], [], [], extra))
 
 
 @pytest.fixture(scope="module")
