@@ -64,6 +64,8 @@ class Recorder:
         self._clock = clock
         self._now = clock.now
         self._ring: Ring | None = None
+        self._early: list[bytes] = []
+        """Sections from before there was a ring."""
         self._step_at = -1
         """Instant of the step that has not been written; -1: there is none."""
         self._is_real_time = True
@@ -118,7 +120,7 @@ class Recorder:
         *,
         is_real_time: bool,
     ) -> None:
-        """Write what was heard while the robot was built, and every section from now on.
+        """Write what was heard before, and every section from now on; the chips have been found.
 
         `keyframes` makes what captures the state, once the run has begun; `counts` says at the end
         what became of the models' activations. In virtual time a keyframe makes nothing late.
@@ -128,12 +130,19 @@ class Recorder:
         self._counts = counts
         self._is_real_time = is_real_time
         listen(atomics, self.heard.sent.append)
+        for content in self._early:
+            ring.write(content)
+        self._early.clear()
+
+    def built(self) -> None:
+        """The robot has been put together."""
         self._write(Kind.BUILD, 0)
 
     def give_up(self) -> None:
         """Hear nothing more: there is no recording."""
         self._is_given_up = True
         self.heard.clear()
+        self._early.clear()
 
     def close(self) -> None:
         """Write no more; the recording stays where it is."""
@@ -141,6 +150,7 @@ class Recorder:
             self._flush()
             self._ring.close()
             self._ring = None
+            self._is_given_up = True
 
     @contextmanager
     def section(self, kind: Kind, extra: object = None) -> Iterator[None]:
@@ -241,9 +251,8 @@ class Recorder:
     def _write(self, kind: Kind, at: int, extra: object = None) -> None:
         self._step_at = -1
         heard, ring = self.heard, self._ring
-        if ring is None:
-            if self._is_given_up:
-                heard.clear()
+        if self._is_given_up:
+            heard.clear()
             return
         content = encode(
             (
@@ -261,5 +270,7 @@ class Recorder:
         )
         heard.clear()
         self.written += len(content)
-        if ring.write(content):
+        if ring is None:
+            self._early.append(content)
+        elif ring.write(content):
             self._keyframe_at = 0  # each chunk can be replayed on its own

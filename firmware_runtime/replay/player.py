@@ -24,6 +24,9 @@ _ENDS: Final = {state.name.lower(): state for state in RunState}
 _ORDER: Final = ("step", "state", "value", "write", "asked", "count", "end")
 """Of differences at one instant."""
 
+_OF_THE_SYSTEM: Final = frozenset({"cause"})
+"""Attributes that say what the system did, of which a replay knows nothing."""
+
 
 class Player:
     """A robot that is run again; `at` is the instant of the run that it has come to.
@@ -185,6 +188,8 @@ class Player:
         try:
             for each in self.table.differences(section.extra):
                 model, _, name = each.path.rpartition(".")
+                if name in _OF_THE_SYSTEM:
+                    continue
                 pair = each.recorded, each.present
                 self._note(Difference(section.at, "state", model, name, *pair))
         except ForeignState as error:

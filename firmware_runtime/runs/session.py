@@ -110,6 +110,11 @@ class Session:
             self.arming = None if permission is None else self._arming(permission)
             self.tuning = Tuning(board, self._retune)
             self._take_requests()
+            if self.recorder is not None:
+                self.recorder.built()
+            watch_load(self.executive, board.settings.executive, self.supervision, log)
+            with self._section(Kind.PROBE):
+                self.robot.find_chips()
             if recording is not None and self.recorder is not None:
                 recorded = RecordedRobot(
                     self.recorder,
@@ -121,9 +126,6 @@ class Session:
                     self.rig,
                 )
                 open_black_box(recorded, recording, log)
-            watch_load(self.executive, board.settings.executive, self.supervision, log)
-            with self._section(Kind.PROBE):
-                self.robot.find_chips()
             if permission is None:
                 self.hardware.enable(enabled=True)
             undo.pop_all()

@@ -211,9 +211,9 @@ class Outside:
 def outside(monkeypatch: pytest.MonkeyPatch) -> Outside:
     found = Outside()
 
-    def opened(board: Any, _doubles: None, interlock: Any, time: Any) -> Any:  # noqa: ANN401
+    def opened(board: Any, _doubles: None, interlock: Any, time: Any, recorder: Any) -> Any:  # noqa: ANN401
         found.rig = rig_for(board, time)
-        return open_lines(board, found.rig, interlock, time)
+        return open_lines(board, found.rig, interlock, time, recorder)
 
     monkeypatch.setattr(hardware, "open_lines", opened)
     return found
