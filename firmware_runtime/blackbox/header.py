@@ -27,6 +27,8 @@ class Header(Struct, frozen=True, kw_only=True):
     """Whether its doubles were in the same process, and their world's models in the model."""
     clock: str
     speed: float
+    takes_time: bool = True
+    """Whether functions of models are timed: not in virtual time without statistics."""
     lines: list[str]
     """Names of buses and ports, in order of their numbers."""
     early: list[str]

@@ -46,8 +46,8 @@ class Keyframes(Protocol):
 class Recorder:
     """The tap of a run's loop and lines, and a hook of its executive.
 
-    It hears from construction on, and writes from `open` on. `fault` says why something is missing
-    in the recording.
+    It hears from construction on, and writes once the run begins. `fault` says why something is
+    missing in the recording.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -64,6 +64,7 @@ class Recorder:
         self._clock = clock
         self._now = clock.now
         self._ring: Ring | None = None
+        self._make_ring: Callable[[], Ring | None] | None = None
         self._early: list[bytes] = []
         """Sections from before there was a ring."""
         self._step_at = -1
@@ -111,37 +112,38 @@ class Recorder:
 
     # Where a run begins and ends ----------------------------------------------------------------
 
-    def open(
+    def write_into(
         self,
-        ring: Ring,
+        ring: Callable[[], Ring | None],
         atomics: Sequence[Atomic],
         keyframes: Callable[[], Keyframes],
         counts: Callable[[], object],
         *,
         is_real_time: bool,
     ) -> None:
-        """Write what was heard before, and every section from now on; the chips have been found.
+        """Write into a ring as soon as the run begins; the chips have been found.
 
-        `keyframes` makes what captures the state, once the run has begun; `counts` says at the end
-        what became of the models' activations. In virtual time a keyframe makes nothing late.
+        `ring` makes it, or returns None where it cannot be made. `keyframes` makes what captures
+        the state; `counts` says at the end what became of the models' activations. In virtual time
+        a keyframe makes nothing late.
         """
-        self._ring = ring
+        self._make_ring = ring
         self._make_keyframes = keyframes
         self._counts = counts
         self._is_real_time = is_real_time
         listen(atomics, self.heard.sent.append)
-        for content in self._early:
-            ring.write(content)
-        self._early.clear()
 
     def built(self) -> None:
         """The robot has been put together."""
         self._write(Kind.BUILD, 0)
 
-    def give_up(self) -> None:
-        """Hear nothing more: there is no recording."""
-        self._is_given_up = True
-        self.heard.clear()
+    def _open(self, make_ring: Callable[[], Ring | None]) -> None:
+        """Make the ring, and write what was heard before; without one hear nothing more."""
+        self._ring = make_ring()
+        self._is_given_up = self._ring is None
+        for content in self._early:
+            if self._ring is not None:
+                self._ring.write(content)
         self._early.clear()
 
     def close(self) -> None:
@@ -192,6 +194,9 @@ class Recorder:
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""
         self._flush()
+        if self._make_ring is not None:
+            self._open(self._make_ring)
+            self._make_ring = None
         self._write(Kind.GO_ON, until)
         if self._make_keyframes is not None:
             self._keyframes, self._make_keyframes = self._able(self._make_keyframes), None

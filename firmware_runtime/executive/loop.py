@@ -132,6 +132,11 @@ class Executive:
         return self._ledger.file.layout
 
     @property
+    def takes_time(self) -> bool:
+        """Whether functions of models are timed."""
+        return self._profiler.step.takes_time
+
+    @property
     def state(self) -> dict[str, object]:
         """What it schedules and counts by, by name; inputs that have not arrived are none of it."""
         return {**self._profiler.state, "progress": self.progress, "ledger": self._ledger}

@@ -78,7 +78,9 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     sent: list[tuple[int, Any]] = []
     tap: Any = _ReplayTap(PlayedWorld(own, feed, sent), feed)
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
-    profiler = Profiler(robot.model, feed.reading, configuration, stands_still=feed.is_virtual)
+    profiler = Profiler(
+        robot.model, feed.reading, configuration, stands_still=not header.takes_time
+    )
     atomics = profiler.simulator.atomics
     numbers, ports = _numbered(header.ports, output_ports(atomics))
     listen(atomics, sent.append, numbers)

@@ -47,21 +47,23 @@ class RecordedRobot:
 
 
 def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None]) -> None:
-    """Let what the recorder hears go into a new recording.
+    """Let what the recorder hears go into a recording, a new one once the run begins.
 
     A robot runs without one where it cannot be made; `log` gets why.
     """
     recorder, executive, board = robot.recorder, robot.executive, robot.board
     size = size_for(board.loads.values(), board.settings.recording.minutes)
     is_real_time = isinstance(executive.clock, MonotonicClock)
+
+    def ring() -> Ring | None:
+        try:
+            return Ring(path, size, encoded_header(header_of(robot)), reserves=is_real_time)
+        except ConfigError as error:
+            log(f"warning: this run is not recorded: {error}")
+            return None
+
     executive.hooks.insert(0, recorder)
-    try:
-        ring = Ring(path, size, encoded_header(header_of(robot)), reserves=is_real_time)
-    except ConfigError as error:
-        recorder.give_up()
-        log(f"warning: this run is not recorded: {error}")
-        return
-    recorder.open(
+    recorder.write_into(
         ring,
         executive.simulator.atomics,
         lambda: state_of_run(robot.robot, robot.lines, executive.state, recorder.own, [robot.rig]),
@@ -91,6 +93,7 @@ def header_of(robot: RecordedRobot) -> Header:
         has_world=robot.rig is not None,
         clock=type(executive.clock).__name__,
         speed=executive.clock.speed,
+        takes_time=executive.takes_time,
         lines=recorder.lines,
         early=recorder.early,
         ports=[below_root(port.path) for port in output_ports(atomics)],
