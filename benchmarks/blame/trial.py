@@ -55,6 +55,8 @@ class Trial:
 
         Raises TrialError.
         """
+        if self.cause == "move" and len(self.cpus) < 2:
+            raise TrialError("there is one processor, and it takes two")
         command = [sys.executable, "-m", "benchmarks.blame.victim", self.cause, str(self.times)]
         command += [str(self.seed), str(self.cpus[0]), str(self.statistics)]
         with ExitStack() as ends:

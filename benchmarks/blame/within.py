@@ -153,8 +153,8 @@ class Sync(Act):
         self._block.write(os.urandom(_BLOCK))
 
     def __call__(self) -> None:
-        """Write and wait, until it has taken 3 ms."""
-        until = monotonic_ns() + 3 * MILLISECOND
+        """Write and wait, until it has taken 6 ms."""
+        until = monotonic_ns() + 6 * MILLISECOND
         while monotonic_ns() < until:
             os.pwrite(self._descriptor, self._block, 0)
             os.fsync(self._descriptor)

@@ -1,10 +1,12 @@
+from pathlib import Path
+
 import pytest
 from msgspec import structs
 
 from benchmarks.blame.bench import judged
 from benchmarks.blame.causes import INJECTED
 from benchmarks.blame.text import report_text
-from benchmarks.blame.trial import NOT_LATE, verdicts
+from benchmarks.blame.trial import NOT_LATE, Trial, TrialError, verdicts
 from benchmarks.shared.conditions import conditions
 from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause
 from firmware_runtime.statistics.file import StatisticsFile
@@ -71,3 +73,8 @@ def test_the_table_has_a_row_for_each_cause_and_says_what_was_not_run() -> None:
 
 def test_every_injection_has_a_name_that_the_statistics_know() -> None:
     assert {each.right for each in INJECTED.values()} <= set(Cause)
+
+
+def test_a_move_takes_two_processors(tmp_path: Path) -> None:
+    with pytest.raises(TrialError, match="one processor"):
+        Trial("move", 1, 1, (0,), tmp_path).run()
