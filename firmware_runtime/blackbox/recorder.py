@@ -17,7 +17,7 @@ from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, VirtualClock, heard_clock
 from firmware_runtime.executive.outcome import Outcome
@@ -32,8 +32,8 @@ T = TypeVar("T")
 KEYFRAME_EVERY: Final = 5 * SECOND
 KEYFRAME_AGAIN: Final = SECOND // 2
 """Ns until a keyframe is tried again that could not be taken."""
-RESERVE: Final = MILLISECOND
-"""Ns to the next event without which no keyframe is taken."""
+RESERVE: Final = 200 * MICROSECOND
+"""Ns to the next event without which no keyframe is taken, beside twice the longest so far."""
 
 
 class Keyframes(Protocol):

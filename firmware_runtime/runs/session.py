@@ -27,7 +27,6 @@ from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.black_box import RecordedRobot, open_black_box
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_link
 from firmware_runtime.runs.hardware import Hardware
@@ -116,16 +115,7 @@ class Session:
             with self._section(Kind.PROBE):
                 self.robot.find_chips()
             if recording is not None and self.recorder is not None:
-                recorded = RecordedRobot(
-                    self.recorder,
-                    self.executive,
-                    self.robot,
-                    self.hardware.lines,
-                    board,
-                    end,
-                    self.rig,
-                )
-                open_black_box(recorded, recording, log)
+                self._record(self.recorder, recording)
             if permission is None:
                 self.hardware.enable(enabled=True)
             undo.pop_all()
@@ -230,6 +220,17 @@ class Session:
             self.recorder.close()
 
     # ---------------------------------------------------------------------------------------------
+
+    def _record(self, recorder: Recorder, path: Path) -> None:
+        """Keep what the recorder hears, once the run begins."""
+        # a run that is not recorded starts without all that this takes
+        from firmware_runtime.runs.black_box import RecordedRobot, open_black_box  # noqa: PLC0415
+
+        lines = self.hardware.lines
+        robot = RecordedRobot(
+            recorder, self.executive, self.robot, lines, self.board, self.end_of_board, self.rig
+        )
+        open_black_box(robot, path, self._log)
 
     def _section(self, kind: Kind) -> AbstractContextManager[None]:
         """Within the block, what the robot does between two steps is recorded, if anything is."""
