@@ -72,3 +72,16 @@ def from_os_error(error: OSError, where: str) -> HalError:
     kind, what = _BY_ERRNO.get(error.errno or 0, (BusFault, "the adapter reported a fault"))
     name = errno.errorcode.get(error.errno or 0, "no errno")
     return kind(f"{where}: {what} ({name})")
+
+
+def errno_of(kind: str, sentence: str) -> int:
+    """The errno that an error was made of, by the name of its class and its sentence.
+
+    EIO for one that had none.
+    """
+    named = sentence.rpartition("(")[2].removesuffix(")")
+    if named in errno.errorcode.values():
+        number: int = getattr(errno, named)
+        return number
+    numbers = (number for number, (each, _) in _BY_ERRNO.items() if each.__name__ == kind)
+    return next(numbers, errno.EIO)

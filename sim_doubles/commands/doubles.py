@@ -8,6 +8,7 @@ from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.commands.chosen import add_choice, chosen
 from sim_doubles.commands.fault import add_fault_to
+from sim_doubles.commands.replay import add_replay_to
 from sim_doubles.commands.usbip import add_usbip_to
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
@@ -27,6 +28,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = verbs.add_parser("doubles", help=summary, description=summary)
     actions = verb.add_subparsers(required=True, metavar="ACTION")
     add_fault_to(actions)
+    add_replay_to(actions)
     add_usbip_to(actions)
     serve = add_verb(
         actions,

@@ -15,30 +15,21 @@ instant at which it happened, even if the server woke later.
 
 from pathlib import Path
 
-import msgspec
-
-from firmware_runtime.closing import Closing
 from sim_doubles.rigs.rig import ServedRig
-from sim_doubles.served.errors import ServingError
-
-_encode = msgspec.json.Encoder().encode
+from sim_doubles.served.event_log import EventLog
 
 
-class OutputLog(Closing):
+class OutputLog(EventLog):
     """Writes a line whenever an output of the rig changed; a context manager that closes it.
 
     Raises ServingError if the file cannot be made or written.
     """
 
     def __init__(self, path: Path, rig: ServedRig) -> None:
-        self._path = path
+        super().__init__(path)
         self._rig = rig
         self._at = 0
         self._levels = dict.fromkeys(rig.levels(0), 0.0)
-        try:
-            self._file = path.open("wb", buffering=0)
-        except OSError as error:
-            raise self._unwritable(error) from error
 
     def catch_up(self, at: int) -> int:
         """Write what has changed up to `at`; return when the next output changes by itself."""
@@ -46,14 +37,6 @@ class OutputLog(Closing):
             self._compare(change_at)
         self._compare(at)
         return change_at
-
-    def event(self, at: int, what: str, **details: object) -> None:
-        """Write what happened to the server."""
-        self._write({"t_ns": at, "event": what, **details})
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
     def _compare(self, at: int) -> None:
         self._at = at
@@ -63,14 +46,3 @@ class OutputLog(Closing):
                 if value != self._levels[name]:
                     self._write({"t_ns": at, "output": name, "value": value})
             self._levels = levels
-
-    def _write(self, line: dict[str, object]) -> None:
-        try:
-            self._file.write(_encode(line) + b"\n")
-        except OSError as error:
-            raise self._unwritable(error) from error
-
-    def _unwritable(self, error: OSError) -> ServingError:
-        return ServingError(
-            f"{self._path}: the log cannot be written ({error.strerror}); expected a file that can"
-        )

@@ -27,8 +27,8 @@ from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
 from sim_doubles.clock import ManualClock
 from sim_doubles.served.errors import ServingError
-from sim_doubles.served.output_log import OutputLog
-from sim_doubles.served.service import DoublesService
+from sim_doubles.served.event_log import EventLog
+from sim_doubles.served.service import Service
 
 LONGEST_WAIT = 10 * MILLISECOND
 LONGEST_WAIT_ALONE = SECOND
@@ -63,9 +63,7 @@ class DoublesServer(Closing):
     `service` and `log` live on `clock`. Raises ServingError if the path cannot be had.
     """
 
-    def __init__(
-        self, path: Path, service: DoublesService, log: OutputLog, clock: RealClock
-    ) -> None:
+    def __init__(self, path: Path, service: Service, log: EventLog, clock: RealClock) -> None:
         self._service = service
         self._log = log
         self._clock = clock

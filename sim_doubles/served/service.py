@@ -2,8 +2,8 @@
 
 import errno
 import os
-from collections.abc import Mapping
-from typing import TypeVar
+from collections.abc import Callable, Mapping
+from typing import Protocol, TypeVar
 
 from firmware_runtime.hal.served.packets import (
     Answer,
@@ -33,6 +33,28 @@ from sim_doubles.served.output_log import OutputLog
 T = TypeVar("T")
 
 
+class Service(Protocol):
+    """What a server of doubles asks."""
+
+    def catch_up(self) -> int:
+        """Bring all up to now; return the instant until which nothing happens by itself, ns."""
+
+    def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
+        """Answer a client's packet."""
+
+    def release(self, client: int) -> None:
+        """Free what a client held that has gone."""
+
+
+def reply(packet: bytes | memoryview, answered: Callable[[Asked], Answered]) -> bytes:
+    """The packet that answers a packet; what is no question is refused and does nothing."""
+    try:
+        question = read_question(packet)
+    except (ValueError, RecursionError) as error:
+        return encode(Answer(0, Refused(f"no question: {error}")))
+    return encode(Answer(question.number, answered(question.asked)))
+
+
 class DoublesService:
     """The doubles of a board, or of single chips.
 
@@ -54,13 +76,9 @@ class DoublesService:
     def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
         """Answer a client's packet; what is no question is refused and does nothing."""
         self._log.catch_up(self._now())
-        try:
-            question = read_question(packet)
-        except (ValueError, RecursionError) as error:
-            return encode(Answer(0, Refused(f"no question: {error}")))
-        answer = Answer(question.number, self._answered(question.asked, client))
+        answer = reply(packet, lambda asked: self._answered(asked, client))
         self._log.catch_up(self._now())
-        return encode(answer)
+        return answer
 
     def release(self, client: int) -> None:
         """Free what a client held that has gone, as the kernel does."""

@@ -1,0 +1,1 @@
+"""A recorded run's lines, served to any program: each answers as it did, in the recorded order."""

@@ -1,0 +1,77 @@
+"""What went over the lines of a recorded run, line by line, numbered in the order of the run."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any, Final
+
+from firmware_runtime.blackbox.reader import Recording
+from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Transfer
+from firmware_runtime.errors import ConfigError
+
+_ON_A_PORT: Final = {WRITE: "W", READ: "R", DISCARD: "throw away"}
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A recorded transaction; an attempt that failed is one of its own.
+
+    `number` counts those of all lines that are served, from 1; `place` those of its line, from 0.
+    """
+
+    number: int
+    place: int
+    transfer: Transfer
+
+    def asks(self, address: int, messages: object) -> bool:
+        """Whether it is of this device and has these messages, bytes and lengths."""
+        return (self.transfer.address, self.transfer.messages) == (address, messages)
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """The transactions of each line; `ports` are those lines that are serial ports."""
+
+    lines: dict[str, list[Recorded]]
+    ports: frozenset[str]
+    total: int
+
+
+def traffic_of(recording: Recording, chosen: Collection[str], begin: int) -> Traffic:
+    """What went over these lines, all if none is chosen, from instant `begin` of the run on, ns.
+
+    Raises ConfigError for a line that the run did not have, and where nothing is left.
+    """
+    header = recording.header
+    path = str(recording.path)
+    if strange := [name for name in chosen if name not in header.lines]:
+        had = ", ".join(header.lines) or "none"
+        faults = [f"{name}: no line of this run; expected one of {had}" for name in strange]
+        raise ConfigError(path, faults)
+    lines: dict[str, list[Recorded]] = {name: [] for name in chosen or header.lines}
+    total = 0
+    for segment in recording.segments():
+        for section in segment.sections():
+            for transfer in section.transfers:
+                name = header.lines[transfer.line]
+                if name in lines and transfer.at >= begin:
+                    total += 1
+                    lines[name].append(Recorded(total, len(lines[name]), transfer))
+    if not total:
+        fault = "nothing went over these lines then; expected a transaction to answer"
+        raise ConfigError.of_one(path, fault)
+    ports = frozenset(header.table.get("ports", {})) & lines.keys()
+    return Traffic(lines, ports, total)
+
+
+def device_of(line: str, address: int) -> str:
+    """A line, and the device on it where it is a bus."""
+    return line if address < 0 else f"{line} 0x{address:02x}"
+
+
+def in_words(address: int, messages: Any) -> str:  # noqa: ANN401 -- of a bus or of a port
+    """What a transaction writes, in hex, and how much it reads."""
+    if address < 0:
+        return " ".join((_ON_A_PORT.get(address, "?"), bytes(messages).hex())).strip()
+    return ", ".join(
+        f"R {each}" if isinstance(each, int) else f"W {each.hex()}".strip() for each in messages
+    )
