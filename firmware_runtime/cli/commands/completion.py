@@ -151,7 +151,8 @@ class _Place:
     def _values(self, action: argparse.Action) -> Iterable[str]:
         if action.choices is not None:
             return map(str, action.choices)
-        if action.dest in {"board", "compared"}:
+        is_run = action.dest == "run" and not action.option_strings  # it may be a board's last
+        if is_run or action.dest in {"board", "compared"}:
             is_sweep = self._parser.prog.endswith(" sweep")
             return [*known_names(), *(("show", "rerun") if is_sweep else ())]
         if action.dest == "experiment":

@@ -1,0 +1,290 @@
+"""Recorded lines answer in the recorded order; what is asked otherwise is refused or said."""
+
+import errno
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.reader import kind_of, read_recording
+from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.hal.errors import BusAbsent, BusFault, HalError, from_os_error
+from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look, strike
+from firmware_runtime.hal.served.packets import Strike
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.runs import hardware
+from firmware_runtime.runs.session import Session
+from sim_doubles.recorded.stops import stops_of
+from tests.support.recorded import every_section, in_chunks, record
+from tests.support.recorded_service import Served, served
+from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS
+
+OFF = b"\xfd\x10"
+"""The full-off of a PCA9685: ALL_LED_OFF_H."""
+
+
+def break_every_seventh(session: Session) -> None:
+    """Let a transaction fail now and then."""
+    assert session.rig is not None
+    bus = session.rig.buses["i2c1"]
+    carry, count = bus.transaction, iter(range(1_000_000))
+
+    def sometimes(address: int, messages: Sequence[Message]) -> bytes:
+        if next(count) % 7 == 3:
+            raise from_os_error(OSError(errno.EREMOTEIO, "no"), f"i2c1 0x{address:02x}")
+        return carry(address, messages)
+
+    bus.transaction = sometimes  # type: ignore[method-assign]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recordings of three runs, in virtual time."""
+    folder = tmp_path_factory.mktemp("recordings")
+    record(folder / "tachobot", "tachobot", 0.2)
+    record(folder / "failing", "tachobot", 0.2, before=break_every_seventh)
+    record(folder / "serial", "detective", 0.7, (*SERIAL_TREADS, *SERIAL_SONAR))
+    return folder
+
+
+def outcome(bus: ServedBus, transfer: Transfer) -> object:
+    try:
+        return bus.transaction(transfer.address, transfer.messages)
+    except HalError as error:
+        return type(error).__name__, str(error)
+
+
+def recorded(lines: Served, name: str = "i2c1") -> list[Transfer]:
+    return [each.transfer for each in lines.traffic.lines[name]]
+
+
+@pytest.mark.parametrize("run", ["tachobot", "failing"])
+def test_what_is_asked_as_recorded_ends_as_recorded_failures_too(runs: Path, run: str) -> None:
+    lines = served(runs / run)
+    bus = ServedBus("i2c1", lines.ask)
+    for each in recorded(lines):
+        assert lines.over == []
+        answer = each.answer if isinstance(each.answer, bytes) else tuple(each.answer)
+        assert outcome(bus, each) == answer
+    assert any(each.failed for each in recorded(lines)) == (run == "failing")
+    assert (lines.deviations.count, lines.over, lines.service.next_number) == (0, ["over"], None)
+    lines.service.release(1)
+    assert lines.over == ["over", "left"]
+
+
+def test_what_is_wrong_is_refused_and_what_is_due_stays_due(runs: Path) -> None:
+    lines = served(runs / "tachobot")
+    bus = ServedBus("i2c1", lines.ask)
+    first, second, *_ = recorded(lines)
+    outcome(bus, first)
+    for _ in range(3):  # retries are said once
+        with pytest.raises(BusFault, match="EPROTO"):
+            bus.transaction(0x40, [b"\x00\x21"])
+    (said,) = lines.reported
+    assert lines.deviations.count == 3
+    assert (said.due and said.due.number, said.due and said.due.transfer) == (2, second)
+    assert "recorded W 0020, asked i2c1 0x40 W 0021; refused" in str(said)
+    assert outcome(bus, second) == second.answer
+
+
+def test_what_comes_early_is_refused_or_answered_by_its_own(runs: Path) -> None:
+    strict, lenient = served(runs / "tachobot"), served(runs / "tachobot", is_strict=False)
+    identity = next(each for each in recorded(strict) if each.address == 0x68)
+    with pytest.raises(BusFault):
+        ServedBus("i2c1", strict.ask).transaction(0x68, identity.messages)
+    assert strict.service.next_number == 1
+    bus = ServedBus("i2c1", lenient.ask)
+    assert bus.transaction(0x68, identity.messages) == identity.answer
+    (said,) = lenient.reported
+    number = recorded(lenient).index(identity) + 1
+    assert said.done == f"answered by transaction {number}"
+    assert lenient.service.next_number == number + 1
+
+
+def test_one_passed_over_can_be_asked_for_later_and_all_goes_on_from_there(runs: Path) -> None:
+    lines = served(runs / "tachobot", is_strict=False)
+    bus = ServedBus("i2c1", lines.ask)
+    first, second, third, *others = recorded(lines)
+    for each in (first, third, second, *others):
+        assert outcome(bus, each) == each.answer
+    assert [each.done for each in lines.reported] == [
+        "answered by transaction 3",
+        "answered by transaction 2",
+    ]
+    assert lines.over == ["over"]
+
+
+def test_where_nothing_like_it_is_left_it_is_refused_at_any_rate(runs: Path) -> None:
+    lines = served(runs / "tachobot", is_strict=False)
+    with pytest.raises(BusFault):
+        ServedBus("i2c1", lines.ask).transaction(0x23, [b"\x00", 1])
+
+
+def test_after_the_end_only_what_switches_off_is_answered(runs: Path) -> None:
+    lines = served(runs / "tachobot")
+    bus = ServedBus("i2c1", lines.ask)
+    for each in recorded(lines):
+        outcome(bus, each)
+    with pytest.raises(BusFault):
+        bus.transaction(0x68, [b"\x75", 1])
+    bus.write(0x40, OFF)
+    assert [each.due for each in lines.reported] == [None, None]
+    assert [each.done for each in lines.reported] == ["refused", "answered, as it switches off"]
+
+
+def test_a_stop_is_never_refused_though_the_run_was_killed_before_its_own(
+    runs: Path, tmp_path: Path
+) -> None:
+    recording = read_recording(runs / "tachobot")
+    killed = tmp_path / "killed"
+    before = [each for each in every_section(runs / "tachobot") if kind_of(each) < Kind.SAFE]
+    killed.write_bytes(file_of([Numbered(1, [recording.chunks[0].contents[0], *before])]))
+    assert all(
+        each.kind is not Kind.SAFE for each in read_recording(killed).segments()[0].sections()
+    )
+    lines = served(killed)
+    bus = ServedBus("i2c1", lines.ask)
+    outcome(bus, recorded(lines)[0])
+    bus.write(0x40, OFF)
+    assert (lines.deviations.count, lines.service.next_number) == (1, 2)
+
+
+def test_switching_off_after_a_failure_may_read_and_is_answered(runs: Path) -> None:
+    stops = stops_of(read_recording(record(runs / "wheels", "detective", 0.05)))
+    reads = [key for key in stops if any(isinstance(each, int) for each in key[2])]
+    assert ("i2c1", 0x58, (b"\x0f", 1)) in reads  # an MD25's mode, which decides how it is stopped
+
+
+def test_lines_that_were_not_chosen_are_absent(runs: Path) -> None:
+    lines = served(runs / "serial", lines=["treads"])
+    assert set(lines.traffic.lines) == {"treads"}
+    with pytest.raises(BusAbsent):
+        ServedBus("i2c1", lines.ask).transaction(0x40, [OFF])
+    with pytest.raises(ConfigError, match="i2c7: no line of this run; expected one of i2c1"):
+        served(runs / "serial", lines=["i2c7"])
+
+
+def test_from_an_instant_on_what_was_before_is_left_out(runs: Path) -> None:
+    lines = served(runs / "tachobot", begin=SECOND // 10)
+    whole = recorded(served(runs / "tachobot"))
+    assert recorded(lines) == [each for each in whole if each.at >= SECOND // 10]
+    assert 0 < lines.traffic.total < len(whole)
+    with pytest.raises(ConfigError, match="nothing went over these lines"):
+        served(runs / "tachobot", begin=SECOND)
+
+
+@pytest.mark.slow
+def test_a_recording_that_was_written_round_begins_at_a_keyframe(tmp_path: Path) -> None:
+    path = record(tmp_path / "long", "tachobot", 5.5)
+    keyframe = next(
+        place
+        for place, each in enumerate(every_section(path))
+        if kind_of(each) == Kind.KEYFRAME and place > 100
+    )
+    content = in_chunks(path, 20)
+    path.write_bytes(content)
+    chunks = [Numbered(each.number, each.contents) for each in read_recording(path).chunks]
+    path.write_bytes(file_of(chunks[keyframe // 20 - 1 :]))
+    lines = served(path)
+    (segment,) = lines.recording.segments()
+    assert not lines.recording.is_from_start
+    assert recorded(lines)[0].at >= segment.first_at > SECOND
+
+
+# Serial ports ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def serial(runs: Path) -> Served:
+    return served(runs / "serial", lines=["treads", "sonar"])
+
+
+def test_a_port_gives_its_bytes_in_their_place_and_compares_what_is_written(serial: Served) -> None:
+    ports = {name: ServedPort(name, serial.ask) for name in ("treads", "sonar")}
+    written = arrived = 0
+    for name, port in ports.items():
+        for each in recorded(serial, name):
+            if each.address == WRITE:
+                port.write(each.messages)
+                written += 1
+            else:
+                assert port.read_available() == (b"" if each.address == DISCARD else each.answer)
+                arrived += len(each.answer)
+    assert written > 3
+    assert arrived > 3
+    assert (serial.deviations.count, serial.over) == (0, ["over"])
+
+
+def test_polls_more_or_less_are_no_deviation_and_lose_no_byte(serial: Served) -> None:
+    port = ServedPort("sonar", serial.ask)
+    found = b"".join(port.read_available() for _ in range(2 * len(recorded(serial, "sonar"))))
+    assert found == b"".join(e.answer for e in recorded(serial, "sonar") if e.address == READ)
+    assert port.read_available() == b""
+    treads = ServedPort("treads", serial.ask)
+    for each in recorded(serial, "treads"):
+        if each.address == WRITE:
+            treads.write(each.messages)
+    assert serial.deviations.count == 0
+
+
+def test_another_write_is_refused_and_a_stop_is_taken(serial: Served) -> None:
+    port = ServedPort("treads", serial.ask)
+    due = next(each for each in recorded(serial, "treads") if each.address == WRITE)
+    with pytest.raises(BusFault):
+        port.write(b"Dear Sir")
+    stop = next(key for key in stops_of(serial.recording) if key[0] == "treads")
+    port.write(bytes(stop[2]))  # type: ignore[arg-type] # of a port these are bytes
+    done = [each.done for each in serial.reported]
+    assert done[0] == "refused"
+    assert due.messages.hex() in str(serial.reported[0])
+    port.write(due.messages)
+
+
+def test_a_second_client_that_opens_a_port_takes_no_bytes_with_it(serial: Served) -> None:
+    own = ServedPort("sonar", serial.ask)
+    serial.client = 2
+    ServedPort("sonar", serial.ask)
+    serial.client = 1
+    every = range(len(recorded(serial, "sonar")))
+    assert b"".join(own.read_available() for _ in every).startswith(b"XL-MaxSonar")
+
+
+# The rest of what a client asks ------------------------------------------------------------------
+
+
+def test_it_stands_for_the_board_and_takes_no_fault(runs: Path) -> None:
+    lines = served(runs / "tachobot")
+    assert look(lines.ask).board == "tachobot"
+    doubles = ServedDoubles(lines.ask, ["i2c1"], [], has_enable_line=True)
+    assert doubles.enable is not None
+    doubles.enable.set(True)
+    assert doubles.result(SECOND, {"found": False}) == {"found": False}
+    with pytest.raises(BusFault):
+        strike(lines.ask, Strike("i2c1", 121, SECOND))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tachobot", "pan_tilt", "detective"])
+def test_the_same_robot_asks_for_every_transaction_as_recorded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, board: str
+) -> None:
+    path = record(tmp_path / board, board, 0.5)
+    lines = served(path)
+    header = lines.recording.header
+
+    def doubles(board: Board, _path: Path) -> ServedDoubles:
+        return ServedDoubles(lines.ask, board.settings.buses, board.ports)
+
+    monkeypatch.setattr(hardware, "served_doubles", doubles)
+    found = board_of_table(header.source, header.table)
+    session = Session(found, VirtualClock(), doubles=tmp_path / "none", statistics_path=None)
+    session.run(SECOND // 2)
+    session.close()
+    assert [str(each) for each in lines.reported] == []
+    assert lines.over == ["over"]
