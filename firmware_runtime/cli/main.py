@@ -48,6 +48,7 @@ VERBS = {
     "blame": "blame",
     "record": "record",
     "replay": "replay",
+    "debug": "debug",
     "recordings": "recordings",
     "continuity": "continuity",
     "certify": "certify",

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import Agenda
@@ -15,7 +16,7 @@ from firmware_runtime.devs.errors import (
     PortTypeError,
     TimeAdvanceError,
 )
-from firmware_runtime.devs.functions import Instrument, bind
+from firmware_runtime.devs.functions import Instrument, Wrapped, bind
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, carries
 from firmware_runtime.devs.time import NEVER, format_time, whole
@@ -197,6 +198,23 @@ class Engine(ABC):
                 failures.append(ModelFailure(atomic.path, self.now, fault))
                 failures[-1].__cause__ = error
         return failures
+
+    @contextmanager
+    def watched(self, instrument: Instrument) -> Iterator[None]:
+        """Within the block, between two advances, call every model through another instrument."""
+        models, confluents = list(self._models), dict(self.own_confluents)
+        try:
+            for number, atomic in enumerate(self.atomics):
+                each = models[number]
+                own = each.output, each.internal, each.external, confluents.get(number)
+                watched = instrument(atomic, Wrapped(atomic, *own))
+                self._models[number] = watched
+                if number in confluents and watched.confluent is not None:
+                    self.own_confluents[number] = watched.confluent
+            yield
+        finally:
+            self._models[:] = models
+            self.own_confluents.update(confluents)
 
     # What the two kinds of simulator fill in or use ---------------------------------------------
 

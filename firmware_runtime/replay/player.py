@@ -69,6 +69,11 @@ class Player:
         return self._ledger.file.statistics()
 
     @property
+    def sent(self) -> Sequence[tuple[int, Any]]:
+        """Number of the port and value, for all that has been sent in this section so far."""
+        return self._sent
+
+    @property
     def accounts(self) -> Sequence[ModelAccount]:
         """What became of each model's activations."""
         return self.profiler.accounting.accounts
@@ -77,6 +82,13 @@ class Player:
         """Take all of these sections."""
         for section in sections:
             self.take(section)
+
+    def go_back(self, at: int, state: bytes) -> None:
+        """Be in a state again that this robot was in. Raises ForeignState."""
+        if self.table is None:
+            raise ConfigError.of_one("replay", "this robot's state cannot be set back")
+        self.table.restore(state)
+        self.at, self.failure = at, None
 
     def take(self, section: Section) -> None:
         """Do what the run did in this section, and compare."""
