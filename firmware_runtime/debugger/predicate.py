@@ -20,7 +20,7 @@ _COMPARE: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], bool]]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
 }
-_EXPECTED: Final = "expected such as `imu.fault` or `controller.yaw.command_n > 0.5 `"
+_EXPECTED: Final = "expected such as `imu.fault` or `controller.yaw.command_n > 0.5`"
 _LONGEST: Final = 1000
 
 Term = Callable[["Seen"], Any]

@@ -1,0 +1,201 @@
+"""A debugger of recorded runs: to any instant, by event, backwards, to a predicate, into pdb."""
+
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.cli.main import main
+from firmware_runtime.debugger.models import Models
+from firmware_runtime.debugger.predicate import Predicate, Seen
+from firmware_runtime.debugger.travel import Travel
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.of_board import board_of_table
+from tests.support.recorded import record
+
+Debug = Callable[..., list[Any]]
+YAW = "controller.yaw"
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Eight seconds of a platform that turns, with a keyframe at 5 s."""
+    return record(tmp_path_factory.mktemp("flight") / "flight.recording", "tachobot", 8)
+
+
+@pytest.fixture
+def travel(flight: Path) -> Travel:
+    """In that recording."""
+    recording = read_recording(flight)
+    header = recording.header
+    return Travel(recording, board_of_table(header.source, header.table), None)
+
+
+@pytest.fixture
+def debug(
+    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Debug:
+    """Give commands; returns the answers, from JSON."""
+
+    def debugged(*lines: str, words: tuple[str, ...] = ("--at", "6"), status: int = 0) -> list[Any]:
+        monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
+        assert main(["debug", str(flight), "--json", *words]) == status
+        return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+    return debugged
+
+
+@pytest.mark.slow
+def test_the_state_at_an_instant_is_the_same_by_every_way_there(travel: Travel) -> None:
+    assert travel.player.table is not None
+    place = travel.index_after(6 * SECOND)
+    travel.go_to(place)
+    from_keyframe, at = travel.player.table.capture(), travel.at
+    assert at == 6 * SECOND
+    travel.go_to(travel.length)
+    travel.go_to(place)
+    assert (travel.player.table.capture(), travel.at) == (from_keyframe, at)
+    travel.go_to(1)
+    assert travel.at == 0
+    while travel.index < place:
+        travel.take()
+    assert travel.player.table is not None
+    assert list(travel.player.table.differences(from_keyframe)) == []
+    assert travel.player.first is None
+
+
+@pytest.mark.slow
+def test_events_go_forwards_and_backwards(debug: Debug) -> None:
+    begin, first, second, third, back, start, earlier = debug(
+        "next", "n", "next 1", "back", "rn 2", "back"
+    )
+    assert (begin["t_s"], begin["event"]) == (6, 0)
+    assert [each["event"] for each in (first, second, third)] == [1, 2, 3]
+    assert (first["model"], first["function"]) == ("imu", "output")
+    assert first["t_ns"] > begin["t_ns"]
+    assert {**back, "reason": ""} == {**second, "reason": ""}
+    assert (start["t_ns"], start["event"]) == (begin["t_ns"], 0)
+    assert earlier["t_ns"] == start["t_ns"]
+    assert earlier["event"] > 3  # the last but one of the instant before
+
+
+@pytest.mark.slow
+def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
+    states = debug("step", "step 2", "rstep", "rs 2", "goto 2.5", "goto 6", "p controller.yaw")
+    times = [each["t_ns"] / SECOND for each in states]
+    assert times == [6, 6.01, 6.03, 6.02, 6, 2.5, 6, 6]
+    [_, again] = debug("print controller.yaw")
+    assert states[-1]["state"] == again["state"]
+    assert again["state"]["phase"] == "waiting"
+
+
+@pytest.mark.slow
+def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug: Debug) -> None:
+    answers = debug(
+        "until controller.yaw.command_n > 0.5", "print controller.yaw.command_n", words=()
+    )
+    [_, there, value] = answers
+    assert there["model"] == YAW
+    assert there["function"] == "output"
+    assert value["value"] > 0.5
+    [_, before] = debug("goto 0.5", words=())
+    assert before["t_s"] == 0.5
+
+
+@pytest.mark.slow
+def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
+    answers = debug("b imu.sample", "c", "break controller.yaw.internal", "delete 1", "d")
+    assert answers[2]["reason"] == "breakpoint 1: imu.sample, after imu output"
+    listed = [each["breakpoints"] for each in (answers[1], *answers[3:])]
+    assert listed == [
+        {"1": "imu.sample"},
+        {"1": "imu.sample", "2": "controller.yaw.internal"},
+        {"2": "controller.yaw.internal"},
+        {},
+    ]
+    answers = debug("break controller.yaw.internal", "continue", "next")
+    assert answers[2]["reason"] == f"breakpoint 1, before {YAW} internal"
+    assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
+
+
+@pytest.mark.slow
+def test_pdb_stops_inside_the_models_function(
+    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = ["pdb controller.yaw.external", "p self.name", "p elapsed", "q", "where"]
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
+    assert main(["debug", str(flight), "--at", "6"]) == 0
+    printed = capsys.readouterr().out
+    assert "def external(self, elapsed: int)" in printed
+    assert "(Pdb) 'yaw'" in printed
+    assert printed.count("between two instants") == 1  # quit leaves both
+
+
+@pytest.mark.slow
+def test_the_command_line_says_where_to_stop_and_what_to_print(debug: Debug) -> None:
+    words = ("--at", "6", "--until", "imu.sample", "--print", "imu", "--print", f"{YAW}.reference")
+    _, there, imu, reference = debug(words=words)
+    assert there["function"] == "output"
+    assert imu["ports"]["sample"] is not None
+    assert reference["value"] == 1.0
+    debug(words=("--at", "6", "--until", "imu.fault"), status=6)
+
+
+@pytest.mark.slow
+def test_what_is_wrong_is_said_and_the_next_command_is_taken(
+    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = ["stepp", "print controller.yew", "next 0", "goto nowhere", "until imu", "pdb imu", "b"]
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join([*wrong, "where"])))
+    assert main(["debug", str(flight), "--at", "6"]) == 2
+    said = capsys.readouterr()
+    assert len(said.err.splitlines()) == 6
+    assert "did you mean step?" in said.err
+    assert said.out.count("between two instants") == 2
+    assert main(["debug", str(flight), "--at", "60"]) == 2
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os')",
+        "imu.__class__",
+        "(lambda: 1)()",
+        "[x for x in imu]",
+        "imu.sample if 1 else 2",
+        "nobody.port > 1",
+        "imu.nothing > 1",
+        "imu",
+        "imu.sample in 3",
+        "imu.sample >",
+        "abs(1, 2) > 0",
+        "(" * 300 + "1" + ")" * 300,
+        "",
+    ],
+)
+def test_a_predicate_is_a_safe_subset(travel: Travel, text: str) -> None:
+    with pytest.raises(ConfigError, match="expected"):
+        Predicate(text, Models(travel.player.simulator.root))
+
+
+def test_a_predicate_looks_at_what_was_sent_at_values_and_attributes(travel: Travel) -> None:
+    models, seen = Models(travel.player.simulator.root), Seen()
+    sends = Predicate("imu.sample or imu.fault", models)
+    above = Predicate(
+        "not abs(controller.yaw.command_n) <= 0.5 and controller.yaw.phase == 'x'", models
+    )
+    plain = Predicate("-1 < controller.yaw.command_n < 1", models)
+    assert (sends.of_sending, above.of_sending) == (True, False)
+    assert not any(each.holds(seen) for each in (sends, plain))
+    seen.sent.add("imu.fault")
+    seen.last = {"controller.yaw.command_n": -0.75}
+    assert sends.holds(seen)
+    assert plain.holds(seen)
+    assert not above.holds(seen)
+    models.by_path["controller.yaw"].phase = "x"  # type: ignore[attr-defined]
+    assert above.holds(seen)
