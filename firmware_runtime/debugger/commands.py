@@ -39,9 +39,7 @@ COMMANDS: Final = (
     Command(("models", "m"), "[PART]", "paths of models, of those with PART in them", False),
     Command(("print", "p"), "PATH", "state and ports of a model; one port or attribute", False),
     Command(("ports",), "MODEL", "its ports, with the last value of each that sends", False),
-    Command(
-        ("next", "n"), "[COUNT]", "to after the next call of a model's function", True
-    ),
+    Command(("next", "n"), "[COUNT]", "to after the next call of a model's function", True),
     Command(("step", "s"), "[COUNT]", "to the end of the instant, or of the next", True),
     Command(("back", "rn"), "[COUNT]", "to before the last event", True),
     Command(("rstep", "rs"), "[COUNT]", "to before the last instant", True),
