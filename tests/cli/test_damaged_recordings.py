@@ -15,6 +15,8 @@ VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
     "replay": lambda path, _: ["replay", path],
     "recordings": lambda path, _: ["recordings", "--in", path.parent],
     "keep": lambda path, folder: ["recordings", "keep", path, "-o", folder / "kept"],
+    "mcap": lambda path, folder: ["export", path, "-o", folder / "x.mcap"],
+    "csv": lambda path, folder: ["export", path, "-o", folder / "x.csv"],
     "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
 }
 

@@ -1,0 +1,63 @@
+"""`firmware-runtime export RUN -o FILE.mcap|.csv|.parquet`: a recording for other programs."""
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from firmware_runtime.blackbox.found import find_recording
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.cli.written import check_output
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.exports.mcap_file import mcap_of
+from firmware_runtime.exports.table import csv_of, long_table, parquet_of, wide_table
+from firmware_runtime.exports.typed_values import (
+    Sent,
+    model_of,
+    ports_of,
+    sections_between,
+    values_in,
+)
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.status import Status
+from firmware_runtime.system.whole_file import keep_output
+
+
+def export_run(arguments: argparse.Namespace, output: Path) -> int:
+    """Write the file, and say what in the recording is not whole."""
+    check_output(output, [output.suffix])
+    recording = read_recording(find_recording(arguments.board))
+    header = recording.header
+    if arguments.assignments:
+        fault = "--set: has no effect on a run; its values are as they were recorded"
+        raise ConfigError.of_one("export", fault)
+    board = board_of_table(header.source, header.table)
+    begin, until = arguments.begin or 0, arguments.until
+    sections = sections_between(recording, begin, NEVER if until is None else until)
+    if output.suffix == ".mcap":
+        if arguments.port is not None:
+            raise ConfigError.of_one("export", "--port: has no effect on MCAP; expected a table")
+        content = mcap_of(header, board, sections)
+    else:
+        ports = ports_of(model_of(header, board))
+        sent = (each for section in sections for each in values_in(section, header.ports, ports))
+        if arguments.port is None:
+            columns = long_table(sent)
+        else:
+            columns = wide_table(_of_port(sent, arguments.port, header.ports))
+        content = csv_of(columns) if output.suffix == ".csv" else parquet_of(columns)
+    keep_output(output, content)
+    for fault in recording.faults():
+        print(f"firmware-runtime: not whole: {fault}", file=sys.stderr)
+    print(output)
+    return Status.OK
+
+
+def _of_port(sent: Iterator[Sent], port: str, ports: list[str]) -> Iterator[Sent]:
+    """What left one port. Raises ConfigError for one that the recording has not."""
+    if port not in ports:
+        fault = f"{port!r}: no such port in the recording{did_you_mean(port, ports)}"
+        raise ConfigError.of_one("--port", f"{fault}; expected one such as {ports[0]}")
+    return (each for each in sent if each.port == port)

@@ -1,0 +1,115 @@
+"""The values in a recording as the run's models sent them, by the types of their ports.
+
+A recording holds a named tuple as its items and a record as its fields; the port's type says which
+it was. Where it does not, such as for a port of any tuple, the value stays as it is recorded.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, NamedTuple, TypeAlias
+
+import msgspec
+
+from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.models import output_ports
+from firmware_runtime.blackbox.reader import Recording
+from firmware_runtime.blackbox.section import Kind, Section, decode, sent_of
+from firmware_runtime.board.ends import end_of, robot_of
+from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.recording.values import UnknownValue, made, unpack
+from firmware_runtime.runs.black_box import below_root
+
+Port: TypeAlias = OutPort[Any]
+_WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})
+_NUMPY: Final = frozenset({"array", "scalar"})
+
+
+class Sent(NamedTuple):
+    """A value that left a port at an instant of the run, ns."""
+
+    at: int
+    port: str
+    value: Any
+
+
+def model_of(header: Header, board: Board) -> Coupled:
+    """The model that ran, built on no lines. Raises ConfigError."""
+    whole = board.build(absent_lines(board.settings.buses, board.ports))
+    if header.role is None:
+        return whole.model
+    robot, _ = robot_of(end_of(board, header.role), whole)
+    return robot.model
+
+
+def ports_of(model: Coupled) -> dict[str, Port]:
+    """The output ports of its atomics by path below the root."""
+    return {below_root(port.path): port for port in output_ports(_atomics(model))}
+
+
+def sections_between(recording: Recording, begin: int, until: int) -> Iterator[Section]:
+    """Its sections that have an instant, from one instant up to and including another."""
+    for chunk in recording.chunks:
+        for content in chunk.contents:
+            section = decode(content)
+            if section.kind not in _WITHOUT_INSTANT and begin <= section.at <= until:
+                yield section
+
+
+def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) -> Iterator[Sent]:
+    """What left ports in a section, in the order in which it was sent."""
+    for number, form in sent_of(section):
+        path = paths[number] if 0 <= number < len(paths) else str(number)
+        port = ports.get(path)
+        yield Sent(section.at, path, _made(form) if port is None else typed(form, port.type))
+
+
+def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries
+    """The value of this type that was recorded as `form`."""
+    if kind is not bytes and isinstance(form, bytes):  # written on its own
+        return _of_bytes(form)
+    for each in (form, _plain(form)):
+        try:
+            return msgspec.convert(each, kind)
+        except (msgspec.ValidationError, TypeError):
+            continue
+    return _made(form)
+
+
+def _of_bytes(form: bytes) -> Any:  # noqa: ANN401
+    try:
+        return _made(unpack(form))
+    except msgspec.DecodeError:
+        return form
+
+
+def _made(form: Any) -> Any:  # noqa: ANN401
+    try:
+        return made(form)
+    except UnknownValue:
+        return _plain(form)
+
+
+def _plain(form: Any) -> Any:  # noqa: ANN401
+    """The same with lists and numbers for what numpy had."""
+    if isinstance(form, list):
+        return [_plain(each) for each in form]
+    if not isinstance(form, dict):
+        return form
+    if len(form) == 1 and _NUMPY.issuperset(form):
+        try:
+            return made(form).tolist()
+        except (UnknownValue, AttributeError):
+            return form
+    return {key: _plain(each) for key, each in form.items()}
+
+
+def _atomics(component: Component) -> Iterator[Atomic]:
+    if isinstance(component, Atomic):
+        yield component
+    elif isinstance(component, Coupled):
+        for each in component.components.values():
+            yield from _atomics(each)

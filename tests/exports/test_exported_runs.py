@@ -1,0 +1,209 @@
+"""Exported runs, read back by others: rosbags for MCAP, csv and pyarrow for tables."""
+
+import csv
+import json
+import sys
+from collections import defaultdict
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from firmware_runtime.blackbox.reader import Recording, read_recording
+from firmware_runtime.blackbox.section import sent_of
+from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.exports.ros_definitions import _FIELDS, definition_of
+from firmware_runtime.exports.typed_values import sections_between, typed
+from firmware_runtime.statistics.trace_file import plain
+from tests.support.recorded import record
+
+PARQUET: Any = import_module("pyarrow.parquet")
+Read = dict[str, list[tuple[int, Any]]]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("run") / "x.recording", "tachobot", 1.0)
+
+
+@pytest.fixture(scope="module")
+def recording(run: Path) -> Recording:
+    return read_recording(run)
+
+
+def exported(run: Path, folder: Path, ending: str, *words: object) -> Path:
+    path = folder / f"x{ending}"
+    assert main(["export", str(run), "-o", str(path), *map(str, words)]) == 0
+    return path
+
+
+def messages_in(path: Path) -> Read:
+    """Instant and message of each topic, as rosbags has them."""
+    found: Read = defaultdict(list)
+    with AnyReader([path]) as reader:
+        for connection, at, raw in reader.messages():
+            found[connection.topic].append((at, reader.deserialize(raw, connection.msgtype)))
+    return found
+
+
+def recorded(recording: Recording, port: str) -> list[tuple[int, Any]]:
+    """Instant and value of all that left a port, as the recording has it."""
+    number = recording.header.ports.index(port)
+    return [
+        (section.at, value)
+        for section in sections_between(recording, 0, NEVER)
+        for sent, value in sent_of(section)
+        if sent == number
+    ]
+
+
+@pytest.mark.slow
+def test_topics_of_ros_2_have_every_value_at_its_instant(
+    run: Path, recording: Recording, tmp_path: Path
+) -> None:
+    read = messages_in(exported(run, tmp_path, ".mcap"))
+    samples = recorded(recording, "imu.sample")
+    messages = read["/tachobot/imu/data_raw"]
+    assert len(messages) == len(samples) > 10
+    for (at, message), (sent_at, sample) in zip(messages, samples, strict=True):
+        acceleration, rate, *_ = sample
+        assert at == sent_at
+        stamp = message.header.stamp
+        assert stamp.sec * SECOND + stamp.nanosec == at
+        assert message.header.frame_id == "imu_link"
+        measured = message.linear_acceleration
+        assert [measured.x, measured.y, measured.z] == list(acceleration)
+        measured = message.angular_velocity
+        assert [measured.x, measured.y, measured.z] == list(rate)
+        assert message.orientation_covariance[0] == -1
+    forces = [list(each.data) for _, each in read["/tachobot/controller/forces"]]
+    assert len(forces) == len(messages)
+    assert all(len(each) == 4 for each in forces)
+
+
+@pytest.mark.slow
+def test_other_ports_lines_steps_and_markers_are_in_it(
+    run: Path, recording: Recording, tmp_path: Path
+) -> None:
+    read = messages_in(exported(run, tmp_path, ".mcap"))
+    commands = [(at, each.data) for at, each in read["/tachobot/ports/controller/yaw/command_n"]]
+    assert commands == recorded(recording, "controller.yaw.command_n")
+    sections = list(sections_between(recording, 0, NEVER))
+    transfers = [each for section in sections for each in section.transfers]
+    said = read["/tachobot/raw/i2c1"]
+    assert [at for at, _ in said] == sorted(each.at for each in transfers)
+    answers = sorted(each.answer for each in transfers if not each.failed)
+    assert sorted(bytes(each.read) for _, each in said) == answers
+    assert [each.what for _, each in read["/tachobot/markers"]][-1] == "ended"
+    assert len(read["/tachobot/raw/clock"]) == sum(each.kind == 4 for each in sections)
+
+
+@pytest.mark.slow
+def test_a_stretch_is_what_lies_between(run: Path, tmp_path: Path) -> None:
+    read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9))
+    ats = [at for at, _ in read["/tachobot/imu/data_raw"]]
+    assert (min(ats), max(ats), len(ats)) == (850_000_000, 900_000_000, 6)
+
+
+def test_definitions_are_those_of_ros_2() -> None:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name in _FIELDS:
+        package, _, kind = name.partition("/")
+        if package == "firmware_runtime":
+            continue
+        fields = store.fielddefs[f"{package}/msg/{kind}"][1]
+        lines = [line.split() for line in _FIELDS[name].splitlines() if "=" not in line]
+        assert [line[1] for line in lines] == [field for field, _ in fields], name
+    assert definition_of("sensor_msgs/msg/PointCloud2") is None
+
+
+@pytest.mark.slow
+def test_a_long_table_has_a_row_for_each_number(
+    run: Path, recording: Recording, tmp_path: Path
+) -> None:
+    with exported(run, tmp_path, ".csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    commands = [
+        (int(row["t_ns"]), float(row["value"]))
+        for row in rows
+        if (row["port"], row["field"]) == ("controller.yaw.command_n", "")
+    ]
+    assert commands == recorded(recording, "controller.yaw.command_n")
+    fields = {row["field"] for row in rows if row["port"] == "imu.sample"}
+    assert {"acceleration.0", "rate.2", "temperature_c"} <= fields
+    table = PARQUET.read_table(exported(run, tmp_path, ".parquet")).to_pylist()
+    assert [row["t_ns"] for row in table] == [int(row["t_ns"]) for row in rows]
+    assert [row["port"] for row in table] == [row["port"] for row in rows]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_a_port_alone_has_a_column_for_each_field(
+    run: Path, recording: Recording, tmp_path: Path, ending: str
+) -> None:
+    path = exported(run, tmp_path, ending, "--port", "imu.sample")
+    if ending == ".csv":
+        with path.open(newline="") as file:
+            rows: list[dict[str, Any]] = list(csv.DictReader(file))
+    else:
+        rows = PARQUET.read_table(path).to_pylist()
+    samples = recorded(recording, "imu.sample")
+    assert [int(row["t_ns"]) for row in rows] == [at for at, _ in samples]
+    assert [float(row["acceleration.2"]) for row in rows] == [each[0][2] for _, each in samples]
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (["x", "-o", "x.csv"], "no file"),
+        (["tachobot", "-o", "x.pdf"], "expected a name that ends in .ma, .mcap, .csv, .parquet"),
+        (["detective", "--port", "x"], "--port: has no effect on a model"),
+        (["RUN", "-o", "x.csv", "--port", "imu.sampel"], "did you mean"),
+        (["RUN", "-o", "x.mcap", "--port", "imu.sample"], "has no effect on MCAP"),
+        (["RUN", "-o", "x.csv", "--set", "a=1"], "--set: has no effect on a run"),
+        (["RUN", "-o", "nowhere/x.csv"], "no folder that can be written"),
+    ],
+)
+def test_bad_words_are_refused(
+    run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    case: tuple[list[str], str],
+) -> None:
+    words, what = case
+    monkeypatch.chdir(tmp_path)
+    assert main(["export", *(str(run) if each == "RUN" else each for each in words)]) == 2
+    assert what in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_the_extra_its_name_is_said(
+    run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
+    assert main(["export", str(run), "-o", str(tmp_path / "x.mcap")]) == 2
+    assert "expected the extra mcap" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("form", "kind", "expected"),
+    [
+        (1, float, 1.0),
+        ({"scalar": ["<f8", [], b"\0\0\0\0\0\0\xf0?"]}, float, 1.0),
+        ({"list": [1, 2]}, list, [1, 2]),
+        ("text", int, "text"),
+        ([1, [2.5, None]], object, [1, [2.5, None]]),
+    ],
+)
+def test_values_are_what_their_ports_types_say(
+    form: object, kind: object, expected: object
+) -> None:
+    assert json.loads(json.dumps(plain(typed(form, kind)))) == expected
