@@ -30,6 +30,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         "plot",
         "tuning",
         "sweep",
+        "mcap",
         "ros",
     }
     assert set(project["dependency-groups"]) == {"test", "bench"}
