@@ -1,9 +1,8 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles
@@ -21,6 +20,9 @@ from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.timed_port import TimedPort
 
+if TYPE_CHECKING:  # safe-state has none, and is not to wait for what it imports
+    from firmware_runtime.blackbox.recorder import Recorder
+
 Line = TypeVar("Line", I2cBus, SerialPort)
 
 
@@ -29,7 +31,7 @@ def open_lines(
     doubles: Doubles | None,
     interlock: Interlock = always_enabled,
     time: LineTime = NO_TIME,
-    recorder: Recorder | None = None,
+    recorder: "Recorder | None" = None,
 ) -> Lines:
     """The doubles' lines or the real ones, buses with their retries and counters, all in one time.
 
@@ -96,7 +98,7 @@ def _bus(  # noqa: PLR0913 -- all that a bus stands on
     time: LineTime,
     *,
     alone: bool,
-    recorder: Recorder | None = None,
+    recorder: "Recorder | None" = None,
 ) -> I2cBus:
     stated = board.settings.buses[name]
     inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=alone)
@@ -116,7 +118,7 @@ def _port(  # noqa: PLR0913 -- likewise
     time: LineTime,
     *,
     alone: bool,
-    recorder: Recorder | None = None,
+    recorder: "Recorder | None" = None,
 ) -> SerialPort:
     stated = board.ports[name]
     if doubles:
