@@ -6,6 +6,8 @@ import struct
 from typing import Final, NamedTuple
 
 HELLO, STEP, HEARTBEAT, BYE, REPORT = 1, 2, 3, 4, 5
+HEADER: Final = 106
+"""Bytes before the body."""
 KEY: Final = hashlib.sha256(b"a key").digest()
 OTHER_KEY: Final = hashlib.sha256(b"another key").digest()
 NAN, INFINITY = float("nan"), float("inf")
@@ -65,7 +67,7 @@ def tag(plain: bytes, key: bytes = KEY) -> bytes:
 
 def fields_of(plain: bytes) -> Fields | None:
     """What the bytes of a frame say; None if they are none."""
-    if len(plain) < 106 or plain[:4] != b"FWL3":
+    if len(plain) < HEADER or plain[:4] != b"FWL3":
         return None
     words = [int.from_bytes(plain[at : at + 8], "big") for at in range(8, 104, 8)]
     signed = [word - (1 << 64) if word >> 63 else word for word in words]
@@ -84,7 +86,7 @@ def fields_of(plain: bytes) -> Fields | None:
         missing_since=signed[10],
         missing=words[11],
         missing_port=int.from_bytes(plain[104:106], "big"),
-        body=plain[106:],
+        body=plain[HEADER:],
     )
     is_sound = 1 <= found.kind <= 5 and found.flags == 0 and 0 not in (found.session, found.counter)
     return found if is_sound else None

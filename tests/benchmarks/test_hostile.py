@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from benchmarks.hostile.bridge import BridgeTarget
-from benchmarks.hostile.frames import YAW_LIMIT
+from benchmarks.hostile.frames import HEADER, YAW_LIMIT
 from benchmarks.hostile.link import LinkTarget
 from benchmarks.hostile.sweep import ACCEPTED, Attempt, Result, Target, result_text, sweep
 from firmware_runtime.cli.main import main
@@ -58,7 +58,7 @@ def test_without_a_key_nothing_that_is_broken_crashes_or_enters_as_no_number() -
     for attempt in target.attempts(20_000):
         plain = bytearray(attempt.datagram[:-32])
         # a flipped counter is one that all later ones are below: seldom, for most to get further
-        first = 88 if random.random() < 0.998 else 0
+        first = HEADER if random.random() < 0.998 else 0
         if random.random() < 0.5 and len(plain) > first:
             bit = random.randrange(8 * first, 8 * len(plain))
             plain[bit // 8] ^= 1 << bit % 8
