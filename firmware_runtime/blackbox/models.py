@@ -5,7 +5,6 @@ there in a replay, so what it sent and when it wants to be called next is heard.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
 from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.heard import Heard
@@ -62,21 +61,28 @@ def listen(atomics: Iterable[Atomic], hear: Sent, numbers: Iterable[int] | None 
 def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions:
     """What to call for a world's model, so that it is heard."""
     sent, hear = heard.sent, heard.world.append
+    send, transit, take, confluent = (
+        functions.output,
+        functions.internal,
+        functions.external,
+        functions.confluent,
+    )
 
     def output() -> None:
         before = len(sent)
-        functions.output()
+        send()
         hear(len(sent) - before)
 
-    def after(function: Callable[..., None], *arguments: int) -> None:
-        function(*arguments)
-        hear(int(functions.sigma))
+    def internal() -> None:
+        transit()
+        hear(atomic.sigma)
 
-    confluent = functions.confluent
-    return Wrapped(
-        atomic,
-        output,
-        partial(after, functions.internal),
-        partial(after, functions.external),
-        None if confluent is None else partial(after, confluent),
-    )
+    def external(elapsed: int) -> None:
+        take(elapsed)
+        hear(atomic.sigma)
+
+    def both() -> None:
+        confluent()  # type: ignore[misc]  # only called where there is one
+        hear(atomic.sigma)
+
+    return Wrapped(atomic, output, internal, external, None if confluent is None else both)

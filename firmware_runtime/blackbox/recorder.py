@@ -180,7 +180,8 @@ class Recorder:
 
     def begin(self, at: int) -> None:
         """A step for instant `at` begins."""
-        if self.heard:
+        heard = self.heard
+        if heard.transfers or heard.enabled or heard.times or self._step_at >= 0:
             self._flush()
         self._step_at = at
 

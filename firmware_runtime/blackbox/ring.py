@@ -40,16 +40,16 @@ class Ring:
 
     def write(self, content: bytes) -> bool:
         """Append a section; return whether it is the first of a chunk, after the header."""
-        size = SECTION.size + len(content)
-        is_first = False
-        if self._used + size > self._chunk_size:
-            if CHUNK.size + SECTION.size + len(self._header) + size > self._chunk_size:
-                self.lost += 1
-                return False
-            self._open_chunk()
-            is_first = True
+        if self._used + SECTION.size + len(content) <= self._chunk_size:
+            self._append(content)
+            return False
+        least = CHUNK.size + SECTION.size + len(self._header)
+        if least + SECTION.size + len(content) > self._chunk_size:
+            self.lost += 1
+            return False
+        self._open_chunk()
         self._append(content)
-        return is_first
+        return True
 
     def close(self) -> None:
         """Let go of the memory; the file stays."""
