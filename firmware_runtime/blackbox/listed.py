@@ -16,12 +16,13 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.paths import SUFFIX
+from firmware_runtime.statistics.paths import SUFFIX, directories
 from firmware_runtime.statistics.reader import read_statistics
 
 LAST: Final = "last run"
 GROWN: Final = "synced"
 WENT_ON: Final = "went on"
+UNKNOWN: Final = "unknown"
 _KEPT: Final = re.compile(r"-\d{4,}(?:-([a-z]+)-\d+)?\.recording$")
 
 
@@ -40,9 +41,9 @@ class Listed:
     size: int = 0
     """Bytes of its file."""
     end: str = ""
-    """`ended`, `stopped`, `failed` or `overrun`; `killed`, `running`, or `went on`, after it."""
+    """Its state; else `killed`, `running`, `went on` (after this piece) or `unknown`."""
     why: str = ""
-    """`crash`, `guard`, `late`, `synced`, or `last run`."""
+    """`crash`, `guard`, `late`, `synced`, `last run`; empty for a file somewhere else."""
     faults: tuple[str, ...] = ()
     """What is not whole in it."""
     fault: str | None = None
@@ -102,7 +103,9 @@ def name_of(path: Path) -> str:
 def why_kept(path: Path) -> str:
     """By its name."""
     found = _KEPT.search(path.name)
-    return LAST if found is None else found[1] or GROWN
+    if found is not None:
+        return found[1] or GROWN
+    return LAST if path.parent in directories() else ""
 
 
 def span_of(recording: Recording) -> tuple[int, int]:
@@ -131,6 +134,8 @@ def _end(recording: Recording, why: str) -> str:
         return state
     if why in {"guard", "late"}:
         return WENT_ON
+    if any(chunk.damage for chunk in recording.chunks[-1:]):
+        return UNKNOWN
     return "running" if why == LAST and _is_under_way(recording) else "killed"
 
 

@@ -101,7 +101,7 @@ class Recording:
         found = [f"chunk {each.number}: {each.damage}" for each in self.chunks if each.damage]
         for before, after in zip(self.chunks, self.chunks[1:], strict=False):
             if after.number != before.number + 1:
-                found.append(f"chunks {before.number + 1} to {after.number - 1} are missing")
+                found.append(_missing(before.number + 1, after.number - 1))
         return found
 
     def segments(self) -> list["Segment"]:
@@ -119,6 +119,10 @@ class Recording:
     def is_from_start(self) -> bool:
         """Whether it has the beginning of the run."""
         return self.chunks[0].number == 1
+
+
+def _missing(first: int, last: int) -> str:
+    return f"chunk {first} is missing" if first == last else f"chunks {first} to {last} are missing"
 
 
 def read_recording(path: Path) -> Recording:

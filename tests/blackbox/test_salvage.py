@@ -73,7 +73,7 @@ def test_a_gap_stays_a_gap(whole: bytes) -> None:
     damaged[begin + 20] ^= 1
     done, _ = saved(bytes(damaged))
     (fault,) = recording_in(done.content, PATH).faults()
-    assert "are missing" in fault
+    assert "is missing" in fault
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.blackbox.found import find_recording, recording_of_virtual_run
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
 from firmware_runtime.errors import ConfigError
 from tests.support.recorded import record
 
@@ -81,7 +81,7 @@ def test_one_in_another_folder_goes_by_its_path(
     assert row["name"] == str(path)
 
 
-def test_one_without_an_end_was_killed_and_one_that_is_none_is_a_row(
+def test_how_one_that_is_cut_ended_is_unknown_and_one_that_is_none_is_a_row(
     command: Callable[..., Any], last: Path, kept: Path
 ) -> None:
     content = last.read_bytes()
@@ -89,7 +89,7 @@ def test_one_without_an_end_was_killed_and_one_that_is_none_is_a_row(
     (kept / "detective-0001-crash-1.recording").write_bytes(content[:end])
     (kept / "detective-0002.recording").write_text("Dear Sir,")
     cut, letter = rows(command, "detective")[1:]
-    assert (cut["end"], cut["whole"]) == ("killed", False)
+    assert (cut["end"], cut["whole"]) == ("unknown", False)
     assert "the file ends" in cut["faults"][0]
     assert "not a recording" in letter["faults"][0]
     text = command("recordings").out
@@ -121,7 +121,8 @@ def test_recover_says_in_one_line_what_was_saved_and_what_is_lost(
     damaged, path = tmp_path / "damaged", tmp_path / "saved.recording"
     content = bytearray(last.read_bytes())
     used = CHUNK.unpack_from(content, PREFIX_SIZE)[1]
-    content[PREFIX_SIZE + used * 4 // 5] ^= 1
+    header = SECTION.unpack_from(content, PREFIX_SIZE + CHUNK.size)[0]
+    content[PREFIX_SIZE + (header + used) // 2] ^= 1
     damaged.write_bytes(content[: PREFIX_SIZE + used - 10])
     ended = command("recordings", "recover", damaged, "-o", path)
     (line,) = ended.out.splitlines()
