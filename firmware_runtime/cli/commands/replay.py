@@ -92,6 +92,13 @@ def _add_what_if(verb: argparse.ArgumentParser) -> None:
         action="store_true",
         help="run it again whenever a file of the robot's packages, or of CHECKOUT, is saved",
     )
+    verb.add_argument(
+        "--as-test",
+        type=Path,
+        metavar="FILE.py",
+        help="write a pytest test of the shortest piece that shows a difference, or of --from to "
+        "--until, with its recording beside it",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -104,6 +111,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _replay_run(arguments: argparse.Namespace, path: Path) -> int:
     """Replay a whole run: what it was, or what it would have been."""
+    if arguments.as_test is not None:
+        from firmware_runtime.cli.as_test import as_test  # noqa: PLC0415 -- of runs only
+
+        return as_test(arguments, path)
     is_changed = bool(arguments.checkout or arguments.assignments or arguments.board)
     if is_changed or arguments.watch:
         from firmware_runtime.cli.what_if import what_if_run  # noqa: PLC0415 -- of runs only
@@ -125,6 +136,7 @@ def _replay_part(arguments: argparse.Namespace, path: Path) -> int:
         "--with": arguments.checkout is not None,
         "-o": arguments.output is not None,
         "--watch": arguments.watch,
+        "--as-test": arguments.as_test is not None,
     }
     if given := [name for name, is_given in stretch.items() if is_given]:
         fault = f"{given[0]}: a file of `run --record` is replayed as a whole"

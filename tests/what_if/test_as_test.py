@@ -1,0 +1,125 @@
+"""A piece of a run becomes a test, as short as shows the difference, with its recording."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boards.tachobot.allocation import Allocation
+from drivers.thrust_pairs import Forces
+from firmware_runtime.cli.main import main
+from firmware_runtime.replay.asserted import assert_replays, difference_of
+from tests.support.recorded import record
+
+GAIN = "controller.yaw.kp=0.8"
+Write = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Eight seconds of a platform that turns, with a keyframe at 5 s."""
+    return record(tmp_path_factory.mktemp("flight") / "flight.recording", "tachobot", 8)
+
+
+@pytest.fixture
+def write(flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Write:
+    """Write a test; returns what the verb says of it."""
+
+    def written(*words: object) -> dict[str, Any]:
+        test = str(tmp_path / "test_that_day.py")
+        arguments = ["replay", str(flight), "--as-test", test, "--json", *map(str, words)]
+        assert main(arguments) == 0
+        said: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return said
+
+    return written
+
+
+@pytest.mark.slow
+def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> None:
+    said = write("--from", 6, "--until", 6.5)
+    assert 5.9 < said["from_s"] < 6
+    assert (said["until_s"], said["difference"]) == (6.5, None)
+    assert 50 <= said["steps"] <= 52
+    assert_replays(said["recording"])
+
+
+@pytest.mark.slow
+def test_what_a_setting_changes_is_shown_by_one_step(write: Write) -> None:
+    said = write("--set", GAIN)
+    assert said["steps"] == 1
+    assert said["difference"]["field"] == "command_n"
+    assert said["bytes"] < 100_000
+    assert_replays(said["recording"])
+    with pytest.raises(AssertionError, match=r"controller\.yaw\.command_n"):
+        assert_replays(said["recording"], settings=[GAIN])
+
+
+@pytest.mark.slow
+def test_a_change_in_the_last_digits_is_shown_too(write: Write) -> None:
+    said = write("--set", "controller.yaw.ki=0.0100001")
+    assert said["difference"] is not None
+    assert said["steps"] >= 1
+    assert difference_of(Path(said["recording"]))[0] is None
+    first = difference_of(Path(said["recording"]), ["controller.yaw.ki=0.0100001"])[0]
+    assert first == said["difference"]
+
+
+@pytest.mark.slow
+def test_code_that_has_changed_is_shown_from_a_recorded_keyframe(
+    write: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def halved(self: Allocation) -> None:
+        forces = self.forces
+        if self.forces_out.owner.sigma == 0 and forces[2] < 0.001:
+            forces = Forces(*(each / 2 for each in forces))
+        self.forces_out.send(forces)
+
+    monkeypatch.setattr(Allocation, "output", halved)
+    said = write()
+    assert said["difference"]["model"] == "controller.allocation"
+    with pytest.raises(AssertionError, match=r"controller\.allocation"):
+        assert_replays(said["recording"])
+    monkeypatch.undo()
+    assert_replays(said["recording"])
+
+
+@pytest.mark.slow
+def test_the_file_is_a_test_that_pytest_runs(write: Write) -> None:
+    said = write("--until", 0.2)
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", said["test"]]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "1 passed" in done.stdout
+    assert max(map(len, Path(said["test"]).read_text().splitlines())) <= 100
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("that day.py", []),
+        ("test_that_day.txt", []),
+        ("none/test_that_day.py", []),
+        ("test_that_day.py", ["--speed", "1"]),
+        ("test_that_day.py", ["--set", "controller.yaw.kp=0.75"]),
+        ("test_that_day.py", ["--from", "60"]),
+    ],
+)
+@pytest.mark.slow
+def test_what_can_be_no_test_is_refused_and_nothing_is_written(
+    flight: Path, tmp_path: Path, name: str, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(flight), "--as-test", str(tmp_path / name), *words]) == 2
+    assert "expected" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_test_is_not_written_over(write: Write, flight: Path) -> None:
+    said = write("--until", 0.2)
+    assert main(["replay", str(flight), "--as-test", said["test"]]) == 2
+    assert difference_of(Path(said["recording"])) == (None, [])
