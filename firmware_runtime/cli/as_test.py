@@ -123,16 +123,11 @@ def _write(arguments: argparse.Namespace, test: Path, piece: Piece, run: str) ->
     settings = f", settings={stated}" if arguments.assignments else ""
     name = test.stem if test.stem.startswith("test_") else f"test_{test.stem}"
     kept = test.with_suffix(".recording")
+    written = Path(arguments.run).name
+    text = _TEST.format(about=_in_docstring(about), run=written, name=name, settings=settings)
     try:
         kept.write_bytes(piece.content)
-        test.write_text(
-            _TEST.format(
-                about=_in_docstring(about),
-                run=Path(arguments.run).name,
-                name=name,
-                settings=settings,
-            )
-        )
+        test.write_text(text)
     except OSError as error:
         fault = f"cannot be written ({error.strerror}); expected a folder that can"
         raise ConfigError.of_one(f"--as-test {test}", fault) from error

@@ -75,7 +75,7 @@ def test_code_that_has_changed_is_shown_from_a_recorded_keyframe(
 ) -> None:
     def halved(self: Allocation) -> None:
         forces = self.forces
-        if self.forces_out.owner.sigma == 0 and forces[2] < 0.001:
+        if forces[2] < 0.001:
             forces = Forces(*(each / 2 for each in forces))
         self.forces_out.send(forces)
 
