@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, Protocol, TypeVar
 
+from firmware_runtime.blackbox.chance import places
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
 from firmware_runtime.blackbox.models import heard_world, listen
@@ -63,6 +64,7 @@ class Recorder:
         """Why the last keyframe that was due could not be taken; a chip may be coming up."""
         self._clock = clock
         self._now = clock.now
+        self._places = places()
         self._ring: Ring | None = None
         self._make_ring: Callable[[], Ring | None] | None = None
         self._early: list[bytes] = []
@@ -135,7 +137,7 @@ class Recorder:
 
     def built(self) -> None:
         """The robot has been put together."""
-        self._write(Kind.BUILD, 0)
+        self._write(Kind.BUILD, 0, self._places)
 
     def _open(self, make_ring: Callable[[], Ring | None]) -> None:
         """Make the ring, and write what was heard before; without one hear nothing more."""

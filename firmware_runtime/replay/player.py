@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
+from firmware_runtime.blackbox.chance import put
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
 from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of
@@ -51,6 +52,7 @@ class Player:
         self.feed = self._new_feed()
         if beginning.kind is Kind.BUILD:
             self.feed.load(beginning)
+            put(beginning.extra)
         found = rebuilt(header, board, self.feed)
         self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
         self.lines, self.simulator = found.lines, found.profiler.simulator
