@@ -52,6 +52,7 @@ def _stacked(plots: list[LinePlot], title: str) -> str:
         each.set("y", f"{place * HEIGHT:g}")
         each.set("width", f"{WIDTH:g}")
         each.set("height", f"{HEIGHT:g}")
+        each.attrib.pop("style", None)  # how large a page shows it
         inner.append(each)
     empty = element("text", f"{title}: no number differs", x=16, y=HEIGHT / 2)
     picture = element(

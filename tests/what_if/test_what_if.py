@@ -2,6 +2,9 @@
 
 import json
 import shutil
+import signal
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree.ElementTree import fromstring
@@ -145,6 +148,37 @@ def test_a_save_is_seen_and_a_file_of_an_editor_is_not(flight: Path, tmp_path: P
     assert watched.state() == before
     (package / "model.py").write_text("pass\n")
     assert watched.state() != before
+
+
+@pytest.mark.slow
+def test_a_save_is_answered_and_an_interrupt_ends_it(flight: Path, tmp_path: Path) -> None:
+    checkout = tmp_path / "checkout"
+    shutil.copytree(ROOT / "boards", checkout / "boards")
+    words = ["replay", str(flight), "--until", "1", "--with", str(checkout), "--watch"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "firmware_runtime.cli", *words], stdout=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            first = _answer(process)
+            yaw = checkout / "boards" / "tachobot" / "yaw.py"
+            yaw.write_text(yaw.read_text() + "\n")
+            second = _answer(process)
+            process.send_signal(signal.SIGINT)
+            assert process.wait() == 130
+        finally:
+            process.kill()
+    assert "no output of" in first
+    assert "as the last time" in second
+
+
+def _answer(process: "subprocess.Popen[str]") -> str:
+    """What it prints until it waits for a save."""
+    assert process.stdout is not None
+    lines: list[str] = []
+    while not lines or "waiting for a save" not in lines[-1]:
+        lines.append(process.stdout.readline())
+        assert lines[-1], "it ended"
+    return "".join(lines)
 
 
 @pytest.mark.slow
