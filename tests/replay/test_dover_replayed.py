@@ -1,0 +1,51 @@
+"""A board with the paper's blocks is its replay: what came from the network came at its instant."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boards.tachobot.wiring import Tachobot
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.models.dover import RcvDover, SndDover
+from firmware_runtime.runs.session import Session
+from tests.support.linked_runs import free_port
+from tests.support.replayed import check_identical
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_numbers_that_go_out_and_come_back_over_udp_are_replayed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port, build = free_port(), Tachobot.__init__
+
+    def built(self: Any, *words: Any, **named: Any) -> None:  # noqa: ANN401
+        build(self, *words, **named)
+        snd = self.add(SndDover("snd", port))
+        self.add(RcvDover("rcv", port))
+        self.couple(_command(self.controller), snd.value)
+
+    monkeypatch.setattr(Tachobot, "__init__", built)
+    path = tmp_path / "run.recording"
+    board = board_in_force("tachobot", ("executive.fifo_priority=0",))
+    session = Session(board, MonotonicClock(), doubles=True, statistics_path=None, recording=path)
+    try:
+        session.run(1500 * MILLISECOND)
+    finally:
+        session.close()
+    check_identical(path)
+    segments = read_recording(path).segments()
+    entered = [pair for part in segments for each in part.sections() for pair in each.entered]
+    assert len(entered) > 10
+    assert len({name for name, _ in entered}) == 1
+    assert len({float(text) for _, text in entered}) > 1
+
+
+def _command(controller: Any) -> Any:  # noqa: ANN401 -- what the yaw controller says
+    said = controller.out_port("said", float)
+    controller.couple(controller.components["yaw"].out_ports["command_n"], said)
+    return said
