@@ -137,7 +137,8 @@ def _write(arguments: argparse.Namespace, test: Path, piece: Piece, run: str) ->
         said = {**found, **times, "steps": piece.steps, "difference": piece.difference}
         print(json.dumps(said, allow_nan=False))
         return
-    print(f"{test} and {kept} ({len(piece.content)} bytes): {piece.steps} steps, {span}")
+    steps = "1 step" if piece.steps == 1 else f"{piece.steps} steps"
+    print(f"{test} and {kept} ({len(piece.content)} bytes): {steps}, {span}")
     if piece.difference is not None:
         print(f"  it shows: {in_words(piece.difference)}")
 
