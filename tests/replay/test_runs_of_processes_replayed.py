@@ -136,3 +136,23 @@ def test_a_run_in_stretches_with_pauses_is_its_replay(tmp_path: Path) -> None:
     path = tmp_path / "run.recording"
     check_identical(path)
     assert [each.kind for each in sections(path)].count(Kind.GO_ON) == 3
+
+
+def test_a_served_run_whose_outputs_go_off_in_each_pause_is_its_replay(tmp_path: Path) -> None:
+    socket = tmp_path / "doubles"
+    words = ("doubles", "serve", "tachobot", "--socket", str(socket))
+    with subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            assert "serving tachobot" in server.stdout.readline()
+            settings = {"executive.fifo_priority": 0}
+            statistics = tmp_path / "run.stats"
+            with open_board(
+                "tachobot", doubles=socket, statistics=statistics, set=settings
+            ) as robot:
+                for _ in range(2):
+                    robot.run(0.5)
+        finally:
+            server.terminate()
+            server.wait(PATIENCE_S)
+    check_identical(tmp_path / "run.recording")
