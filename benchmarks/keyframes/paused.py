@@ -1,20 +1,19 @@
 """A board's run on doubles in virtual time that can be paused and captured."""
 
 from time import thread_time_ns
-from types import TracebackType
-from typing import Self
 
 from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board import registry
 from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.layout import STEPS
 
 
-class PausedRun:
+class PausedRun(Closing):
     """Its table is made before the first step, as in a run that is recorded."""
 
     def __init__(self, board: str, *assignments: str) -> None:
@@ -49,13 +48,6 @@ class PausedRun:
         spent = thread_time_ns() - begin
         return spent / 1e3 / int(self._session.executive.cells[STEPS])
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Close its session."""
         self._session.close()

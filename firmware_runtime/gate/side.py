@@ -12,11 +12,11 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from msgspec import Struct, convert
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.gate.checkouts import Checkout
 from firmware_runtime.gate.surroundings import environment
@@ -35,8 +35,8 @@ class Stretch(Struct, frozen=True):
     is_over: bool
 
 
-class Side:
-    """The process; a context manager that ends it. It starts at once, and is ready after `wait`."""
+class Side(Closing):
+    """The process, which `close` ends. It starts at once, and is ready after `wait`."""
 
     def __init__(self, checkout: Checkout, word: str, assignments: list[str]) -> None:
         self.checkout = checkout
@@ -51,15 +51,8 @@ class Side:
             start_new_session=True,
         )
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """End it."""
         self._process.kill()
         self._process.communicate()
         self._errors.close()
