@@ -21,7 +21,7 @@ from firmware_runtime.recording.noting_lines import noting_lines
 from firmware_runtime.recording.recording import Recording
 from firmware_runtime.recording.records import FORMAT, Header
 from firmware_runtime.recording.replay import replay
-from firmware_runtime.system.conditions import system_conditions
+from firmware_runtime.system.conditions import versions_here
 
 
 def components(board: Board, role: str) -> list[str]:
@@ -46,7 +46,7 @@ def cut_of(board: Board, role: str, model: Coupled) -> Cut:
 
 def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) -> Header:
     """What a recording says about itself."""
-    code, conditions = code_of(cut.atomics), system_conditions()
+    code = code_of(cut.atomics)
     return Header(
         format=FORMAT,
         board=board.name,
@@ -61,11 +61,7 @@ def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) 
         leaving={name: type_name(port.type) for name, port in cut.leaving.items()},
         code=code,
         code_sha256=digest_of(code),
-        versions={
-            "python": conditions["python"],
-            "kernel": conditions["kernel"],
-            **conditions["versions"],
-        },
+        versions=versions_here(),
         clock=clock,
         shown=shown,
     )

@@ -29,7 +29,7 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.recording.code import code_of, digest_of
-from firmware_runtime.system.conditions import system_conditions
+from firmware_runtime.system.conditions import versions_here
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +76,7 @@ def header_of(robot: RecordedRobot) -> Header:
     """What the recording says of itself."""
     board, executive, recorder, end = robot.board, robot.executive, robot.recorder, robot.end
     atomics = executive.simulator.atomics
-    code, conditions = (
-        code_of(each for each in atomics if each in recorder.own),
-        system_conditions(),
-    )
+    code = code_of(each for each in atomics if each in recorder.own)
     name = board.name if end is None else end.name
     return Header(
         format=FORMAT,
@@ -100,11 +97,7 @@ def header_of(robot: RecordedRobot) -> Header:
         world=[below_root(each.path) for each in atomics if each not in recorder.own],
         code=code,
         code_sha256=digest_of(code),
-        versions={
-            "python": conditions["python"],
-            "kernel": conditions["kernel"],
-            **conditions["versions"],
-        },
+        versions=versions_here(),
     )
 
 

@@ -40,6 +40,12 @@ def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
     }
 
 
+def versions_here() -> dict[str, str | None]:
+    """Of Python, kernel and packages, by name, as a recording keeps them."""
+    here = system_conditions()
+    return {"python": here["python"], "kernel": here["kernel"], **here["versions"]}
+
+
 def _kernel(files: SystemFiles) -> dict[str, Any]:
     throttling = realtime_throttling(files)
     return {
