@@ -7,9 +7,8 @@ from firmware_runtime.blackbox.header import Header as RunHeader
 from firmware_runtime.certification.finding import Finding, Place
 from firmware_runtime.certification.leaves import Leaf, first_leaf
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.code import digest_of
+from firmware_runtime.recording.code import changed_modules, digest_of
 from firmware_runtime.recording.comparison import ABSENT, Comparison
-from firmware_runtime.recording.of_board import code_changes
 from firmware_runtime.recording.recording import Recording
 from firmware_runtime.recording.replay import Event
 from firmware_runtime.recording.values import UnknownValue, encoded
@@ -46,8 +45,8 @@ def finding_of(recording: Recording, comparison: Comparison, code: Mapping[str, 
         first=min(places, key=lambda place: place.t_ns, default=None),
         first_output=next((each for each in places if each.what == "output"), None),
         fault=comparison.fault,
-        code_sha256=digest_of(dict(code)),
-        code_changed=code_changes(recording, dict(code)),
+        code_sha256=digest_of(code),
+        code_changed=changed_modules(header.code, code),
     )
 
 
@@ -67,8 +66,8 @@ def finding_of_run(header: RunHeader, verdict: Verdict, code: Mapping[str, str])
         first=place,
         first_output=place if place is not None and place.what == "value" else None,
         fault="; ".join(verdict.faults) or (None if verdict.steps else "no step was run again"),
-        code_sha256=digest_of(dict(code)),
-        code_changed=_changed(header.code, code),
+        code_sha256=digest_of(code),
+        code_changed=changed_modules(header.code, code),
     )
 
 
@@ -117,12 +116,6 @@ def _place_of_run(difference: Difference) -> Place:
         replayed=leaf.replayed,
         units_apart=leaf.units_apart,
     )
-
-
-def _changed(recorded: Mapping[str, str], code: Mapping[str, str]) -> list[str]:
-    """Modules whose source is another than in the recorded run."""
-    names = recorded.keys() | code.keys()
-    return sorted(name for name in names if recorded.get(name) != code.get(name))
 
 
 def _content(event: Event | None) -> bytes:

@@ -2,7 +2,7 @@
 
 import hashlib
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -32,7 +32,13 @@ def code_of(atomics: Iterable[Atomic]) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def digest_of(code: dict[str, str]) -> str:
+def changed_modules(before: Mapping[str, str], code: Mapping[str, str]) -> list[str]:
+    """Modules whose source is another than it was, in order of their names."""
+    names = before.keys() | code.keys()
+    return sorted(name for name in names if before.get(name) != code.get(name))
+
+
+def digest_of(code: Mapping[str, str]) -> str:
     """SHA-256 over modules and their hashes."""
     lines = (f"{name} {digest}\n" for name, digest in sorted(code.items()))
     return hashlib.sha256("".join(lines).encode()).hexdigest()

@@ -14,7 +14,7 @@ from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.code import code_of, digest_of
+from firmware_runtime.recording.code import changed_modules, code_of, digest_of
 from firmware_runtime.recording.comparison import Comparison, compare
 from firmware_runtime.recording.cut import Cut, cut_around, type_name
 from firmware_runtime.recording.noting_lines import noting_lines
@@ -104,10 +104,7 @@ def replay_of(recording: Recording, board: Board) -> Comparison:
 
 def code_changes(recording: Recording, code: dict[str, str]) -> list[str]:
     """Modules whose source is another than in the recorded run."""
-    recorded = recording.header.code
-    return sorted(
-        name for name in recorded.keys() | code.keys() if recorded.get(name) != code.get(name)
-    )
+    return changed_modules(recording.header.code, code)
 
 
 def part_code(board: Board, names: Sequence[str]) -> dict[str, str]:
