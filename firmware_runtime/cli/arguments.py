@@ -112,6 +112,13 @@ def add_kept(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def add_recorded(verb: argparse.ArgumentParser) -> None:
+    """Add RUN."""
+    verb.add_argument(
+        "run", metavar="RUN", help="a recording's file, or a board's name for its last run"
+    )
+
+
 def path_of(kept: str | None) -> Path:
     """The file that is meant. Raises StatisticsFileError when a board has left none."""
     if kept is not None and (os.sep in kept or kept.endswith(SUFFIX)):

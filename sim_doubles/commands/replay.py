@@ -6,7 +6,7 @@ from pathlib import Path
 
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.blackbox.reader import Recording, read_recording
-from firmware_runtime.cli.arguments import SubParsers, add_verb, second
+from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
@@ -33,9 +33,7 @@ def add_replay_to(actions: SubParsers) -> None:
     summary = "Serve the lines of a recorded run, as they answered then."
     verb = add_verb(actions, "replay", summary, execute)
     verb.epilog = _ABOUT
-    verb.add_argument(
-        "run", metavar="RUN", help="a recording's file, or a board's name for its last run"
-    )
+    add_recorded(verb)
     verb.add_argument(
         "--socket", type=Path, required=True, metavar="PATH", help="where to listen for programs"
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.cli.arguments import SubParsers, add_verb, second
+from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.debugger.commands import Commands
 from firmware_runtime.debugger.debugger import END, Debugger, Ended
@@ -33,9 +33,7 @@ def add_to(verbs: SubParsers) -> None:
     summary = "Go to an instant of a recorded run; look at its models, step, also backwards."
     verb = add_verb(verbs, "debug", summary, execute)
     verb.epilog = _ABOUT
-    verb.add_argument(
-        "run", metavar="RUN", help="a recording's file, or a board's name for its last run"
-    )
+    add_recorded(verb)
     verb.add_argument(
         "--at", type=second, metavar="T", help="second of the run; default: where it begins"
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 from firmware_runtime.blackbox.found import find_recording, is_black_box
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_verb, second, speed
+from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second, speed
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import ConfigError
@@ -33,9 +33,7 @@ def add_to(verbs: SubParsers) -> None:
     summary = "Run a recorded run again; compare everything that left its models."
     verb = add_verb(verbs, "replay", summary, execute)
     verb.epilog = _ABOUT
-    verb.add_argument(
-        "run", metavar="RUN", help="a recording's file, or a board's name for its last run"
-    )
+    add_recorded(verb)
     verb.add_argument(
         "board",
         metavar="BOARD",
