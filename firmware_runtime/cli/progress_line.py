@@ -3,13 +3,12 @@
 It is a hook of the loop: it writes in slack only, a few times a second, and never waits.
 """
 
-import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from time import monotonic_ns
-from typing import TextIO
 
+from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.loop import Executive
@@ -27,7 +26,7 @@ class ProgressLine:
     def __init__(
         self,
         executive: Executive,
-        terminal: "OwnTerminal",
+        terminal: OwnTerminal,
         until: int,
         shown: OutPort[float] | None,
         real_time: Callable[[], int] = monotonic_ns,
@@ -104,41 +103,3 @@ def progress_shown(
 
 def _count(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
-
-
-class OwnTerminal:
-    """One line of a terminal that is written over again; what finds no room is left out."""
-
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
-        self._shown = 0
-
-    @classmethod
-    def of(cls, stream: TextIO | None) -> "OwnTerminal | None":
-        """The terminal of a stream; None for a pipe, a file, or a stream that is closed."""
-        if stream is None or stream.closed or not stream.isatty():
-            return None
-        flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
-        with suppress(OSError):
-            return cls(os.open(os.ttyname(stream.fileno()), flags))
-        return None
-
-    def show(self, line: str) -> None:
-        """Write a line over the last one; not from the background, which would stop the process."""
-        with suppress(OSError):
-            if os.tcgetpgrp(self._descriptor) == os.getpgrp():
-                columns = os.get_terminal_size(self._descriptor).columns or 80
-                line = line[: columns - 1]
-                text = f"{line:{self._shown}}\r".encode()
-                if os.write(self._descriptor, text) == len(text):
-                    self._shown = len(line)
-
-    def clear(self) -> None:
-        """Take the line away."""
-        if self._shown:
-            self.show("")
-
-    def close(self) -> None:
-        """Take the line away and let the terminal go."""
-        self.clear()
-        os.close(self._descriptor)

@@ -9,6 +9,8 @@ from time import monotonic_ns, sleep
 
 from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Section
+from firmware_runtime.cli.own_terminal import OwnTerminal
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.replay.difference import Difference
@@ -21,16 +23,11 @@ def replay_run(arguments: argparse.Namespace, path: Path) -> int:
     recording = read_recording(path)
     header = recording.header
     board = board_of_table(header.source, header.table)
-    shown = Shown(wanted=not arguments.json and sys.stderr.isatty())
+    stretch = Stretch(arguments.begin, arguments.until)
     begun = monotonic_ns()
-    verdict = replay(
-        recording,
-        board,
-        Stretch(arguments.begin, arguments.until),
-        before=paced(arguments.speed, shown),
-    )
+    with Shown(wanted=not arguments.json) as shown:
+        verdict = replay(recording, board, stretch, before=paced(arguments.speed, shown))
     spent = monotonic_ns() - begun
-    shown.clear()
     if arguments.json:
         print(json.dumps(_as_json(recording, verdict, spent), allow_nan=False))
     else:
@@ -54,24 +51,23 @@ def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
     return before
 
 
-class Shown:
-    """How far it is, on one line of a terminal."""
+class Shown(Closing):
+    """How far it is, on one line of a terminal if there is one."""
 
     def __init__(self, *, wanted: bool) -> None:
-        self._wanted = wanted
+        self._terminal = OwnTerminal.of(sys.stderr) if wanted else None
         self._due = monotonic_ns() + SECOND // 2
 
     def at(self, at: int) -> None:
         """It has come to an instant of the run."""
-        if self._wanted and monotonic_ns() >= self._due:
+        if self._terminal is not None and monotonic_ns() >= self._due:
             self._due = monotonic_ns() + SECOND // 4
-            sys.stderr.write(f"\r{at / SECOND:.1f} s\x1b[K")
-            sys.stderr.flush()
+            self._terminal.show(f"{at / SECOND:.1f} s")
 
-    def clear(self) -> None:
+    def close(self) -> None:
         """Leave no trace of it."""
-        if self._wanted:
-            sys.stderr.write("\r\x1b[K")
+        if self._terminal is not None:
+            self._terminal.close()
 
 
 def _as_json(recording: Recording, verdict: Verdict, spent: int) -> dict[str, object]:

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.planned_inputs import inputs_after
-from firmware_runtime.cli.progress_line import Messages, OwnTerminal
+from firmware_runtime.cli.progress_line import Messages
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, print_line, readers_may_go
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError

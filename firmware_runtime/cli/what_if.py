@@ -71,11 +71,8 @@ def _here(arguments: argparse.Namespace, question: Question) -> WhatIf:
     board: Board | None = None
     if arguments.board is not None:
         board = chosen_board(arguments.board, arguments.assignments)
-    shown = Shown(wanted=not arguments.json and sys.stderr.isatty())
-    try:
+    with Shown(wanted=not arguments.json) as shown:
         return answer(question, paced(arguments.speed, shown), board)
-    finally:
-        shown.clear()
 
 
 def _changed(arguments: argparse.Namespace) -> str:

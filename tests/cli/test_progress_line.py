@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.progress_line import EVERY, RESERVE, OwnTerminal, ProgressLine
+from firmware_runtime.cli.own_terminal import OwnTerminal
+from firmware_runtime.cli.progress_line import EVERY, RESERVE, ProgressLine
 from firmware_runtime.devs.time import NEVER, SECOND
 from tests.support.terminal import at_a_terminal, terminal_of
 from tests.support.waiting import PATIENCE_S
@@ -110,7 +111,7 @@ def test_a_pipe_is_no_terminal() -> None:
 
 FLOOD = """
 import os, sys
-from firmware_runtime.cli.progress_line import OwnTerminal
+from firmware_runtime.cli.own_terminal import OwnTerminal
 terminal = OwnTerminal.of(sys.stdout)
 for _ in range(2000):
     terminal.show("x" * 70)

@@ -6,7 +6,7 @@ import os
 import sys
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.progress_line import OwnTerminal
+from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.gate.board_pairs import BoardPairs
 from firmware_runtime.gate.checkouts import Checkout, checkouts

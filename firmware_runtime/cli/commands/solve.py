@@ -7,7 +7,7 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.found_object import found_object
-from firmware_runtime.cli.progress_line import OwnTerminal
+from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.experiments.line_plot import Curve, LinePlot
 from firmware_runtime.models.qss import System, solve
@@ -81,7 +81,6 @@ def _solved(
     try:
         return solve(system, until, samples=samples, progress=shown)
     finally:
-        terminal.clear()
         terminal.close()
 
 

@@ -9,7 +9,7 @@ from time import monotonic
 import msgspec
 
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
-from firmware_runtime.cli.progress_line import OwnTerminal
+from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import ConfigError
