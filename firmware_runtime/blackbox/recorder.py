@@ -73,6 +73,7 @@ class Recorder:
         """Instant of the step that has not been written; -1: there is none."""
         self._is_real_time = True
         self._is_given_up = False
+        self._is_armed: bool | None = None
         self._keyframes: Keyframes | None = None
         self._make_keyframes: Callable[[], Keyframes] | None = None
         self._keyframe_at = 0
@@ -203,6 +204,12 @@ class Recorder:
         self._write(Kind.GO_ON, until)
         if self._make_keyframes is not None:
             self._keyframes, self._make_keyframes = self._able(self._make_keyframes), None
+
+    def arm(self, *, armed: bool) -> None:
+        """Outputs may be driven from now on, or may not; what is so already is not said again."""
+        if armed is not self._is_armed:
+            self._is_armed = armed
+            self.note(Kind.ARMED, armed)
 
     def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
         """Call the models' exit in a section of its own."""

@@ -147,6 +147,8 @@ class Executive:
         `generation` is the guard's last takeover that is known where this is decided.
         """
         self._ledger.arm(armed=armed, generation=generation)
+        if self._tap is not None:
+            self._tap.arm(armed=armed)
 
     def request_stop(self, reason: str, state: RunState = RunState.STOPPED) -> None:
         """End the run after the step under way; safe in a signal handler and in any thread."""

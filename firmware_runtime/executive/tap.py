@@ -30,6 +30,9 @@ class Tap(Protocol):
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""
 
+    def arm(self, *, armed: bool) -> None:
+        """Outputs may be driven from now on, or may not."""
+
     def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
         """Call the models' exit; return what that returns."""
 
