@@ -12,7 +12,7 @@ from itertools import cycle
 from random import Random
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.gate.checkouts import Checkout
+from firmware_runtime.gate.checkouts import Checkout, refused
 from firmware_runtime.gate.pairs import Pair
 from firmware_runtime.gate.side import Side, Stretch
 from firmware_runtime.gate.surroundings import processors
@@ -84,7 +84,7 @@ class BoardPairs:
             if count == 0 and not self._is_within(checkout)
         ]
         if faults:
-            raise ConfigError("gate", faults, f"gate: {faults[0]}" if len(faults) == 1 else None)
+            raise refused(faults)
 
     def _is_within(self, checkout: Checkout) -> bool:
         """Whether the board is a file of the checkout itself."""

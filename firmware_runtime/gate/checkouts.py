@@ -5,7 +5,7 @@ command is given within a folder of its repository, that folder of the worktree 
 """
 
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,13 +32,18 @@ class Checkout:
         return [str(source), str(self.folder)] if source.is_dir() else [str(self.folder)]
 
 
+def refused(faults: Sequence[str]) -> ConfigError:
+    """The error for what is wrong with either or both, one fault as a sentence."""
+    return ConfigError("gate", faults, f"gate: {faults[0]}" if len(faults) == 1 else None)
+
+
 @contextmanager
 def checkouts(base: str, head: str, into: Path) -> Iterator[tuple[Checkout, Checkout]]:
     """BASE and HEAD within the block. Raises ConfigError with what is wrong with either."""
     faults: list[str] = []
     commits = [_commit(name, stated, faults) for name, stated in (("BASE", base), ("HEAD", head))]
     if faults:
-        raise ConfigError("gate", faults, f"gate: {faults[0]}" if len(faults) == 1 else None)
+        raise refused(faults)
     worktrees: list[Path] = []
     try:
         yield (
