@@ -51,6 +51,11 @@ class Late(NamedTuple):
         """What the step took longer than is usual."""
         return max(self.step - self.usual_step, 0)
 
+    @property
+    def of(self) -> int:
+        """What is to be explained: the lateness, and that."""
+        return self.behind + self.wake + self.in_step
+
 
 class Blamer:
     """Judges the late steps of one run, in real time; on any other clock there is nothing to."""
@@ -103,7 +108,7 @@ class Blamer:
         """Why the step that has just ended was late, or took so long."""
         if self._counters is None or self._before is None:
             return NOTHING
-        of_ns = late.behind + late.wake + late.in_step
+        of_ns = late.of
         is_behind = late.behind > late.wake + late.in_step
         if is_behind and late.previous_end == self._last_ended:
             row = structs.replace(
@@ -140,7 +145,7 @@ class Blamer:
         )
         return Evidence(
             **{name: getattr(counted, name) for name in same_names},
-            of_ns=late.behind + late.wake + late.in_step,
+            of_ns=late.of,
             before_wait_ns=self._before_wait(late),
             in_step_ns=late.in_step + late.behind,
             garbage_ns=late.garbage,
