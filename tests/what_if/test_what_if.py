@@ -27,7 +27,9 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Eight seconds of a platform that turns, with a keyframe at 5 s."""
-    return record(tmp_path_factory.mktemp("flight") / "flight.recording", "tachobot", 8)
+    # in one chunk: a keyframe begins each, and where one ends depends on what is in it
+    path = tmp_path_factory.mktemp("flight") / "flight.recording"
+    return record(path, "tachobot", 8, ["recording.minutes=1"])
 
 
 def _asked(path: Path, *assignments: str, begin_s: float = 0) -> WhatIf:
