@@ -1,5 +1,6 @@
 """A reboot, and what is left when the service is removed."""
 
+import json
 import sys
 from typing import Final
 
@@ -47,6 +48,15 @@ def after_a_reboot_it_is_armed_where_the_board_says_so() -> str:
     return TACHOBOT.shown("StatusText")
 
 
+def what_the_unit_has_recorded_is_its_replay() -> str:
+    """A run on a real `/dev/i2c-N`, under its sandbox, while it goes on."""
+    done = attempt(PROGRAM, "replay", "tachobot", "--until", "20", "--json", timeout_s=600.0)
+    expect(bool(done.stdout), done.stderr)
+    said = json.loads(done.stdout)
+    expect(said["identical"], f"{said['first_difference']}, {said['faults']}")
+    return f"{said['steps']} steps, {said['events']} values, {said['transfers']} transfers"
+
+
 def stopping_the_unit_switches_off() -> str:
     """As at shutdown."""
     run("systemctl", "stop", TACHOBOT.runtime)
@@ -85,6 +95,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     after_a_reboot_it_is_active_and_disarmed,
     reboot,
     after_a_reboot_it_is_armed_where_the_board_says_so,
+    what_the_unit_has_recorded_is_its_replay,
     stopping_the_unit_switches_off,
     uninstall_leaves_nothing,
 )
