@@ -29,7 +29,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Eight seconds of a platform that turns, with a keyframe at 5 s."""
     # in one chunk: a keyframe begins each, and where one ends depends on what is in it
     path = tmp_path_factory.mktemp("flight") / "flight.recording"
-    return record(path, "tachobot", 8, ["recording.minutes=1"])
+    return record(path, "tachobot", 8, ["recording.minutes=10"])
 
 
 def _asked(path: Path, *assignments: str, begin_s: float = 0) -> WhatIf:
