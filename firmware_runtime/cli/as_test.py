@@ -2,7 +2,8 @@
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from textwrap import wrap
@@ -16,7 +17,7 @@ from firmware_runtime.replay.verdict import Stretch, replay
 from firmware_runtime.replay.what_if import changed_board
 from firmware_runtime.status import Status
 from firmware_runtime.what_if.checkout import ask, checked_folder
-from firmware_runtime.what_if.piece import Cutter, Piece
+from firmware_runtime.what_if.piece import Cutter, Piece, Shows
 from firmware_runtime.what_if.question import Question, answer, with_state_as_built
 
 _WIDTH = 88
@@ -95,23 +96,23 @@ def _difference(
     return ask(with_state_as_built(question), checked_folder(arguments.checkout)).first_difference
 
 
-def _shows(arguments: argparse.Namespace) -> Any:  # noqa: ANN401 -- what Cutter takes
+def _shows(arguments: argparse.Namespace) -> Shows:
     """What a file shows to the settings or the code of the command line."""
-
-    def shows(content: bytes) -> Mapping[str, Any] | None:
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / "piece.recording"
-            path.write_bytes(content)
-            return _difference(arguments, path, 0, NEVER)
-
-    return shows
+    return partial(_in_file, lambda path: _difference(arguments, path, 0, NEVER))
 
 
 def _shown_here(content: bytes) -> Mapping[str, Any] | None:
+    return _in_file(lambda path: difference_of(path)[0], content)
+
+
+def _in_file(
+    shown: Callable[[Path], Mapping[str, Any] | None], content: bytes
+) -> Mapping[str, Any] | None:
+    """What a recording shows that is kept in a file meanwhile."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "piece.recording"
         path.write_bytes(content)
-        return difference_of(path)[0]
+        return shown(path)
 
 
 def _write(arguments: argparse.Namespace, test: Path, piece: Piece, run: str) -> None:
