@@ -6,8 +6,7 @@ behind it. Faults cannot be added to a recording.
 
 import errno
 import os
-from collections.abc import Callable, Mapping
-from typing import TypeVar
+from collections.abc import Callable
 
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.served.packets import (
@@ -28,9 +27,7 @@ from firmware_runtime.hal.served.packets import (
 )
 from sim_doubles.recorded.lines import RecordedBus, RecordedPort, Rules
 from sim_doubles.recorded.traffic import Traffic
-from sim_doubles.served.service import reply
-
-T = TypeVar("T")
+from sim_doubles.served.service import line_of, reply
 
 
 class RecordedService:
@@ -114,12 +111,12 @@ class RecordedService:
         """Answer a transaction. Raises the OSError that was reported, or a refusal."""
         match asked:
             case Transfer(bus, address, messages):
-                return _found(self.buses, bus).transfer(address, messages)
+                return line_of(self.buses, bus).transfer(address, messages)
             case Write(port, data):
-                _found(self.ports, port).write(data)
+                line_of(self.ports, port).write(data)
                 return b""
             case Read(port):
-                return self._read(_found(self.ports, port), port, client)
+                return self._read(line_of(self.ports, port), port, client)
         raise OSError(errno.EOPNOTSUPP, os.strerror(errno.EOPNOTSUPP))
 
     def _read(self, line: RecordedPort, port: str, client: int) -> bytes:
@@ -132,10 +129,3 @@ class RecordedService:
             return line.read()
         self._opened.add(opened)
         return b""
-
-
-def _found(lines: Mapping[str, T], name: str) -> T:
-    """The line of that name. Raises the OSError of a device node that stands for nothing."""
-    if name not in lines:
-        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
-    return lines[name]

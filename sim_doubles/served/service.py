@@ -110,15 +110,15 @@ class DoublesService:
         """Carry out a transaction. Raises the OSError that an adapter reports."""
         match asked:
             case Transfer(bus, address, messages):
-                return _found(self._rig.buses, bus).transfer(address, messages)
+                return line_of(self._rig.buses, bus).transfer(address, messages)
             case Part(bus, parts, continues, holds):
-                line = _found(self._rig.buses, bus)
+                line = line_of(self._rig.buses, bus)
                 return line.transfer_parts(parts, continues=continues, holds=holds)
             case Write(port, data):
-                _found(self._rig.ports, port).write(data)
+                line_of(self._rig.ports, port).write(data)
                 return b""
             case Read(port):
-                return _found(self._rig.ports, port).read_available()
+                return line_of(self._rig.ports, port).read_available()
             case Strike():
                 self._strike(asked)
                 return b""
@@ -135,7 +135,7 @@ class DoublesService:
 
     def _strike(self, asked: Strike) -> None:
         """Let a bus fail for a while. The log has it."""
-        bus, at = _found(self._rig.buses, asked.bus), self._now()
+        bus, at = line_of(self._rig.buses, asked.bus), self._now()
         if bus.faults is None:
             bus.faults = FaultScript()
         until = at + asked.span
@@ -149,7 +149,7 @@ class DoublesService:
         )
 
 
-def _found(lines: Mapping[str, T], name: str) -> T:
+def line_of(lines: Mapping[str, T], name: str) -> T:
     """The line of that name. Raises the OSError of a device node that stands for nothing."""
     if name not in lines:
         raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
