@@ -10,19 +10,19 @@ from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.replay.verdict import Stretch, Verdict, replay
 from firmware_runtime.runs.session import Session
+from tests.support.recorded import record as record_run
 
 Record = Callable[..., Path]
 
 
 @pytest.fixture
 def record(tmp_path: Path) -> Record:
-    """Record a run in virtual time; `between` is given the session before it begins."""
+    """Record a run in virtual time; `before` is given the session before it begins."""
 
     def recorded(
         board: str,
@@ -30,15 +30,8 @@ def record(tmp_path: Path) -> Record:
         settings: Mapping[str, object] = {},
         before: Callable[[Session], None] = lambda _: None,
     ) -> Path:
-        path = tmp_path / f"{board}.recording"
-        found = board_in_force(board, tuple(f"{key}={each}" for key, each in settings.items()))
-        session = Session(found, VirtualClock(), doubles=True, statistics_path=None, recording=path)
-        try:
-            before(session)
-            session.run(round(span_s * SECOND))
-        finally:
-            session.close()
-        return path
+        stated = ["recording.minutes=10", *(f"{key}={each}" for key, each in settings.items())]
+        return record_run(tmp_path / f"{board}.recording", board, span_s, stated, before)
 
     return recorded
 
