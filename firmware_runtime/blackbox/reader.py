@@ -25,10 +25,13 @@ from firmware_runtime.blackbox.layout import (
     SECTION,
 )
 from firmware_runtime.blackbox.section import Kind, Section, decode
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
+_LOST: Final = Kind.LOST.value
+_MOST_NAMED: Final = 3
 _NUMBER: Final = 8
 """Bytes of a chunk's number, which stand first in it."""
 
@@ -99,10 +102,24 @@ class Recording:
     def faults(self) -> list[str]:
         """What is missing within it, one sentence each."""
         found = [f"chunk {each.number}: {each.damage}" for each in self.chunks if each.damage]
+        lost = [each for chunk in self.chunks for each in chunk.contents if kind_of(each) == _LOST]
+        found += [
+            f"at {section.at / SECOND:g} s a section is missing: {section.extra}"
+            for section in map(decode, lost[:_MOST_NAMED])
+        ]
+        if len(lost) > _MOST_NAMED:
+            found.append(f"{len(lost) - _MOST_NAMED} more sections are missing")
         for before, after in zip(self.chunks, self.chunks[1:], strict=False):
             if after.number != before.number + 1:
                 found.append(_missing(before.number + 1, after.number - 1))
         return found
+
+    def no_keyframe(self) -> str | None:
+        """Why the run had no keyframe at its end, as it says; None if it had, or does not say."""
+        last = self.chunks[-1].contents[-1]
+        extra = decode(last).extra if kind_of(last) == Kind.ENDED else None
+        why = extra.get("no_keyframe") if isinstance(extra, dict) else None
+        return why if isinstance(why, str) else None
 
     def segments(self) -> list["Segment"]:
         """What can be replayed: one segment, or several with something missing between them."""
@@ -111,7 +128,11 @@ class Recording:
         for chunk in self.chunks:
             if chunk.number != expected:
                 found.append(Segment([]))
-            found[-1].contents.extend(chunk.contents)
+            for content in chunk.contents:
+                if kind_of(content) == _LOST:
+                    found.append(Segment([]))
+                else:
+                    found[-1].contents.append(content)
             expected = chunk.number + 1 if chunk.damage is None else None
         return [each for segment in found if (each := segment.from_beginning()) is not None]
 

@@ -13,8 +13,8 @@ from firmware_runtime.blackbox.chance import places
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
 from firmware_runtime.blackbox.models import heard_world, listen
-from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.section import Kind, encode
+from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
+from firmware_runtime.blackbox.section import Kind, encode, legible, sentences
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
@@ -145,9 +145,18 @@ class Recorder:
         self._ring = make_ring()
         self._is_given_up = self._ring is None
         for content in self._early:
-            if self._ring is not None:
-                self._ring.write(content)
+            self._write_early(content)
         self._early.clear()
+
+    def _write_early(self, content: bytes) -> None:
+        if self._ring is None:
+            return
+        try:
+            self._ring.write(content)
+        except SectionTooLarge as error:
+            self._give_up_section(self._ring, Kind.BUILD, 0, error)
+        except OSError as error:
+            self._give_up(error)
 
     def close(self) -> None:
         """Write no more; the recording stays where it is."""
@@ -213,14 +222,29 @@ class Recorder:
 
     def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
         """Call the models' exit in a section of its own."""
-        with self.section(Kind.EXIT):
-            return exit_models()
+        self._flush()
+        at, said = self._now(), list[str]()
+        try:
+            errors = exit_models()
+            said += sentences(errors)
+        finally:
+            self._write(Kind.EXIT, at, said)
+        return errors
 
     def finish(self, outcome: Outcome, at: int) -> None:
         """The run is over."""
-        ended = {"state": outcome.state.name.lower(), "reason": outcome.reason}
+        ended = {"state": outcome.state.name.lower(), "reason": legible(outcome.reason)}
         missing = {"fault": self.fault, "no_keyframe": self.no_keyframe}
         self._write(Kind.ENDED, at, {**ended, **missing, "counts": self._counts()})
+
+    @property
+    def warning(self) -> str | None:
+        """Why the run cannot be replayed as a whole, or not at all; None if it can."""
+        if self.fault is not None or self._ring is None or self.no_keyframe is None:
+            return self.fault
+        if self._ring.has_wrapped:
+            return f"its start has been written over, and it has no keyframe: {self.no_keyframe}"
+        return None
 
     # The executive's hook -----------------------------------------------------------------------
 
@@ -269,23 +293,60 @@ class Recorder:
         if self._is_given_up:
             heard.clear()
             return
-        content = encode(
-            (
-                kind.value,
-                at,
-                heard.readings.tobytes(),
-                heard.times,
-                heard.enabled,
-                heard.world,
-                heard.sent,
-                heard.transfers,
-                heard.entered,
-                extra,
+        try:
+            content = encode(
+                (
+                    kind.value,
+                    at,
+                    heard.readings.tobytes(),
+                    heard.times,
+                    heard.enabled,
+                    heard.world,
+                    heard.sent,
+                    heard.transfers,
+                    heard.entered,
+                    extra,
+                )
             )
-        )
+        except Exception as error:  # noqa: BLE001 -- the run goes on, whatever entered it
+            content = _lost(kind, at, error)
+            self._keyframe_at = min(self._keyframe_at, at + KEYFRAME_AGAIN)
         heard.clear()
         self.written += len(content)
         if ring is None:
             self._early.append(content)
-        elif ring.write(content):
-            self._keyframe_at = 0  # each chunk can be replayed on its own
+            return
+        try:
+            is_first = ring.write(content)
+        except SectionTooLarge as error:
+            self._give_up_section(ring, kind, at, error)
+        except OSError as error:
+            self._give_up(error)
+        else:
+            if is_first:
+                self._keyframe_at = 0  # each chunk can be replayed on its own
+
+    def _give_up_section(self, ring: Ring, kind: Kind, at: int, error: Exception) -> None:
+        """Say that a section is missing; what follows is replayed from the next keyframe."""
+        if kind is Kind.KEYFRAME:
+            self.no_keyframe = text_of(error)
+            return
+        self._keyframe_at = min(self._keyframe_at, at + KEYFRAME_AGAIN)
+        try:
+            ring.write(_lost(kind, at, error))
+        except OSError as full:
+            self._give_up(full)
+
+    def _give_up(self, error: OSError) -> None:
+        """Record no more; what has been written stays."""
+        self.fault = f"the recording ends before the run does ({error.strerror})"
+        if self._ring is not None:
+            self._ring.close()
+        self._ring = None
+        self._is_given_up = True
+
+
+def _lost(kind: Kind, at: int, error: Exception) -> bytes:
+    """What stands in the place of a section that cannot be written."""
+    why = legible(f"{kind.name.lower()}: {text_of(error)}")
+    return encode((Kind.LOST.value, at, b"", [], [], [], [], [], [], why))

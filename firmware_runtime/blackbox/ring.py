@@ -18,42 +18,62 @@ _MODE = 0o640
 """The owner writes, the group may read: as with statistics."""
 
 
+class SectionTooLarge(ValueError):
+    """A section that no chunk can hold."""
+
+
 class Ring:
     """A new recording at `path`; `header` begins each of its chunks.
 
     `chunk` is the number of the one that is written, from 1. With `reserves` its memory is taken at
-    once, so that nothing that fills up later can end the run. Raises ConfigError if it cannot be
-    made.
+    once, otherwise that of each chunk when it is begun: a page that cannot be had when it is
+    written to would end the run (SIGBUS). Raises ConfigError if it cannot be made.
     """
 
     def __init__(self, path: Path, size: Size, header: bytes, *, reserves: bool) -> None:
         self.path = path
         self.chunk = 0
-        self.lost = 0
-        """Sections that were larger than a chunk."""
         self._chunk_size = size.chunk_bytes
         self._chunks = size.chunks
         self._header = header
-        self._memory = _mapped(path, size, reserves=reserves)
-        self._first = self._used = self._begin = 0
-        self._open_chunk()
+        if 4 * (CHUNK.size + SECTION.size + len(header)) > 3 * self._chunk_size:
+            fault = f"its header of {len(header)} bytes leaves too little room in a chunk"
+            expected = "expected more recording.minutes, or fewer ports and models"
+            raise ConfigError.of_one(str(path), f"{fault}; {expected}")
+        self._memory, self._descriptor = _mapped(path, size, reserves=reserves)
+        self._used = self._begin = 0
+        try:
+            self._open_chunk()
+        except OSError as error:
+            self.close()
+            raise _unmade(path, size, error) from error
 
     def write(self, content: bytes) -> bool:
-        """Append a section; return whether it is the first of a chunk, after the header."""
+        """Append a section; return whether it is the first of a chunk, after the header.
+
+        Raises SectionTooLarge, and OSError where there is no room for another chunk.
+        """
         if self._used + SECTION.size + len(content) <= self._chunk_size:
             self._append(content)
             return False
         least = CHUNK.size + SECTION.size + len(self._header)
         if least + SECTION.size + len(content) > self._chunk_size:
-            self.lost += 1
-            return False
+            raise SectionTooLarge(f"{len(content)} bytes are more than a chunk has room for")
         self._open_chunk()
         self._append(content)
         return True
 
+    @property
+    def has_wrapped(self) -> bool:
+        """Whether its beginning has been written over."""
+        return self.chunk > self._chunks
+
     def close(self) -> None:
         """Let go of the memory; the file stays."""
         self._memory.close()
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
 
     def _append(self, content: bytes) -> None:
         memory, place = self._memory, self._begin + self._used
@@ -67,14 +87,19 @@ class Ring:
     def _open_chunk(self) -> None:
         """Begin the next chunk, in the place of the oldest."""
         begin = PREFIX_SIZE + self.chunk % self._chunks * self._chunk_size
+        if self._descriptor is not None and self.chunk < self._chunks:
+            os.posix_fallocate(self._descriptor, begin, self._chunk_size)
         CHUNK.pack_into(self._memory, begin, 0, 0)
         self.chunk += 1
         self._begin, self._used = begin, CHUNK.size
         self._append(self._header)
 
 
-def _mapped(path: Path, size: Size, *, reserves: bool) -> mmap.mmap:
-    """Make the file under a name of its own and map it, then give it the name people know."""
+def _mapped(path: Path, size: Size, *, reserves: bool) -> tuple[mmap.mmap, int | None]:
+    """Make the file under a name of its own and map it, then give it the name people know.
+
+    Returns its descriptor too, if its space has not been taken.
+    """
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -88,14 +113,19 @@ def _mapped(path: Path, size: Size, *, reserves: bool) -> mmap.mmap:
             os.pwrite(descriptor, prefix(size.chunk_bytes, size.chunks), 0)
             memory = mmap.mmap(descriptor, size.bytes)
             unfinished.replace(path)
+            kept = None if reserves else os.dup(descriptor)
         finally:
             os.close(descriptor)
             unfinished.unlink(missing_ok=True)
     except OSError as error:
-        fault = f"the recording of {size.bytes >> 20} MiB cannot be made ({error.strerror})"
-        expected = "expected room for it, or recording.minutes less than it is"
-        raise ConfigError.of_one(str(path), f"{fault}; {expected}") from error
-    return memory
+        raise _unmade(path, size, error) from error
+    return memory, kept
+
+
+def _unmade(path: Path, size: Size, error: OSError) -> ConfigError:
+    fault = f"the recording of {size.bytes >> 20} MiB cannot be made ({error.strerror})"
+    expected = "expected room for it, or recording.minutes less than it is"
+    return ConfigError.of_one(str(path), f"{fault}; {expected}")
 
 
 def _make_room(descriptor: int, size: int) -> None:

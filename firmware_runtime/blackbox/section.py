@@ -5,12 +5,14 @@ order in which they came, so a replay that asks for the same, in the same order,
 """
 
 from array import array
+from collections.abc import Iterable
 from enum import IntEnum
 from typing import Any, Final
 
 import msgspec
 
-from firmware_runtime.recording.values import UnknownValue, encoded, plain, unpack
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.recording.values import UnknownValue, encoded, plain
 
 
 class Kind(IntEnum):
@@ -40,6 +42,8 @@ class Kind(IntEnum):
     """`extra` is the state of the whole robot, as bytes."""
     OUTSIDE = 11
     """Something else used the lines, such as a check before arming; it is not run again."""
+    LOST = 12
+    """A section could not be written; `extra` is why. What follows begins at a keyframe."""
 
 
 class Transfer(msgspec.Struct, array_like=True, frozen=True):
@@ -104,10 +108,14 @@ def _in_words(value: object) -> object:
 
 _encode: Final = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
+_SENT: Final = msgspec.msgpack.Decoder(list[tuple[int, Any]]).decode
 
 
 def encode(fields: tuple[object, ...]) -> bytes:
-    """The fields of a section, in their order, as bytes."""
+    """The fields of a section, in their order, as bytes.
+
+    Raises an exception where something else than a value that was sent cannot be written.
+    """
     try:
         return _encode(fields)
     except Exception:  # noqa: BLE001 -- a value of the model's; the run goes on, whatever it is
@@ -125,6 +133,16 @@ def encode_sent(sent: list[tuple[int, Any]]) -> bytes:
         return _encode(_safely(sent))
 
 
+def sentences(errors: Iterable[Exception]) -> list[str]:
+    """What models raised when they exited, as a recording has it."""
+    return [legible(f"{type(each).__name__}: {text_of(each)}") for each in errors]
+
+
+def legible(text: str) -> str:
+    """A text that UTF-8 has: what came from outside may have lone surrogates."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 def decode(content: bytes) -> Section:
     """A section of its bytes. Raises msgspec.MsgspecError for what is none."""
     return _decode(content)
@@ -132,7 +150,11 @@ def decode(content: bytes) -> Section:
 
 def sent_of(section: Section) -> list[tuple[int, Any]]:
     """Number of the port and value, for all that was sent."""
-    return [(number, value) for number, value in unpack(bytes(section.sent))]
+    try:
+        return _SENT(bytes(section.sent))
+    except msgspec.MsgspecError as error:
+        fault = f"values of a section cannot be read ({error}); expected pairs of port and value"
+        raise ConfigError.of_one("recording", fault) from error
 
 
 def _safely(sent: Any) -> list[tuple[int, object]]:  # noqa: ANN401 -- pairs

@@ -78,6 +78,7 @@ def _as_json(recording: Recording, verdict: Verdict, spent: int) -> dict[str, ob
         "board": header.board,
         "role": header.role,
         "recording": str(recording.path),
+        "code_sha256": header.code_sha256,
         "times_real_time": verdict.duration / max(spent, 1),
     }
 
@@ -93,6 +94,8 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
         yield f"identical: {verdict.events} values, {verdict.writes} transfers of {header.run}"
     duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
     yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {times:.0f} times real time"
+    if verdict.code_changed:
+        yield f"  code that has changed since: {', '.join(verdict.code_changed)}"
 
 
 def difference_in_words(difference: Difference) -> Iterator[str]:

@@ -1,14 +1,17 @@
 """The player: takes the sections of a recording one by one, and does in each what the run did."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
+
+import msgspec
 
 from firmware_runtime.blackbox.chance import put
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
-from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of
+from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of, sentences
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.outcome import Outcome
@@ -17,6 +20,7 @@ from firmware_runtime.recording.values import UnknownValue, made, unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import REPLAYED
+from firmware_runtime.replay.order import is_same_but_for_order
 from firmware_runtime.replay.rebuilt import Rebuilt, rebuilt
 from firmware_runtime.runs.black_box import counts_of
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -27,6 +31,19 @@ _ORDER: Final = ("step", "state", "value", "write", "asked", "count", "end")
 
 _OF_THE_SYSTEM: Final = frozenset({"cause"})
 """Attributes that say what the system did, of which a replay knows nothing."""
+
+
+Counts: TypeAlias = dict[str, dict[str, int]]
+"""By model and what is counted."""
+
+
+class _End(msgspec.Struct):
+    """What a section ENDED says."""
+
+    state: str
+    reason: str
+    counts: Counts
+    fault: str | None = None
 
 
 class Player:
@@ -99,7 +116,10 @@ class Player:
             return
         self.feed.load(section)
         self._sent.clear()
-        getattr(self, play)(section)
+        try:
+            getattr(self, play)(section)
+        except SystemExit as error:  # of a model, which ended the run so
+            self.failure = ModelError(f"a model raised SystemExit({error.code!r})")
         self.feed.check_all_taken()
         self._compare_sent(section)
         self._report()
@@ -166,16 +186,23 @@ class Player:
         """The settings that a run has taken up, as they are to be taken up here."""
         return settings
 
-    def _exit(self, _section: Section) -> None:
-        self.simulator.exit()
+    def _exit(self, section: Section) -> None:
+        said = sentences(self.simulator.exit())
+        recorded = section.extra or []
+        if said != recorded:
+            self._note(Difference(section.at, "end", "", "exit", recorded, said))
 
     def _end(self, section: Section) -> None:
         self.at = section.at
-        self.missing = section.extra.get("fault")
-        state = _ENDS.get(section.extra["state"], RunState.FAILED)
-        outcome = Outcome(state, section.extra["reason"])
+        try:
+            end = msgspec.convert(section.extra, _End)
+        except msgspec.ValidationError as error:
+            fault = f"its end is not the end of a run ({error}); expected state, reason, counts"
+            raise ConfigError.of_one("recording", fault) from error
+        self.missing = end.fault
+        outcome = Outcome(_ENDS.get(end.state, RunState.FAILED), end.reason)
         self._ledger.finish(outcome.state, section.at, outcome.reason)
-        self._compare_end(section, outcome)
+        self._compare_end(section, outcome, end.counts)
 
     # State ----------------------------------------------------------------------------------------
 
@@ -211,12 +238,12 @@ class Player:
 
     # What is compared -----------------------------------------------------------------------------
 
-    def _compare_end(self, section: Section, outcome: Outcome) -> None:
+    def _compare_end(self, section: Section, outcome: Outcome, counts: Counts) -> None:
         if self.failure is not None and outcome.state is not RunState.FAILED:
             said = text_of(self.failure)
             self._note(Difference(section.at, "end", "", "failure", outcome.reason, said))
         counted = counts_of(self.accounts, self.profiler.faults)
-        for path, recorded in section.extra["counts"].items():
+        for path, recorded in counts.items():
             replayed = counted.get(path, {})
             for name, count in recorded.items():
                 if replayed.get(name) != count:
@@ -232,14 +259,20 @@ class Player:
         for place in range(max(len(recorded), len(replayed))):
             was = recorded[place] if place < len(recorded) else None
             now = replayed[place] if place < len(replayed) else None
-            if was is None or now is None or encode_sent([was]) != encode_sent([tuple(now)]):
+            if was is None or now is None or not self._is_same(was, now, self._sent[place]):
                 self._note(self._of_values(section.at, was, now))
+
+    @staticmethod
+    def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs
+        if encode_sent([was]) == encode_sent([tuple(now)]):
+            return True
+        return bool(was[0] == now[0]) and is_same_but_for_order(sent[1], was[1])
 
     def _of_values(self, at: int, was: Any, now: Any) -> Difference:  # noqa: ANN401 -- pairs
         if was is not None and now is not None and was[0] != now[0]:
             now = None  # it sent from another port: what was sent then is missing
         number = (was if was is not None else now)[0]
-        path = self.ports[number]
+        path = self.ports[number] if 0 <= number < len(self.ports) else f"port {number}"
         model, _, port = path.rpartition(".")
         recorded = NOTHING if was is None else was[1]
         return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])

@@ -9,6 +9,7 @@ from firmware_runtime.blackbox.section import Kind, Section
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.code import code_of
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
 
@@ -28,6 +29,8 @@ class Verdict:
     first: Difference | None = None
     faults: list[str] = field(default_factory=list)
     """What is missing in the recording, one sentence each."""
+    code_changed: list[str] = field(default_factory=list)
+    """Modules of the robot whose source is another than in the run."""
 
     @property
     def is_identical(self) -> bool:
@@ -54,6 +57,7 @@ class Verdict:
             "steps": self.steps,
             "transfers": self.writes,
             "faults": self.faults,
+            "code_changed": self.code_changed,
         }
 
 
@@ -94,14 +98,25 @@ def replay(
                 verdict.writes += len(section.transfers)
                 player.take(section)
             verdict.add(player, first.at)
+            verdict.code_changed = code_changes(recording.header.code, player)
     return verdict
+
+
+def code_changes(recorded: dict[str, str], player: Player) -> list[str]:
+    """Modules of the robot's models whose source is another than in the run, in order."""
+    code = code_of(each for each in player.simulator.atomics if each in player.own)
+    return sorted(
+        name for name in recorded.keys() | code.keys() if recorded.get(name) != code.get(name)
+    )
 
 
 def nothing_to_replay(recording: Recording, begin: int) -> str:
     """Why a recording cannot be replayed from an instant."""
     segments = recording.segments()
     if not segments:
-        return "no section of it can be a beginning; expected a keyframe, or the start of the run"
+        why = recording.no_keyframe()
+        fault = f"no section of it can be a beginning{'' if why is None else f' ({why})'}"
+        return f"{fault}; expected a keyframe, or the start of the run"
     last_s = segments[-1].last_at / SECOND
     return f"it ends at {last_s:g} s; expected an instant before {begin / SECOND:g} s"
 

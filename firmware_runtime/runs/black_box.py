@@ -15,7 +15,7 @@ from firmware_runtime.blackbox.header import FORMAT, Header
 from firmware_runtime.blackbox.models import output_ports
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.section import Kind, encode
+from firmware_runtime.blackbox.section import Kind, encode, legible
 from firmware_runtime.blackbox.size import size_for
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.ends import BoardEnd
@@ -23,7 +23,7 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.fault_log import FaultLog
@@ -58,8 +58,8 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
     def ring() -> Ring | None:
         try:
             return Ring(path, size, encoded_header(header_of(robot)), reserves=is_real_time)
-        except ConfigError as error:
-            log(f"warning: this run is not recorded: {error}")
+        except Exception as error:  # noqa: BLE001 -- a recording never harms a run
+            log(f"warning: this run is not recorded: {text_of(error)}")
             return None
 
     executive.hooks.insert(0, recorder)
@@ -84,7 +84,7 @@ def header_of(robot: RecordedRobot) -> Header:
         board=name,
         kind=board.kind,
         fingerprint=board.fingerprint,
-        source=str(board.source),
+        source=legible(str(board.source)),
         table=dict(board.table),
         role=None if end is None else end.role,
         has_world=robot.rig is not None,

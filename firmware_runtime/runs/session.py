@@ -217,6 +217,8 @@ class Session:
         for held in self._held:
             held.close()
         if self.recorder is not None:
+            if (why := self.recorder.warning) is not None:
+                self._log(f"warning: this run cannot be replayed as a whole: {why}")
             self.recorder.close()
 
     # ---------------------------------------------------------------------------------------------

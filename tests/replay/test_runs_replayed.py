@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from boards.tachobot.allocation import Allocation
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.errors import NoAcknowledge
@@ -122,3 +124,29 @@ def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path) -> None:
         read_recording(path)
     with pytest.raises(ConfigError, match="does not exist"):
         read_recording(tmp_path / "none")
+
+
+@pytest.mark.slow
+def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
+    record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    count = iter(range(100))
+    run_of = Session.run
+
+    def run(session: Session, until: int) -> None:
+        with pytest.raises(ModelError, match="SystemExit"):
+            run_of(session, until)
+
+    internal = Allocation.internal
+
+    def quits(model: Allocation) -> None:
+        if next(count) == 20:
+            raise SystemExit(7)
+        internal(model)
+
+    monkeypatch.setattr(Session, "run", run)
+    monkeypatch.setattr(Allocation, "internal", quits)
+    path = record("tachobot")
+    count = iter(range(100))
+    verdict = _replayed(path)
+    assert (verdict.first, verdict.is_identical) == (None, True)

@@ -1,0 +1,143 @@
+"""A recording that lacks something says so, and its run goes on."""
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
+from firmware_runtime.blackbox.reader import kind_of, read_recording
+from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
+from firmware_runtime.blackbox.section import Kind, encode, legible
+from firmware_runtime.blackbox.size import Size
+from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.verdict import replay
+from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.statistics import RunState
+
+SIZE = Size(16_384, 3)
+HEADER = b"h" * 100
+Write = Callable[[Ring, bytes], bool]
+
+
+def _full(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def _run(path: Path, span_s: float = 1) -> tuple[Outcome, list[str]]:
+    said: list[str] = []
+    board = board_in_force("detective", ())
+    session = Session(
+        board,
+        VirtualClock(),
+        doubles=True,
+        statistics_path=None,
+        recording=path,
+        log=said.append,
+    )
+    try:
+        return session.run(round(span_s * SECOND)), said
+    finally:
+        session.close()
+
+
+def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
+    tmp_path: Path,
+) -> None:
+    ring = Ring(tmp_path / "x.recording", SIZE, HEADER, reserves=False)
+    with pytest.raises(SectionTooLarge, match="16384 bytes"):
+        ring.write(bytes(SIZE.chunk_bytes))
+    assert ring.write(b"next") is False
+    ring.close()
+    content = (tmp_path / "x.recording").read_bytes()
+    number, used = CHUNK.unpack_from(content, PREFIX_SIZE)
+    assert (number, used) == (1, CHUNK.size + 2 * SECTION.size + len(HEADER) + len(b"next"))
+
+
+def test_a_header_that_leaves_no_room_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="header of 13000 bytes"):
+        Ring(tmp_path / "x.recording", SIZE, bytes(13_000), reserves=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("reserves", [True, False])
+def test_every_page_that_is_written_to_has_been_taken(tmp_path: Path, *, reserves: bool) -> None:
+    path = tmp_path / "x.recording"
+    ring = Ring(path, SIZE, HEADER, reserves=reserves)
+    ring.write(bytes(15_000))
+    for count in range(1, SIZE.chunks + 2):
+        chunks = SIZE.chunks if reserves else min(count, SIZE.chunks)
+        assert path.stat().st_blocks * 512 >= chunks * SIZE.chunk_bytes
+        assert ring.has_wrapped is (count > SIZE.chunks)
+        ring.write(bytes(15_000))  # the next one needs a chunk of its own
+    ring.close()
+
+
+def test_no_room_for_the_next_chunk_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ring = Ring(tmp_path / "x.recording", SIZE, HEADER, reserves=False)
+    monkeypatch.setattr(os, "posix_fallocate", _full)
+    ring.write(bytes(15_000))
+    with pytest.raises(OSError, match="No space"):
+        ring.write(bytes(2_000))
+    ring.close()
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_where_its_recording_has_no_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = _failing_at(20, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
+    monkeypatch.setattr(Ring, "write", steps)
+    outcome, said = _run(tmp_path / "x.recording")
+    assert outcome.state is RunState.ENDED
+    assert len(said) == 1
+    assert "No space" in said[0]
+    assert read_recording(tmp_path / "x.recording").faults() == []
+
+
+@pytest.mark.slow
+def test_a_section_that_is_missing_is_said_and_what_follows_is_identical(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "x.recording"
+    monkeypatch.setattr(Ring, "write", _failing_at(20, SectionTooLarge("9 bytes")))
+    assert _run(path, 2)[0].state is RunState.ENDED
+    recording = read_recording(path)
+    (fault,) = recording.faults()
+    assert fault.endswith("a section is missing: step: 9 bytes")
+    first, second = recording.segments()
+    assert kind_of(first.contents[0]) != kind_of(second.contents[0]) == Kind.KEYFRAME
+    header = recording.header
+    verdict = replay(recording, board_of_table(header.source, header.table))
+    assert (verdict.first, verdict.differences, verdict.faults) == (None, 0, [fault])
+    assert not verdict.is_identical
+
+
+def _failing_at(place: int, error: Exception) -> Write:
+    """Ring.write that fails once, with the first step after so many sections."""
+    write, count = Ring.write, iter(range(1_000_000))
+    done: list[int] = []
+
+    def sometimes(ring: Ring, content: bytes) -> bool:
+        if next(count) >= place and not done and kind_of(content) == Kind.STEP:
+            done.append(place)
+            raise error
+        return write(ring, content)
+
+    return sometimes
+
+
+def test_a_text_that_utf_8_has_not_is_no_section_but_can_be_made_legible() -> None:
+    with pytest.raises(UnicodeEncodeError):
+        encode((Kind.ENDED.value, 0, b"", [], [], [], [], [], [], "a\udc80"))
+    assert legible("a\udc80") == "a\\udc80"
+    assert legible("straße") == "straße"
