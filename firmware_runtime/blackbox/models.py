@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.ports import OutPort, StandIn
 
@@ -39,11 +39,7 @@ class HeardBag(StandIn[Any]):
 
 def own_atomics(component: Component) -> Iterator[Atomic]:
     """The atomics of a robot, before a world is attached to it."""
-    if isinstance(component, Atomic):
-        yield component
-    elif isinstance(component, Coupled):
-        for each in component.components.values():
-            yield from own_atomics(each)
+    return (each for each in with_all_below(component) if isinstance(each, Atomic))
 
 
 def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:

@@ -10,14 +10,12 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import msgspec
 
 from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.models import output_ports
+from firmware_runtime.blackbox.models import output_ports, own_atomics
 from firmware_runtime.blackbox.reader import Recording
 from firmware_runtime.blackbox.section import Kind, Section, decode, sent_of
 from firmware_runtime.board.ends import end_of, robot_of
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.recording.values import UnknownValue, made, unpack
@@ -47,7 +45,7 @@ def model_of(header: Header, board: Board) -> Coupled:
 
 def ports_of(model: Coupled) -> dict[str, Port]:
     """The output ports of its atomics by path below the root."""
-    return {below_root(port.path): port for port in output_ports(_atomics(model))}
+    return {below_root(port.path): port for port in output_ports(own_atomics(model))}
 
 
 def sections_between(recording: Recording, begin: int, until: int) -> Iterator[Section]:
@@ -105,11 +103,3 @@ def _plain(form: Any) -> Any:  # noqa: ANN401
         except (UnknownValue, AttributeError):
             return form
     return {key: _plain(each) for key, each in form.items()}
-
-
-def _atomics(component: Component) -> Iterator[Atomic]:
-    if isinstance(component, Atomic):
-        yield component
-    elif isinstance(component, Coupled):
-        for each in component.components.values():
-            yield from _atomics(each)
