@@ -290,9 +290,9 @@ class Executive:
         self.world_now.begin(at, step.started)
         try:
             for port, value in self._arrivals.take(at):
-                self.simulator.inject(port, value)
-                if tap is not None:
+                if tap is not None:  # first: a value that the port refuses ends the run
                     tap.entered(port, value)
+                self.simulator.inject(port, value)
             self.simulator.advance(at)
         finally:
             next_at = self._ledger.commit(step.now(), self._next_at)

@@ -25,7 +25,7 @@ class Tap(Protocol):
         """A step for instant `at` begins."""
 
     def entered(self, port: InPort[Any], value: object) -> None:
-        """A value for an input port of the root enters the step that has begun."""
+        """A value for an input port of the root is about to enter the step that has begun."""
 
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""

@@ -150,3 +150,16 @@ def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
     count = iter(range(100))
     verdict = _replayed(path)
     assert (verdict.first, verdict.is_identical) == (None, True)
+
+
+@pytest.mark.slow
+def test_a_value_that_its_port_refuses_ends_the_replay_as_the_run(record: Record) -> None:
+    def send_a_word(session: Session) -> None:
+        executive = session.executive
+        port = executive.simulator.root.in_ports["yaw_reference"]
+        executive.plan(SECOND // 2 + 5, port, "north")
+
+    path = record("tachobot", before=send_a_word)
+    verdict = _replayed(path)
+    assert (verdict.first, verdict.is_identical) == (None, True)
+    assert verdict.duration < SECOND
