@@ -101,7 +101,6 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
 def difference_in_words(difference: Difference) -> Iterator[str]:
     """When, where, and both values."""
     said = difference.as_json()
-    where = ".".join(each for each in (difference.model, difference.field) if each)
-    yield f"  at {format_time(difference.at)}, {difference.what} of {where}"
+    yield f"  at {format_time(difference.at)}, {difference.what} of {difference.where}"
     yield f"    recorded: {json.dumps(said['recorded'])}"
     yield f"    replayed: {json.dumps(said['replayed'])}"

@@ -36,8 +36,7 @@ def where_text(debugger: Debugger, reason: str) -> Iterator[str]:
     if not place.event and (due := debugger.travel.player.simulator.next_at) < NEVER:
         yield f"  next internal event at {format_time(due)}"
     if first is not None:
-        where = ".".join(each for each in (first.model, first.field) if each)
-        yield f"  not as recorded: {first.what} of {where}, since {format_time(first.at)}"
+        yield f"  not as recorded: {first.what} of {first.where}, since {format_time(first.at)}"
 
 
 def printed_json(debugger: Debugger, path: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import Any
 
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.devs.time import format_time
+from firmware_runtime.replay.difference import where_of
 from firmware_runtime.replay.open_player import Change
 from firmware_runtime.replay.verdict import WHOLE, replay
 from firmware_runtime.replay.what_if import (
@@ -54,7 +55,7 @@ def difference_of(
 
 def in_words(difference: Mapping[str, Any]) -> str:
     """A difference as one sentence."""
-    where = ".".join(difference[key] for key in ("model", "field") if difference[key])
+    where = where_of(difference["model"], difference["field"])
     recorded, replayed = (json.dumps(difference[key]) for key in ("recorded", "replayed"))
     at = format_time(difference["t_ns"])
     return f"{difference['what']} of {where} at {at}: {recorded} was recorded, {replayed} replayed"

@@ -20,6 +20,11 @@ class Difference:
     recorded: object
     replayed: object
 
+    @property
+    def where(self) -> str:
+        """Model and field."""
+        return where_of(self.model, self.field)
+
     def as_json(self) -> dict[str, Any]:
         """For a program; floats that JSON has no word for are texts."""
         return {
@@ -30,6 +35,11 @@ class Difference:
             "recorded": shown(self.recorded),
             "replayed": shown(self.replayed),
         }
+
+
+def where_of(model: str, field: str) -> str:
+    """Model and field as one name; either may be empty."""
+    return ".".join(filter(None, (model, field)))
 
 
 def shown(value: object) -> Any:  # noqa: ANN401 -- what JSON has

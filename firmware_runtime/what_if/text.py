@@ -3,9 +3,10 @@
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Final
+from typing import Any, Final
 
 from firmware_runtime.devs.time import format_time
+from firmware_runtime.replay.difference import where_of
 from firmware_runtime.replay.outputs import OutputDifference
 from firmware_runtime.replay.what_if import WhatIf
 
@@ -62,9 +63,9 @@ def number(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def _first(difference: Mapping[str, object]) -> Iterator[str]:
-    where = ".".join(str(difference[key]) for key in ("model", "field") if difference[key])
-    at = format_time(int(str(difference["t_ns"])))
+def _first(difference: Mapping[str, Any]) -> Iterator[str]:
+    where = where_of(difference["model"], difference["field"])
+    at = format_time(difference["t_ns"])
     yield f"  first at {at}, {difference['what']} of {where}"
     yield f"    recorded: {json.dumps(difference['recorded'])}"
     yield f"    replayed: {json.dumps(difference['replayed'])}"
