@@ -4,6 +4,7 @@ A file is taken for what is whole in it. A section whose CRC-32 is wrong ends it
 that is missing between two leaves a gap; both are said, and what follows begins at a keyframe.
 """
 
+import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -236,7 +237,7 @@ def _chunk(content: bytes, size: int) -> Chunk | None:
 def _is_section(content: bytes) -> bool:
     try:
         decode(content)
-    except msgspec.MsgspecError:
+    except (msgspec.MsgspecError, RecursionError):
         return False
     return True
 
@@ -251,4 +252,4 @@ def _header(chunk: Chunk) -> Header | None:
         header = msgspec.convert(section.extra, Header)
     except msgspec.ValidationError:
         return None
-    return header if header.format == FORMAT else None
+    return header if header.format == FORMAT and 0 <= header.speed < math.inf else None

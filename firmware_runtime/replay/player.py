@@ -144,9 +144,11 @@ class Player:
         self.steps += 1
         if not self._reach(section):
             return
+        entering = self._entering(section)
         step.begin(at)
         try:
-            self._enter(section)
+            for port, value in entering:
+                simulator.inject(port, value)
             simulator.advance(at)
         except Exception as error:  # noqa: BLE001 -- as the run did: it is over then
             self.failure = error
@@ -160,8 +162,10 @@ class Player:
             self._note(Difference(at, "step", "", "next event", at, due))
         return now <= at <= due
 
-    def _enter(self, section: Section) -> None:
+    def _entering(self, section: Section) -> list[tuple[Any, object]]:
+        """Ports and values. Raises ConfigError for what is no value."""
         ports: dict[str, Any] = self.simulator.root.in_ports
+        found: list[tuple[Any, object]] = []
         for name, form in section.entered:
             if name not in ports:
                 self._note(Difference(section.at, "value", "", name, form, NOTHING))
@@ -170,7 +174,8 @@ class Player:
                 value = made(form)
             except UnknownValue as error:
                 raise ConfigError.of_one("recording", f"{name}: {error}") from error
-            self.simulator.inject(ports[name], value)
+            found.append((ports[name], value))
+        return found
 
     def _make_safe(self, _section: Section) -> None:
         self.robot.make_safe()

@@ -3,11 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from boards.tachobot.allocation import Allocation
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
 from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.blackbox.section import decode
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import SECOND
@@ -115,6 +118,27 @@ def test_a_damaged_section_is_said_and_what_is_before_it_is_replayed(record: Rec
     assert verdict.steps > 10
     (fault,) = verdict.faults
     assert "is damaged" in fault
+
+
+def test_a_section_of_endless_lists_is_damage(tmp_path: Path) -> None:
+    section = b"\x9a\x04\x00\xc4\x00" + b"\x90" * 5 + b"\x91" * 100_000 + b"\xc0"
+    path = tmp_path / "deep.recording"
+    path.write_bytes(file_of([Numbered(1, [section])]))
+    with pytest.raises(ConfigError, match="no chunk of it has a header"):
+        read_recording(path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0])
+def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:
+    path = record("detective", 0.1)
+    (chunk,) = read_recording(path).chunks
+    header = decode(chunk.contents[0])
+    header.extra["speed"] = speed
+    first = msgspec.msgpack.encode(header)
+    path.write_bytes(file_of([Numbered(1, [first, *chunk.contents[1:]])]))
+    with pytest.raises(ConfigError, match="no chunk of it has a header"):
+        read_recording(path)
 
 
 def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path) -> None:
