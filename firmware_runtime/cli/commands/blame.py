@@ -20,7 +20,7 @@ from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.status import Status
 from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, switch_trace
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 LOOK_EVERY_S = 0.2
 MARGIN_NS = 500_000
@@ -54,11 +54,15 @@ def execute(arguments: argparse.Namespace) -> int:
         signal = open_.enter_context(until_signal())
         trace = _trace(open_, statistics) if _is_under_way(statistics) else None
         follower = Follower(kept, statistics, trace)
-        while _is_under_way(statistics) and monotonic() < ends_at and not signal.wait(LOOK_EVERY_S):
+        while _is_under_way(statistics) and monotonic() < ends_at and not _waited(signal):
             statistics = read_statistics(kept)
             for late in follower.new_in(statistics):
                 print(json.dumps(late.as_json()) if arguments.json else late.text(), flush=True)
     return Status.INTERRUPTED if signal.name == "SIGINT" else Status.OK
+
+
+def _waited(signal: UntilSignal) -> bool:
+    return signal.wait(LOOK_EVERY_S)
 
 
 def _trace(open_: ExitStack, statistics: Statistics) -> SwitchTrace | None:
