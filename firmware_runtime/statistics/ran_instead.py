@@ -45,7 +45,9 @@ class _Wait(NamedTuple):
 def ran_instead(switches: Sequence[Switch], pid: int, since: int, until: int) -> list[RanInstead]:
     """What ran while thread `pid` waited, between two instants of CLOCK_MONOTONIC; longest first.
 
-    Nothing where it did not wait, or where the trace does not reach back so far.
+    Nothing where it did not wait, or where the trace does not reach back so far. Kernels lose
+    switches, some those from an idle processor: a stretch whose two ends name different threads
+    had both, nobody knows how long each, and is left out.
     """
     spent: Counter[tuple[Thread, int]] = Counter()
     for wait in _waits(switches, pid):
@@ -82,7 +84,7 @@ def _ran(
             continue
         if each.at > begin:
             span = min(each.at, end) - at
-            if span > 0:
+            if span > 0 and (thread is None or thread.pid == each.before.pid):
                 yield each.before, span
             at = max(min(each.at, end), at)
         thread = each.to

@@ -80,6 +80,16 @@ def test_one_that_slept_waited_for_nothing() -> None:
     assert ran_instead(slept, LOOP, 0, 20 * US) == []
 
 
+def test_a_stretch_in_which_a_switch_was_lost_is_nobodys() -> None:
+    loop, make, idle = Thread("python", LOOP, 120), Thread("make", 5, 125), Thread("idle", 0, 120)
+    lost = [
+        Switch(1 * US, 0, before=make, to=idle),
+        Switch(2 * US, 1),
+        Switch(8 * US, 0, before=make, to=loop),
+    ]
+    assert ran_instead(lost, LOOP, 0, 20 * US) == []
+
+
 def test_an_idle_processor_is_said_to_have_done_nothing() -> None:
     idle = RanInstead("swapper/1", 0, "idle", 1, 2500.0)
     assert idle.text() == "nothing 2.50 ms on CPU 1"
@@ -124,14 +134,16 @@ try:
 except NoTracingError as error:
     print(error)
     sys.exit(3)
-mine = [each for each in found if each.to is not None and each.to.pid == os.getpid()]
+left = [each for each in found if each.before is not None and each.before.pid == os.getpid()]
 woken = [each for each in found if each.to is None]
 slack = 1_000_000
-print(any(began - slack <= each.at <= ended + slack for each in mine), bool(woken))
+print(any(began - slack <= each.at <= ended + slack for each in left), bool(woken))
 print(instance.exists())
 """
 
 
+# It sleeps and is woken. That it was taken up again is not asked for: kernels of some virtual
+# machines trace no switch from an idle processor.
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_the_kernels_own_trace_has_the_switches_of_this_process_and_ends_with_it() -> None:
