@@ -29,7 +29,8 @@ from firmware_runtime.models.qss.sources import (
     Square,
     Step,
 )
-from firmware_runtime.models.qss.system import System, When
+from firmware_runtime.models.qss.system import System
+from firmware_runtime.models.qss.when import When
 
 __all__ = [
     "LIQSS2",

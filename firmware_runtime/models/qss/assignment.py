@@ -32,6 +32,7 @@ class Assignment(Atomic):
         counts = {each: (counts or {}).get(each, 4) for each in inputs}
         layout = Layout(counts, parameters or {})
         expressions = {**values, **({} if only_if is None else {"": f"1.0 if {only_if} else 0.0"})}
+        self._expressions = expressions
         self._programs = {
             target: compile_expression(parse(text), layout, 1)
             for target, text in expressions.items()
@@ -59,7 +60,7 @@ class Assignment(Atomic):
         self._wires.advance(elapsed * NANO)
         if self.trigger:
             t, flat = self._at * NANO, self._wires.flat
-            values = {name: worth(program, t, flat) for name, program in self._programs.items()}
+            values = {name: self._worth(name, t, flat) for name in self._programs}
             if values.pop("", 1.0) != 0.0:
                 self._sent = values
         for name, port in self.inputs.items():
@@ -69,6 +70,13 @@ class Assignment(Atomic):
             self.activate("sending")
         else:
             self.passivate("waiting")
+
+    def _worth(self, name: str, t: float, flat: Sequence[float]) -> float:
+        try:
+            return worth(self._programs[name], t, flat)
+        except (ValueError, ArithmeticError) as error:
+            text = self._expressions[name]
+            raise self._wires.no_value(self, text, self._at, error) from error
 
 
 class Held(Atomic):

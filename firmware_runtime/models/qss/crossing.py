@@ -107,8 +107,11 @@ class Crossing(Atomic):
 
     def _look(self) -> None:
         t, flat, sides = self._at * NANO, self._wires.flat, self._inner_sides
-        leaves = settle(self._inner, t, sides, flat, self._longest_s)
-        g = self._difference.code(t, sides, flat)
+        try:
+            leaves = settle(self._inner, t, sides, flat, self._longest_s)
+            g = self._difference.code(t, sides, flat)
+        except (ValueError, ArithmeticError) as error:
+            raise self._wires.no_value(self, self.expression, self._at, error) from error
         side = side_of(self._difference, g)
         leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
         self._leaves = leaves

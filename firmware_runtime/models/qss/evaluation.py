@@ -5,6 +5,7 @@ from math import inf, sqrt
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.program import Condition, Program
 from firmware_runtime.models.qss.roots import falls_below_zero
 from firmware_runtime.models.qss.segment import NANO, Segment
@@ -53,6 +54,17 @@ class Wires:
             self.flat[place : place + count] = segment[:count]
         if self.missing:
             self.missing.discard(name)
+
+    def no_value(self, block: Atomic, expression: str, at: int, error: Exception) -> ModelError:
+        """Where an expression has no value: at which instant, and of what."""
+        of = [
+            format_time(at),
+            *(f"{name} = {self.flat[k]:.6g}" for name, (k, _) in self._places.items()),
+        ]
+        return ModelError(
+            f"{block.path}: {expression} has no value at {', '.join(of)}: {error}; "
+            "expected finite real numbers all the way"
+        )
 
     @property
     def are_moving(self) -> bool:

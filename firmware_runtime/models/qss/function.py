@@ -13,6 +13,7 @@ from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.evaluation import Wires, settle
 from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.program import Layout, compile_expression
@@ -114,10 +115,13 @@ class Function(Atomic):
 
     def _evaluate(self) -> None:
         t, flat, sides = self._at * NANO, self._wires.flat, self._sides
-        leaves = settle(self._conditions, t, sides, flat, self._longest_s)
-        coefficients = self._value(t, sides, flat)
+        try:
+            leaves = settle(self._conditions, t, sides, flat, self._longest_s)
+            coefficients = self._value(t, sides, flat)
+            self._renewed_in = leaves if self._is_exact else min(leaves, self._lasts(coefficients))
+        except (ValueError, ArithmeticError) as error:
+            raise self._wires.no_value(self, self.expression, self._at, error) from error
         self._segment = Segment(*coefficients[: self.order])
-        self._renewed_in = leaves if self._is_exact else min(leaves, self._lasts(coefficients))
         self._sends = True
         self.sigma = 0
 
@@ -136,8 +140,9 @@ class Function(Atomic):
         if seconds >= NANO:
             return seconds
         raise ModelError(
-            f"{self.path}: {self.expression} holds for {seconds:.2g} s within {tolerance:.3g}; "
-            "expected 1 ns or more: choose a larger tolerance, or a larger quantum"
+            f"{self.path}: {self.expression} holds for {seconds:.2g} s within {tolerance:.3g} at "
+            f"{format_time(self._at)}; expected 1 ns or more: choose a larger tolerance, or a "
+            "larger quantum"
         )
 
     def _check(self, order: int, tolerance: object, longest_s: float) -> None:

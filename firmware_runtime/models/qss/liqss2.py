@@ -40,7 +40,11 @@ class LIQSS2(QSS2):
         self._a = 0.0
         """Of the derivative by the own q, in 1/s; never above 0."""
         self._change = 0.0
-        """By how much the last own event moved q, while its answer is awaited."""
+        """By how much the last own event moved q, while its answer is awaited.
+
+        The answer comes at the same instant. Without one the derivative does not read q, and an `a`
+        above from a change of something else, as at an event, is none.
+        """
         self._short = 0
 
     def _quantized_after(self, seconds: float) -> Segment:
@@ -56,6 +60,7 @@ class LIQSS2(QSS2):
             self._plan_quantized(self._leaves())
             return
         q0, q1 = self._line(seconds)
+        self._a = self._slope_after(seconds)
         self._advance(seconds)
         self._change = q0 - self._q0
         self._q0, self._q1 = q0, q1
@@ -73,6 +78,7 @@ class LIQSS2(QSS2):
     def external(self, elapsed: int) -> None:
         """Take the new derivative, or be reset."""
         self._at += elapsed
+        self._a = self._slope_after(elapsed * NANO)
         self._advance(elapsed * NANO)
         if self.derivative:
             segment = self.derivative[-1]
@@ -86,6 +92,11 @@ class LIQSS2(QSS2):
             self._restart(self.reset[-1][0])
         self._plan(self._leaves())
 
+    def _slope_after(self, seconds: float) -> float:
+        """`a`, or nothing if so many seconds have brought no answer to a change of q."""
+        unanswered = seconds > 0.0 and abs(self._change) > 0.1 * self._width
+        return 0.0 if unanswered else self._a
+
     def _advance(self, seconds: float) -> None:
         u0, u1 = self._u0, self._u1
         self._x += seconds * (u0 + 0.5 * u1 * seconds)
@@ -94,7 +105,7 @@ class LIQSS2(QSS2):
 
     def _line(self, seconds: float) -> tuple[float, float]:
         """Value and slope of the q to be sent so many seconds after the last transition."""
-        a, u1 = self._a, self._u1
+        a, u1 = self._slope_after(seconds), self._u1
         x = self._x + seconds * (self._u0 + 0.5 * u1 * seconds)
         if self.steps == 0:
             return x, 0.0

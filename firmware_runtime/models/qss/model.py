@@ -1,6 +1,8 @@
 """From a `System` to a coupled model: an integrator a state, a function an equation, and so on."""
 
 import ast
+from collections.abc import Iterator
+from contextlib import contextmanager
 from copy import deepcopy
 from typing import Any, Final
 
@@ -50,14 +52,24 @@ class SystemModel(Coupled):
         self.held = {name: self._held(name) for name in system.discrete}
         self._add_inputs()
         for name, text in system.equations.items():
-            self._equation(name, text)
+            with self._faults_of(f"equations: {name}"):
+                self._equation(name, text)
         for number in range(len(system.events)):
-            self._event(number)
+            with self._faults_of(f"events: {number + 1}"):
+                self._event(number)
 
     @property
     def steps(self) -> int:
         """How many segments its integrators have sent after the first."""
         return sum(max(each.steps - 1, 0) for each in self.integrators.values())
+
+    @contextmanager
+    def _faults_of(self, where: str) -> Iterator[None]:
+        """Say of which part of the system it is what cannot be compiled."""
+        try:
+            yield
+        except ExpressionError as error:
+            raise ConfigError(self.name, [f"{where}: {error}"]) from error
 
     def _integrator(self, name: str) -> Integrator:
         system = self.system

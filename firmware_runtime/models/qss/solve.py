@@ -74,6 +74,8 @@ def solve(
     many instants are done. Raises ConfigError for times that do not ascend from 0 on; ModelError
     where the equations cannot be gone on with.
     """
+    if not isinstance(system, System):
+        raise ConfigError.of_one("solve", f"{system!r}; expected a System")
     at = [float(each) for each in times] if times is not None else _spread(until, samples)
     instants = [whole_ns(each) for each in at]
     if instants != sorted(instants) or any(each < 0 for each in instants):
@@ -93,6 +95,7 @@ def solve(
 def _spread(until: float | None, samples: int) -> list[float]:
     is_sound = isinstance(until, Real) and 0.0 < until <= _MOST_S
     if until is None or not is_sound or not isinstance(samples, Integral) or samples < 2:
-        fault = f"until {until!r} s, {samples!r} samples; expected more than 0 s, 2 samples or more"
+        expected = f"expected more than 0 s, {_MOST_S:g} s at most, 2 samples or more"
+        fault = f"until {until!r} s, {samples!r} samples; {expected}"
         raise ConfigError.of_one("solve", fault)
     return [float(until) * number / (samples - 1) for number in range(samples)]

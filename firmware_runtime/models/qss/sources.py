@@ -6,10 +6,11 @@ units of values are the signal's.
 
 import csv
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
-from itertools import count, pairwise
+from collections.abc import Sequence
+from itertools import pairwise
 from math import isfinite
 from pathlib import Path
+from typing import TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
@@ -17,6 +18,9 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment
+
+_Planned: TypeAlias = tuple[int, Segment]
+"""An instant in ns, and the segment that begins there."""
 
 
 class Schedule(Atomic):
@@ -28,13 +32,13 @@ class Schedule(Atomic):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.out = self.out_port("out", Segment)
-        self._plan: Iterator[tuple[int, Segment]] = iter(())
+        self._number = 0
         self._at = 0
-        self._next: tuple[int, Segment] = (0, ZERO_SEGMENT)
+        self._next: _Planned = (0, ZERO_SEGMENT)
 
     def initialize(self) -> None:
         """Take the first of its segments."""
-        self._at, self._plan = 0, self._segments()
+        self._at = self._number = 0
         self._take()
 
     def output(self) -> None:
@@ -47,12 +51,17 @@ class Schedule(Atomic):
         self._take()
 
     def _take(self) -> None:
-        self._next = next(self._plan, (NEVER, ZERO_SEGMENT))
+        self._next = self._segment(self._number) or (NEVER, ZERO_SEGMENT)
+        self._number += 1
         self.sigma = NEVER if self._next[0] >= NEVER else self._next[0] - self._at
 
     @abstractmethod
-    def _segments(self) -> Iterator[tuple[int, Segment]]:
-        """Instants in ns, ascending, and what begins there; the first at 0."""
+    def _segment(self, number: int) -> _Planned | None:
+        """An instant in ns, and what begins there; None after the last.
+
+        By its number, from 0, whose instant is 0; instants ascend. A generator would be shorter,
+        but where it stands cannot be kept with a recording.
+        """
 
     def _require(self, name: str, value: float, *, is_met: bool, expected: str) -> None:
         if not (isfinite(value) and is_met):
@@ -69,10 +78,8 @@ class Step(Schedule):
         self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
         self.at_s, self.before, self.after = at_s, before, after
 
-    def _segments(self) -> Iterator[tuple[int, Segment]]:
-        if self.at_s > 0.0:
-            yield 0, Segment(self.before)
-        yield whole_ns(self.at_s), Segment(self.after)
+    def _segment(self, number: int) -> _Planned | None:
+        return _nth(number, Segment(self.before), [(self.at_s, Segment(self.after))])
 
 
 class Constant(Step):
@@ -100,13 +107,12 @@ class Ramp(Schedule):
             self._require("until_s", until_s, is_met=until_s > at_s, expected=f"more than {at_s}")
         self.slope, self.at_s, self.until_s, self.start = slope, at_s, until_s, start
 
-    def _segments(self) -> Iterator[tuple[int, Segment]]:
-        if self.at_s > 0.0:
-            yield 0, Segment(self.start)
-        yield whole_ns(self.at_s), Segment(self.start, self.slope)
+    def _segment(self, number: int) -> _Planned | None:
+        planned = [(self.at_s, Segment(self.start, self.slope))]
         if self.until_s is not None:
             end = self.start + self.slope * (self.until_s - self.at_s)
-            yield whole_ns(self.until_s), Segment(end)
+            planned.append((self.until_s, Segment(end)))
+        return _nth(number, Segment(self.start), planned)
 
 
 class Pulse(Schedule):
@@ -120,11 +126,10 @@ class Pulse(Schedule):
         self._require("duration_s", duration_s, is_met=duration_s > 0.0, expected="more than 0")
         self.at_s, self.duration_s, self.low, self.high = at_s, duration_s, low, high
 
-    def _segments(self) -> Iterator[tuple[int, Segment]]:
-        if self.at_s > 0.0:
-            yield 0, Segment(self.low)
-        yield whole_ns(self.at_s), Segment(self.high)
-        yield whole_ns(self.at_s + self.duration_s), Segment(self.low)
+    def _segment(self, number: int) -> _Planned | None:
+        end_s = self.at_s + self.duration_s
+        planned = [(self.at_s, Segment(self.high)), (end_s, Segment(self.low))]
+        return _nth(number, Segment(self.low), planned)
 
 
 class Square(Schedule):
@@ -144,14 +149,14 @@ class Square(Schedule):
         self._require("duty", duty, is_met=0.0 <= duty <= 1.0, expected="0 to 1")
         self.period_s, self.duty, self.low, self.high = period_s, duty, low, high
 
-    def _segments(self) -> Iterator[tuple[int, Segment]]:
+    def _segment(self, number: int) -> _Planned | None:
         period, on = self.period_s * SECOND, self.duty * self.period_s * SECOND
-        for number in count():
-            begin = number * period
-            if on >= 1.0:
-                yield round(begin), Segment(self.high)
-            if on < period - 1.0:
-                yield round(begin + on), Segment(self.low)
+        in_a_period = [(0.0, Segment(self.high))] if on >= 1.0 else []
+        if on < period - 1.0:
+            in_a_period.append((on, Segment(self.low)))
+        periods, place = divmod(number, len(in_a_period))
+        after, segment = in_a_period[place]
+        return round(periods * period + after), segment
 
 
 class Sine(Function):
@@ -195,14 +200,19 @@ class Samples(Schedule):
             raise ModelError(f"{self.path}: expected instants of 0 s or more, each after the last")
         self.samples, self.holds = tuple(samples), holds
 
-    def _segments(self) -> Iterator[tuple[int, Segment]]:
+    def _segment(self, number: int) -> _Planned | None:
         first_s, first = self.samples[0]
         if first_s > 0.0:
-            yield 0, Segment(first)
-        for (at_s, value), (next_s, following) in pairwise(self.samples):
-            slope = 0.0 if self.holds else (following - value) / (next_s - at_s)
-            yield whole_ns(at_s), Segment(value, slope)
-        yield whole_ns(self.samples[-1][0]), Segment(self.samples[-1][1])
+            number -= 1
+        if number < 0:
+            return 0, Segment(first)
+        if number >= len(self.samples):
+            return None
+        at_s, value = self.samples[number]
+        if self.holds or number == len(self.samples) - 1:
+            return whole_ns(at_s), Segment(value)
+        next_s, following = self.samples[number + 1]
+        return whole_ns(at_s), Segment(value, (following - value) / (next_s - at_s))
 
 
 class FromFile(Samples):
@@ -210,6 +220,18 @@ class FromFile(Samples):
 
     def __init__(self, name: str, path: Path | str, *, holds: bool = False) -> None:
         super().__init__(name, _read(Path(path)), holds=holds)
+
+
+def _nth(number: int, before: Segment, planned: Sequence[tuple[float, Segment]]) -> _Planned | None:
+    """The segment of this number: those planned, and `before` where the first is not at 0."""
+    if planned[0][0] > 0.0:
+        number -= 1
+    if number < 0:
+        return 0, before
+    if number >= len(planned):
+        return None
+    at_s, segment = planned[number]
+    return whole_ns(at_s), segment
 
 
 def _read(path: Path) -> list[tuple[float, float]]:

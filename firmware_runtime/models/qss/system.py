@@ -11,13 +11,13 @@ import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from keyword import iskeyword
 from math import isfinite
 from numbers import Real
 from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss.crossing import Direction
 from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     FUNCTIONS,
@@ -31,6 +31,8 @@ from firmware_runtime.models.qss.liqss2 import LIQSS2
 from firmware_runtime.models.qss.qss1 import QSS1
 from firmware_runtime.models.qss.qss2 import QSS2
 from firmware_runtime.models.qss.qss3 import QSS3
+from firmware_runtime.models.qss.shape import shape_faults
+from firmware_runtime.models.qss.when import When
 
 _LEAST_QUANTUM: Final = 1e-100
 """Of a state that begins at 0."""
@@ -44,39 +46,6 @@ DELAY: Final = "delay"
 
 _TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY, "trigger"}
 _NAME = re.compile(r"[A-Za-z]\w*")
-_CROSSES = re.compile(r"(.+?)\bcrosses\b(.+?)\b(rising|falling)?\s*$", re.DOTALL)
-
-
-class When:
-    """What happens when an expression crosses another: states and discrete variables change.
-
-    `event` is `"x crosses 0"`, with `rising` or `falling` behind it for one direction only, or a
-    comparison such as `"x <= 0"`, for the instant at which it becomes true. The values are
-    expressions, of what holds just before; with `only_if` nothing happens while that is false.
-    """
-
-    def __init__(self, event: str, *, only_if: str | None = None, **values: str | float) -> None:
-        self.event = event
-        self.only_if = only_if
-        self.values = {name: str(value) for name, value in values.items()}
-
-    def crossing(self) -> tuple[str, Direction]:
-        """The expression that crosses zero, and in which direction. Raises ExpressionError."""
-        found = _CROSSES.fullmatch(self.event.strip())
-        if found is not None:
-            left, right, direction = found.groups()
-            text = f"({left.strip()}) - ({right.strip()})"
-            if direction == "rising":
-                return text, "rising"
-            return text, "falling" if direction == "falling" else "both"
-        match parse(self.event):
-            case ast.Compare(left=left, ops=[ast.Gt() | ast.GtE()], comparators=[right]):
-                return f"({ast.unparse(left)}) - ({ast.unparse(right)})", "rising"
-            case ast.Compare(left=left, ops=[ast.Lt() | ast.LtE()], comparators=[right]):
-                return f"({ast.unparse(right)}) - ({ast.unparse(left)})", "rising"
-        raise ExpressionError(
-            f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
-        )
 
 
 @dataclass(frozen=True)
@@ -110,6 +79,9 @@ class System:
     horizon_s: float | None = None
 
     def __post_init__(self) -> None:
+        shape = list(shape_faults(self))
+        if shape:
+            raise ConfigError(self.name, shape)
         faults = list(dict.fromkeys([*self._name_faults(), *self._number_faults(), *self._texts()]))
         if faults:
             raise ConfigError(self.name, faults)
@@ -147,8 +119,10 @@ class System:
         groups = ("states", "discrete", "inputs", "definitions", "parameters")
         for group in groups:
             for name in getattr(self, group):
-                if not _NAME.fullmatch(name) or name in _TAKEN:
-                    yield f"{group}: {name!r} is no name for it; expected one such as x, not taken"
+                if name in _TAKEN or iskeyword(name):
+                    yield f"{group}: {name!r} has a meaning in expressions; expected another name"
+                elif not _NAME.fullmatch(name):
+                    yield f"{group}: {name!r} is no name; expected a letter, then letters or digits"
                 if name in known:
                     yield f"{group}: {name!r} is one of {known[name]} too"
                 known[name] = group
@@ -174,6 +148,13 @@ class System:
             for name, value in getattr(self, group).items():
                 if not _is_finite(value):
                     yield f"{group}: {name} is {value!r}; expected a finite number"
+        yield from self._quantum_faults()
+
+    def _quantum_faults(self) -> Iterator[str]:
+        for group in ("quantum", "relative_quantum"):
+            given = getattr(self, group)
+            if isinstance(given, Mapping):
+                yield from (f"{group}: {name} is no state" for name in given.keys() - self.states)
         for name in self.states:
             quantum, least = self.quantum_of(name), self._least_quantum(name)
             if not _is_finite(quantum) or quantum <= 0.0:

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,6 +25,7 @@ from firmware_runtime.models.qss import (
     Simulation,
     Step,
     System,
+    When,
     error_bound,
     solve,
 )
@@ -124,6 +126,30 @@ def test_the_steps_of_liqss2_do_not_grow_with_the_stiffness(stiffness: float) ->
     simulation.advance(3 * SECOND)
     assert simulation.model.steps < 400
     assert simulation.values["fast"] == pytest.approx(math.exp(-3.0), abs=3e-3)
+
+
+STUCK = System(
+    states={"x": 0.0, "v": 0.0},
+    discrete={"slides": 0},
+    definitions={"force": "2 * (0.1 * t - x)"},
+    equations={"x": "v", "v": "force - 0.6 if slides else 0"},
+    events=[
+        When("force crosses 1 rising", only_if="not slides", slides=1),
+        When("v crosses 0 falling", only_if="slides", v=0, slides=0),
+    ],
+    method="LIQSS2",
+)
+
+
+@pytest.mark.parametrize("quantum", [1e-3, 3e-4])
+def test_liqss2_takes_no_change_at_an_event_for_an_answer(quantum: float) -> None:
+    """A mass that stands still after it slipped, by an equation that does not read its speed."""
+    simulation = Simulation(replace(STUCK, quantum=quantum))
+    simulation.advance(8 * SECOND)
+    assert simulation.values["v"] == 0.0
+    before = simulation.model.steps
+    simulation.advance(11 * SECOND)
+    assert simulation.model.steps <= before + 2
 
 
 @pytest.mark.slow

@@ -1,0 +1,56 @@
+"""What a system gets wrong: refused by a sentence that names the part, before or while it runs."""
+
+from typing import Any
+
+import pytest
+
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss import System, When, solve
+
+SOUND: dict[str, Any] = {"states": {"x": 1.0}, "equations": {"x": "-x"}}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"states": ["x"]}, r"states is \['x'\]; expected a dictionary"),
+        ({"states": {1: 1.0}}, "states: 1 is no name"),
+        ({"equations": None}, "equations is None; expected a dictionary"),
+        ({"equations": {"x": -1.0}}, "equations: x is -1.0; expected an expression as text"),
+        ({"definitions": {"a": 2}}, "definitions: a is 2; expected an expression as text"),
+        ({"events": When("x crosses 0", x=1)}, "events is .*; expected a list of When"),
+        ({"events": ["x crosses 0"]}, "events: 'x crosses 0'; expected a list of When"),
+        ({"outputs": "x"}, "outputs is 'x'; expected a list"),
+        ({"quantum": {"x": 1e-3, "y": 1e-3}}, "quantum: y is no state"),
+        ({"relative_quantum": {"y": 1e-3}}, "relative_quantum: y is no state"),
+        ({"parameters": {"e": 0.8}}, "parameters: 'e' has a meaning in expressions"),
+        ({"parameters": {"lambda": 0.8}}, "parameters: 'lambda' has a meaning in expressions"),
+        ({"parameters": {"x y": 0.8}}, "parameters: 'x y' is no name"),
+        ({"equations": {"x": "1 / k"}, "parameters": {"k": 0}}, "equations: x: 1 / k: division"),
+        ({"events": [When("1 / k > x", x=1)], "parameters": {"k": 0}}, "events: 1: 1 / k"),
+    ],
+)
+def test_a_part_of_the_wrong_kind_or_name_is_named(wrong: dict[str, Any], says: str) -> None:
+    with pytest.raises(ConfigError, match=says):
+        solve(System(**{**SOUND, **wrong}), 1.0)
+
+
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+@pytest.mark.parametrize("text", ["sqrt(-x)", "1 / (x - 1)", "log(x - 1)", "exp(1000 * x)"])
+def test_an_equation_without_a_value_names_itself_the_instant_and_its_inputs(
+    text: str, method: str
+) -> None:
+    with pytest.raises(ModelError, match=r"system.x': .* has no value at 0.000000000 s, x = 1: "):
+        solve(System(states={"x": 1.0}, equations={"x": text}, method=method), 1.0)
+
+
+def test_an_event_without_a_value_names_its_expression_the_instant_and_its_inputs() -> None:
+    for event in (When("1 / (x - 1) > 0", x=2), When("x crosses 0.5", x="sqrt(-x)")):
+        with pytest.raises(ModelError, match=r"has no value at 0\.\d+ s, x = (1|0\.5): "):
+            solve(System(**SOUND, events=[event]), 1.0)
+
+
+def test_what_is_no_system_cannot_be_solved() -> None:
+    with pytest.raises(ConfigError, match="expected a System"):
+        solve({"x": "-x"}, 1.0)  # type: ignore[arg-type]  # the mistake
