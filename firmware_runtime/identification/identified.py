@@ -5,15 +5,12 @@ from typing import Any, Final
 
 import numpy as np
 from msgspec import Struct
-from scipy.stats import t as student
 
-from firmware_runtime.identification.output_error import Fit, fit
+from firmware_runtime.identification.fit import Fit, fit
 from firmware_runtime.identification.plant import KEYS, NAMES, PlantParameters, Structure
-from firmware_runtime.identification.regression import Guess, guess
 from firmware_runtime.identification.series import Series
 
 CONFIDENCE: Final = 0.95
-_STATIC: Final = NAMES.index("static")
 _WIDE: Final = 1.0
 """An interval as wide as its value says little of it."""
 
@@ -59,9 +56,8 @@ class Identified(Struct, frozen=True):
 
 def identify(series: Series, structure: Structure, lag_s: float) -> tuple[Identified, Fit]:
     """The plant that a series shows, and the fit that it was read from."""
-    start = guess(series, lag_s)
-    found = fit(series, start, lag_s)
-    estimates = dict(zip(KEYS[structure], _estimates(found, start), strict=True))
+    found = fit(series, lag_s, CONFIDENCE)
+    estimates = dict(zip(KEYS[structure], _estimates(found), strict=True))
     white = found.noise.whitened(found.residuals)
     explained = float(1.0 - np.var(found.residuals) / np.var(series.measured))
     identified = Identified(
@@ -74,29 +70,28 @@ def identify(series: Series, structure: Structure, lag_s: float) -> tuple[Identi
         noise=float(np.std(white)),
         noise_weights=found.noise.weights.tolist(),
         explained=explained,
-        warnings=list(_warnings(estimates, explained)),
+        warnings=list(_warnings(estimates, explained, found)),
     )
     return identified, found
 
 
-def _estimates(found: Fit, start: Guess) -> Iterator[Estimate]:
-    half = student.ppf(0.5 + CONFIDENCE / 2, found.freedom) * np.sqrt(np.diag(found.covariance))
-    for place, guessed in enumerate(start.plant.values):
-        value, apart = float(found.values[place]), float(half[place])
-        low, high = value - apart, value + apart
-        if place == _STATIC:
-            low, high = min(low, found.static_range[0]), max(high, found.static_range[1])
-            if not np.isfinite(apart):
-                low, high = found.static_range
-        yield Estimate(value, max(low, 0.0), high if np.isfinite(high) else None, guessed)
+def _estimates(found: Fit) -> Iterator[Estimate]:
+    ends = zip(found.intervals.low.tolist(), found.intervals.high.tolist(), strict=True)
+    guessed = found.guess.plant.values
+    for value, (low, high), first in zip(found.plant.values, ends, guessed, strict=True):
+        yield Estimate(value, max(low, 0.0), high if np.isfinite(high) else None, first)
 
 
-def _warnings(estimates: dict[str, Estimate], explained: float) -> Iterator[str]:
+def _warnings(estimates: dict[str, Estimate], explained: float, found: Fit) -> Iterator[str]:
     for key, each in estimates.items():
         if each.high is None:
             yield f"{key}: nothing in the run bounds it; expected a body that stands still"
         elif each.value > 0.0 and each.high - (each.low or 0.0) > 2 * _WIDE * each.value:
             yield f"{key}: hardly to be seen in this run, its interval is wider than itself"
+    if not found.settled:
+        yield "the search ended before nothing fitted better; its intervals are not to be trusted"
+    if found.wanders:
+        yield "what the plant leaves is no noise: it is remembered for long; look at the difference"
     if explained < 0.9:
         yield f"the plant explains {explained:.0%} of the output's variance; expected 90 % or more"
 

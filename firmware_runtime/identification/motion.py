@@ -12,10 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from firmware_runtime.identification.exponentials import convolutions, ramps
+from firmware_runtime.identification.exponentials import convolution, convolutions, ramp, ramps
 from firmware_runtime.identification.plant import Numbers, PlantParameters
 from firmware_runtime.identification.stretches import Stretches, followed, pieces
-from firmware_runtime.models.plant import convolution, ramp
 
 _STEPS: Final = 60
 """Of the search for an instant; it needs about six."""

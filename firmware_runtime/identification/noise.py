@@ -27,12 +27,25 @@ class Noise:
         """
         order = len(self.weights)
         white = values[order:].copy()
-        for back, weight in enumerate(self.weights, start=1):
-            white -= weight * values[order - back : len(values) - back]
+        for back in np.flatnonzero(self.weights) + 1:
+            white -= self.weights[back - 1] * values[order - back : len(values) - back]
         return white
+
+    @property
+    def memory(self) -> float:
+        """Over how many measurements a value is remembered; infinite for a random walk."""
+        forgotten = 1.0 - float(np.sum(self.weights))
+        return 1.0 / forgotten if forgotten > 0.0 else np.inf
 
 
 WHITE: Final = Noise(np.empty(0))
+
+
+def random_walk(span: int) -> Noise:
+    """What whitening by it leaves is the change over so many measurements; over 0 the value."""
+    weights = np.zeros(span)
+    weights[-1:] = 1.0
+    return Noise(weights)
 
 
 def noise_of(residuals: Numbers) -> Noise:

@@ -5,15 +5,17 @@ Integrated once, the equation of motion is linear in what is unknown:
     rate = offset + (1/inertia) integral(drive) - (damping/inertia) integral(rate)
            - (coulomb/inertia) integral(sign of rate)
 
-with the integrals taken while the body moves. Integrating averages noise out of the regressors; for
-a measured position the equation is integrated twice. The delay is the one of a grid that fits best.
+with the integrals taken while the body moves. Integrating averages noise out of the regressors; of
+a measured position it is the slope over a span that is taken for the rate. The delay is the one of
+a grid that fits best.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from firmware_runtime.identification.plant import Numbers, PlantParameters
 from firmware_runtime.identification.series import Series
@@ -25,6 +27,7 @@ Cut: TypeAlias = tuple[float, Stretches]
 MOST_DELAY_S: Final = 0.5
 _DELAYS: Final = 51
 _SMOOTHED: Final = 9
+_FEWEST_SPANS: Final = 15
 _STANDING: Final = 4.0
 """So many deviations of the smoothed noise, and a rate is one."""
 
@@ -39,18 +42,46 @@ class Guess:
     """What a sensor of rates reads at rest."""
 
 
-def guess(series: Series, lag_s: float) -> Guess:
-    """The plant whose integrals fit best; its sensor reads 0 at rest, or what it reads at first."""
-    rate = _smoothed_rate(series)
-    still = _still(rate, series)
-    first = float(np.median(rate[:_SMOOTHED]))
-    rests = (0.0, first) if series.quantity == "rate" else (0.0,)
+def guesses(series: Series, lag_s: float) -> list[Guess]:
+    """The plant whose integrals fit best; of positions one for each span that they are sloped over.
+
+    A short span leaves noise in the slopes, a long one blurs the motion.
+    """
     delays = np.linspace(0.0, MOST_DELAY_S, _DELAYS)
     cuts = [
         (float(delay_s), stretches_of(series.given_at, series.given, series.at, delay_s, lag_s))
         for delay_s in delays
     ]
-    found = (_at_rest(series, cuts, rate - rest, still, rest) for rest in rests)
+    if series.quantity == "rate":
+        return [_guess(series, cuts)]
+    return [_guess(rates_of(series, span), cuts) for span in _spans(series)]
+
+
+def _spans(series: Series) -> Iterator[int]:
+    """Numbers of measurements, odd, each about twice the one before."""
+    span = _SMOOTHED
+    while span < len(series.at) // _FEWEST_SPANS:
+        yield span
+        span = 2 * span - 1
+
+
+def rates_of(series: Series, span: int) -> Series:
+    """The rate instead of the position: slopes of parabolas over so many measurements."""
+    period = float(np.median(np.diff(series.at)))
+    even = np.arange(series.at[0], series.at[-1] + 0.5 * period, period)
+    measured = np.interp(even, series.at, series.measured)
+    slopes = savgol_filter(measured, span, 2, deriv=1, delta=period)
+    return replace(series, measured=np.interp(series.at, even, slopes), quantity="rate")
+
+
+def _guess(series: Series, cuts: Sequence[Cut]) -> Guess:
+    """The sensor reads 0 at rest, or what it reads at first."""
+    rate = _smoothed(series.measured)
+    still = _still(rate, series)
+    found = (
+        _at_rest(series, cuts, rate - rest, still, rest)
+        for rest in (0.0, float(np.median(rate[:_SMOOTHED])))
+    )
     return min(found, key=lambda each: each.misfit)
 
 
@@ -73,9 +104,6 @@ def _at_delay(
     drive = cut.drive[cut.measured]
     at = series.at
     columns = [_integral(moving * drive, at), *resisting]
-    if series.quantity == "position":
-        columns = [_integral(each, at) for each in columns]
-        columns.append(at - at[0])
     matrix = np.column_stack([np.ones_like(at), *columns])
     found, *_ = np.linalg.lstsq(matrix, series.measured, rcond=None)
     misfit = float(np.sqrt(np.mean((series.measured - matrix @ found) ** 2)))
@@ -103,21 +131,16 @@ def _breakaway(drive: Numbers, moving: Numbers) -> float:
     return float(standing.max()) if len(standing) else 0.0
 
 
-def _smoothed_rate(series: Series) -> Numbers:
-    measured = series.measured
-    if series.quantity == "position":
-        measured = np.gradient(measured, series.at)
+def _smoothed(measured: Numbers) -> Numbers:
     padded = np.pad(measured, _SMOOTHED // 2, mode="edge")
     smoothed: Numbers = np.convolve(padded, np.full(_SMOOTHED, 1.0 / _SMOOTHED), mode="valid")
     return smoothed
 
 
 def _still(rate: Numbers, series: Series) -> float:
-    """The rate that is none beside the noise."""
+    """The rate that is none beside the noise, or beside the rates that there are."""
     noise = np.median(np.abs(np.diff(series.measured, 2))) / 0.6745 / np.sqrt(6.0)
-    if series.quantity == "position":
-        noise /= float(np.median(np.diff(series.at)))
-    return float(_STANDING * max(noise / np.sqrt(_SMOOTHED), 1e-6 * np.abs(rate).max()))
+    return float(max(_STANDING * noise / np.sqrt(_SMOOTHED), 0.01 * np.std(rate)))
 
 
 def _integral(values: Numbers, at: Numbers) -> Numbers:

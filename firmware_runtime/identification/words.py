@@ -5,8 +5,8 @@ from typing import Final
 
 from firmware_runtime.experiments.line_plot import Curve, LinePlot
 from firmware_runtime.experiments.page import plot_figure
+from firmware_runtime.identification.fit import Fit
 from firmware_runtime.identification.identified import CONFIDENCE, Estimate, Identified
-from firmware_runtime.identification.output_error import Fit
 from firmware_runtime.identification.series import Series
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section

@@ -9,7 +9,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.identification.identified import identify
 from firmware_runtime.identification.noise import noise_of
 from firmware_runtime.identification.plant import Numbers, PlantParameters
-from firmware_runtime.identification.regression import guess
+from firmware_runtime.identification.regression import guesses
 from firmware_runtime.identification.series import Quantity, Series, checked
 from tests.support.pushed_body import pushed_body
 
@@ -84,7 +84,7 @@ def test_an_interval_holds_the_truth_and_not_what_is_far_from_it() -> None:
 
 
 def test_regression_alone_comes_near_without_a_derivative() -> None:
-    found = guess(run("rate"), LAG_S).plant
+    found = guesses(run("rate"), LAG_S)[0].plant
     assert found.inertia == pytest.approx(PLANT.inertia, rel=0.1)
     assert found.damping == pytest.approx(PLANT.damping, rel=0.3)
     assert found.delay_s == pytest.approx(PLANT.delay_s, abs=0.02)

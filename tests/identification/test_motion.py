@@ -46,7 +46,7 @@ def test_a_plant_may_come_to_rest_within_a_stretch_a_thousand_times_over() -> No
 def test_steps_wider_than_the_inertia_leave_some() -> None:
     model = OutputError(Series(AT, SQUARE, AT, SQUARE, "rate"), 0.03, begins_moving=False)
     values = np.array([1e-4, 0.1, 0.01, 0.01, 0.02, 0.0])
-    jacobian = model.jacobian(values, np.full(6, 1e-3))
+    jacobian = model.jacobian(values, np.full(6, 1e-3), np.arange(6))
     assert np.isfinite(jacobian).all()
     assert abs(jacobian[:, 0]).max() > 0.0
 

@@ -16,8 +16,8 @@ from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.whole_file import keep_output
 
 if TYPE_CHECKING:
+    from firmware_runtime.identification.fit import Fit
     from firmware_runtime.identification.identified import Identified
-    from firmware_runtime.identification.output_error import Fit
     from firmware_runtime.identification.series import Series
 
 _ABOUT = """
