@@ -12,22 +12,28 @@ import json
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from msgspec import to_builtins
 
 from benchmarks.blame.causes import INJECTED
 from benchmarks.blame.quota import NoQuotaError
 from benchmarks.blame.text import report_text
-from benchmarks.blame.trial import NOT_LATE, Trial, TrialError, processors
+from benchmarks.blame.trial import Trial, TrialError, processors
 from benchmarks.shared.conditions import conditions
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.blame import Cause
+from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.status import Status
 
 SUMMARY = "Whether the named cause of a late activation is the right one: ten causes, injected."
 WANTED = 0.95
+NOT_LATE = "not late"
+"""Of an injection that made nothing late: the machine was quicker than it."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -67,11 +73,12 @@ def _row(cause: str, arguments: argparse.Namespace, folder: Path) -> dict[str, A
     return judged(cause, found)
 
 
-def judged(cause: str, found: Mapping[str, int]) -> dict[str, Any]:
+def judged(cause: str, found: Sequence[WorstActivation | None]) -> dict[str, Any]:
     """How many were right, wrong and unknown, of those that made something late."""
-    named = Counter(found)
-    late = sum(named.values()) - named[NOT_LATE]
+    named = Counter(_name(each) for each in found)
+    late = len(found) - named[NOT_LATE]
     right, unknown = named[INJECTED[cause].right], named[Cause.UNKNOWN]
+    as_it_should = {INJECTED[cause].right, Cause.UNKNOWN, NOT_LATE}
     return {
         "named": dict(named),
         "late": late,
@@ -79,10 +86,21 @@ def judged(cause: str, found: Mapping[str, int]) -> dict[str, Any]:
         "unknown": unknown,
         "wrong": late - right - unknown,
         "share": right / late if late > 0 else None,
+        "named_wrong": [
+            {"t_s": each.t_ns / SECOND, **to_builtins(each.blame)}
+            for each in found
+            if each is not None and _name(each) not in as_it_should
+        ],
     }
+
+
+def _name(found: WorstActivation | None) -> str:
+    return NOT_LATE if found is None or found.blame is None else found.blame.cause
 
 
 def _sums(rows: Mapping[str, Any]) -> dict[str, Any]:
     shares = [row["share"] for row in rows.values() if row.get("share") is not None]
     least = min(shares, default=None)
-    return {"wanted": WANTED, "least_share": least, "as_wanted": bool(least and least >= WANTED)}
+    wrong = sum(row.get("wrong", 0) for row in rows.values())
+    as_wanted = bool(least and least >= WANTED)
+    return {"wanted": WANTED, "least_share": least, "wrong": wrong, "as_wanted": as_wanted}

@@ -6,6 +6,8 @@ from typing import Any
 from benchmarks.blame.causes import INJECTED
 from benchmarks.shared.conditions import conditions_text
 
+JUDGEMENTS = ("right", "unknown", "wrong")
+
 
 def report_text(report: Mapping[str, Any]) -> str:
     """The whole report, the least share of right ones last."""
@@ -22,19 +24,24 @@ def report_text(report: Mapping[str, Any]) -> str:
             if "named" not in row
         ),
         f"  named right, of those that were late: {report['wanted']:.0%} or more is wanted of each",
+        *(line for cause, row in run.items() for line in _wrong_ones(cause, row)),
     ]
     least = report["least_share"]
     return "\n".join([*lines, "ratio none" if least is None else f"ratio {least:.2f} (the least)"])
 
 
+def _percent(number: int, late: int) -> str:
+    return "-" if late == 0 else f"{number / late:.0%}"
+
+
 def _table(run: Mapping[str, Any], names: list[str]) -> list[str]:
-    head = ["injected", "right name", *names, "right"]
+    head = ["injected", "right name", *names, "right", "unknown", "wrong"]
     rows = [
         [
             cause,
             INJECTED[cause].right.value,
             *(str(row["named"].get(name, "")) for name in names),
-            "-" if row["share"] is None else f"{row['share']:.0%}",
+            *(_percent(row[judgement], row["late"]) for judgement in JUDGEMENTS),
         ]
         for cause, row in run.items()
     ]
@@ -46,4 +53,14 @@ def _table(run: Mapping[str, Any], names: list[str]) -> list[str]:
             for number, (cell, width) in enumerate(zip(row, widths, strict=True))
         ).rstrip()
         for row in (head, *rows)
+    ]
+
+
+def _wrong_ones(cause: str, row: Mapping[str, Any]) -> list[str]:
+    """What was named wrong, each with the evidence for it."""
+    return [
+        f"  {cause} at {each['t_s']:.3f} s was named {each['cause']}, "
+        f"{each['explained_us'] / 1000:.2f} ms of {each['of_us'] / 1000:.2f} ms: "
+        + ", ".join(f"{name} {value:g}" for name, value in each["evidence"].items() if value)
+        for each in row["named_wrong"]
     ]

@@ -5,7 +5,6 @@ import os
 import random
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -25,8 +24,6 @@ from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
-NOT_LATE = "not late"
-"""Of an injection that made nothing late: the machine was quicker than it."""
 _BEGINS_S = 30.0
 _MARGIN_NS = PERIOD_MS * MILLISECOND
 
@@ -50,10 +47,10 @@ class Trial:
         """Of the victim."""
         return self.folder / f"{self.cause}.stats"
 
-    def run(self) -> "Counter[str]":
-        """How often which cause was on top. Raises OSError and NoQuotaError where it cannot be.
+    def run(self) -> list[WorstActivation | None]:
+        """What each injection was put down to, as `verdicts` has it.
 
-        Raises TrialError.
+        Raises OSError and NoQuotaError where it cannot be injected, TrialError if nothing ran.
         """
         if self.cause == "move" and len(self.cpus) < 2:
             raise TrialError("there is one processor, and it takes two")
@@ -119,15 +116,18 @@ def _await_steps(victim: "subprocess.Popen[str]", statistics: Path) -> None:
     raise TrialError(f"{statistics}: the victim did not begin: {victim.communicate()[1].strip()}")
 
 
-def verdicts(statistics: Statistics, windows: Sequence[Window]) -> "Counter[str]":
-    """What the latest activation in each window was put down to."""
+def verdicts(statistics: Statistics, windows: Sequence[Window]) -> list[WorstActivation | None]:
+    """The latest activation of each window, which has a verdict; None where none was late."""
     began = statistics.cells[HEARTBEAT] - statistics.cells[ELAPSED]
     worst = [each for each in statistics.figures().worst if each.blame is not None]
-    found: Counter[str] = Counter()
-    for begin, end in windows:
-        inside = [each for each in worst if _meets(each, begin - began, end - began)]
-        found[_cause(inside)] += 1
-    return found
+    return [
+        max(
+            (each for each in worst if _meets(each, begin - began, end - began)),
+            key=_of_us,
+            default=None,
+        )
+        for begin, end in windows
+    ]
 
 
 def _meets(activation: WorstActivation, begin: int, end: int) -> bool:
@@ -136,11 +136,8 @@ def _meets(activation: WorstActivation, begin: int, end: int) -> bool:
     return activation.t_ns <= end and activation.t_ns + span >= begin
 
 
-def _cause(activations: Sequence[WorstActivation]) -> str:
-    blames = [each.blame for each in activations if each.blame is not None]
-    if not blames:
-        return NOT_LATE
-    return max(blames, key=lambda blame: blame.of_us).cause
+def _of_us(activation: WorstActivation) -> float:
+    return 0.0 if activation.blame is None else activation.blame.of_us
 
 
 def processors() -> tuple[int, ...]:

@@ -67,7 +67,7 @@ def main() -> None:
     bus = AccountedBus(adapter, HZ)
     folder = Path(statistics).parent
     rng = random.Random(int(seed))  # noqa: S311 -- spans are no secret
-    acting = act(cause, adapter, folder, rng) if how.from_within else None
+    acting = act(cause, adapter, folder, rng, int(times)) if how.from_within else None
     victim = Victim(bus, acting, int(times))
     root = Coupled("bench")
     root.add(victim)

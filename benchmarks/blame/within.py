@@ -21,8 +21,9 @@ from firmware_runtime.hal.i2c import I2cBus, Message
 DEVICE = 0x68
 HZ = 100_000
 _ANONYMOUS = 64 << 20
-_FILE = 4 << 20
-_BLOCK = 1 << 22
+_PIECE = 4 << 20
+_BLOCK, _LARGEST_BLOCK = 1 << 22, 1 << 24
+_LONG_ENOUGH_MS = 3
 _OBJECTS = 150_000
 
 
@@ -55,30 +56,38 @@ class Act(ABC):
 
 
 class Faults(Act):
-    """Memory that is gone, by turns: fresh pages of the process, and pages of a file on a disk."""
+    """Memory that is not there, by turns: fresh pages of the process, and pages of a file.
 
-    def __init__(self, folder: Path, rng: random.Random) -> None:
+    Each time has a piece of the file of its own, which no time before has fetched: dropping pages
+    takes its time, too, and is no fault.
+    """
+
+    def __init__(self, folder: Path, rng: random.Random, times: int) -> None:
         self._rng = rng
-        self._is_file = False
+        self._acts = 0
         self._memory = mmap.mmap(-1, _ANONYMOUS)
         self._memory.madvise(mmap.MADV_NOHUGEPAGE)
         path = folder / "pages"
-        path.write_bytes(os.urandom(_FILE))
+        with path.open("wb") as file:
+            for _ in range(times // 2 + 1):
+                file.write(os.urandom(_PIECE))
         self._descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
         os.fsync(self._descriptor)
+        os.posix_fadvise(self._descriptor, 0, 0, os.POSIX_FADV_DONTNEED)
 
     def __call__(self) -> None:
-        """Drop them, and touch them one by one until it has taken long enough."""
+        """Touch them one by one until it has taken long enough."""
         until = monotonic_ns() + self._rng.randint(3, 8) * MILLISECOND
-        if self._is_file:
-            os.posix_fadvise(self._descriptor, 0, 0, os.POSIX_FADV_DONTNEED)
-            with mmap.mmap(self._descriptor, _FILE, prot=mmap.PROT_READ) as pages:
+        piece, is_file = divmod(self._acts, 2)
+        if is_file:
+            at = piece * _PIECE
+            with mmap.mmap(self._descriptor, _PIECE, prot=mmap.PROT_READ, offset=at) as pages:
                 pages.madvise(mmap.MADV_RANDOM)  # or the kernel fetches many at a time
                 _read(pages, until)
         else:
             self._memory.madvise(mmap.MADV_DONTNEED)
             _write(self._memory, until)
-        self._is_file = not self._is_file
+        self._acts += 1
 
 
 def _read(pages: mmap.mmap, until: int) -> None:
@@ -139,7 +148,7 @@ class Sync(Act):
     """A file that is written and has to be on the disk before it goes on.
 
     Past the cache where the file system can, so that it is the disk that takes the time and not the
-    copying.
+    copying; in blocks so large that a quick disk, too, takes longer than the call does.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -149,21 +158,35 @@ class Sync(Act):
             self._descriptor = os.open(path, flags | os.O_DIRECT)
         except OSError:  # a file system without it
             self._descriptor = os.open(path, flags)
-        self._block = mmap.mmap(-1, _BLOCK)  # direct writes want whole pages
-        self._block.write(os.urandom(_BLOCK))
+        self._block = _random(_BLOCK)
+        while len(self._block) < _LARGEST_BLOCK and self._written() < _LONG_ENOUGH_MS * MILLISECOND:
+            self._block = _random(2 * len(self._block))
 
     def __call__(self) -> None:
         """Write and wait, until it has taken 6 ms."""
         until = monotonic_ns() + 6 * MILLISECOND
         while monotonic_ns() < until:
-            os.pwrite(self._descriptor, self._block, 0)
-            os.fsync(self._descriptor)
+            self._written()
+
+    def _written(self) -> int:
+        """Write the block and wait for it; ns that it took."""
+        began = monotonic_ns()
+        os.pwrite(self._descriptor, self._block, 0)
+        os.fsync(self._descriptor)
+        return monotonic_ns() - began
 
 
-def act(cause: str, adapter: SlowAdapter, folder: Path, rng: random.Random) -> Act:
-    """What makes a step late, by the name of the cause."""
+def _random(size: int) -> mmap.mmap:
+    """So many random bytes; direct writes want whole pages."""
+    block = mmap.mmap(-1, size)
+    block.write(os.urandom(size))
+    return block
+
+
+def act(cause: str, adapter: SlowAdapter, folder: Path, rng: random.Random, times: int) -> Act:
+    """What makes a step late so many times, by the name of the cause."""
     made: dict[str, Callable[[], Act]] = {
-        "faults": lambda: Faults(folder, rng),
+        "faults": lambda: Faults(folder, rng, times),
         "garbage": Garbage,
         "retries": lambda: Silence(adapter),
         "slow-model": lambda: Computing(rng),

@@ -95,6 +95,9 @@ class BlameRow(Struct, frozen=True):
     khz_before: int = NOT_MEASURED
     khz: int = NOT_MEASURED
     supply: int = NOT_MEASURED
+    disks_ns: int = NOT_MEASURED
+    others_ns: int = NOT_MEASURED
+    throttlings: int = NOT_MEASURED
 
 
 BLAME = BlameRow.__struct_fields__

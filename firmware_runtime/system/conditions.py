@@ -35,21 +35,28 @@ def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
         "scheduler": _CLASSES.get(os.sched_getscheduler(0), "unknown"),
         "scheduler_priority": os.sched_getparam(0).sched_priority,
         "memory_lock_limit_bytes": memory_lock_limit(files),
-        "python": f"{platform.python_implementation()} {platform.python_version()}",
-        "versions": {name: _version(name) for name in PACKAGES},
+        "python": _python(),
+        "versions": _versions(),
     }
 
 
 def versions_here() -> dict[str, str | None]:
     """Of Python, kernel and packages, by name, as a recording keeps them."""
-    here = system_conditions()
-    return {"python": here["python"], "kernel": here["kernel"], **here["versions"]}
+    return {"python": _python(), "kernel": _kernel_name(), **_versions()}
+
+
+def _python() -> str:
+    return f"{platform.python_implementation()} {platform.python_version()}"
+
+
+def _kernel_name() -> str:
+    return f"{platform.system()} {platform.release()}"
 
 
 def _kernel(files: SystemFiles) -> dict[str, Any]:
     throttling = realtime_throttling(files)
     return {
-        "kernel": f"{platform.system()} {platform.release()}",
+        "kernel": _kernel_name(),
         "kernel_build": platform.version(),
         "preemption": preemption(files, platform.version()),
         "clock_source": clock_source(files),
@@ -72,8 +79,12 @@ def _processors(files: SystemFiles) -> dict[str, Any]:
 
 
 @cache
-def _version(package: str) -> str | None:
+def _versions() -> dict[str, str | None]:
     """What is installed; looked up once, for a process that has many runs."""
+    return {name: _version(name) for name in PACKAGES}
+
+
+def _version(package: str) -> str | None:
     try:
         return version(package)
     except PackageNotFoundError:

@@ -5,10 +5,12 @@ systemd's native journal protocol.
 """
 
 import os
-import socket
 import struct
 from pathlib import Path
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
+
+if TYPE_CHECKING:
+    import socket
 
 SOCKET: Final = Path("/run/systemd/journal/socket")
 NOTICE, WARNING = 5, 4
@@ -22,9 +24,7 @@ class Journal:
         self.dropped = 0
         self._socket: socket.socket | None = None
         if path is not None:
-            kind = socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
-            self._socket = socket.socket(socket.AF_UNIX, kind)
-            self._socket.connect(os.fspath(path))
+            self._socket = _connected(path)
 
     @classmethod
     def from_environment(cls) -> Self:
@@ -57,6 +57,14 @@ class Journal:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
+
+
+def _connected(path: Path) -> "socket.socket":
+    import socket  # noqa: PLC0415 -- of a service only
+
+    connected = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    connected.connect(os.fspath(path))
+    return connected
 
 
 def encoded(name: str, value: str) -> bytes:

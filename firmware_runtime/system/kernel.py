@@ -10,8 +10,8 @@ from typing import NamedTuple
 from firmware_runtime.system.files import SystemFiles
 
 _CLOCK_SOURCES = "/sys/devices/system/clocksource/clocksource0"
-_CHOSEN = re.compile(r"\((\w+)\)")
-_AT_BOOT = re.compile(r"(?:^|\s)preempt=(\w+)")
+_CHOSEN = r"\((\w+)\)"
+_AT_BOOT = r"(?:^|\s)preempt=(\w+)"
 
 
 class RealtimeThrottling(NamedTuple):
@@ -48,8 +48,8 @@ def preemption(files: SystemFiles, kernel_build: str) -> str | None:
 
 def _chosen(files: SystemFiles) -> str | None:
     """What debugfs shows in parentheses, or the kernel's command line."""
-    shown = _CHOSEN.search(files.text("/sys/kernel/debug/sched/preempt") or "")
-    at_boot = _AT_BOOT.search(files.text("/proc/cmdline") or "")
+    shown = re.search(_CHOSEN, files.text("/sys/kernel/debug/sched/preempt") or "")
+    at_boot = re.search(_AT_BOOT, files.text("/proc/cmdline") or "")
     found = shown or at_boot
     return found[1] if found else None
 

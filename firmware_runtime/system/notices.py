@@ -9,11 +9,12 @@ Source: sd_notify(3), sd_watchdog_enabled(3).
 import os
 from collections.abc import Mapping
 from time import monotonic_ns
-from typing import Self
-
-from sdnotify import SystemdNotifier
+from typing import TYPE_CHECKING, Self
 
 from firmware_runtime.devs.time import MICROSECOND, NEVER
+
+if TYPE_CHECKING:
+    from sdnotify import SystemdNotifier
 
 
 class Notices:
@@ -80,10 +81,12 @@ class Notices:
         return True
 
 
-def _notifier() -> SystemdNotifier | None:
+def _notifier() -> "SystemdNotifier | None":
     """Where NOTIFY_SOCKET leads, if anywhere."""
     if not os.environ.get("NOTIFY_SOCKET"):
         return None
+    from sdnotify import SystemdNotifier  # noqa: PLC0415 -- of a service only
+
     notifier = SystemdNotifier()
     if notifier.socket is None:
         return None

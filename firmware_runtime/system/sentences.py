@@ -13,7 +13,6 @@ What does not fit is dropped and counted. The next sentence that fits is precede
 """
 
 import os
-import socket
 import stat
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -70,6 +69,8 @@ class Sentences:
         except (OSError, ValueError):
             return lambda data: _write_text(stream, data)
         if stat.S_ISSOCK(mode):
+            import socket  # noqa: PLC0415 -- takes longer to load than all of this
+
             end = self._opened.enter_context(socket.socket(fileno=os.dup(descriptor)))
             return lambda data: end.send(data, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
         if stat.S_ISREG(mode):

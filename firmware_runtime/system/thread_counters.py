@@ -1,7 +1,6 @@
 """What the kernel counts of this thread and of its processor: read in one go, taken apart later.
 
-Files are opened once and kept: a reading is a few `pread`, on a PC 17 us in all, and 0.1 ms in a
-loop of 100 Hz with its caches cold. A reading is raw
+Files are opened once and kept: a reading is a few `pread`, some 0.1 ms with caches cold. It is raw
 bytes until two of them are compared (`between`), which happens after something was late only. A
 file that is not shown, in a container or under a unit with `ProcSubset=pid`, is no fault: what it
 says is then None, not measured, and never zero.
@@ -12,7 +11,7 @@ Sources: proc(5), getrusage(2), Linux Documentation/scheduler/sched-stats.rst (t
 
 import os
 import resource
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import thread_time_ns
 from typing import NamedTuple
 
@@ -20,10 +19,11 @@ from msgspec import Struct
 
 from firmware_runtime.system.c_library import LIBRARY
 from firmware_runtime.system.continued import CONTINUED
+from firmware_runtime.system.disk_times import DISKS, disks_ns
 from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
 from firmware_runtime.system.processors import CPUS
 from firmware_runtime.system.supply import Supply
-from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns
+from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns, throttlings
 
 _LARGEST = 1 << 16
 _LINE = 256
@@ -31,6 +31,7 @@ TICK_NS = 1_000_000_000 // os.sysconf("SC_CLK_TCK")
 """The grain of times in /proc/stat, ns: 10 ms."""
 _IRQ, _SOFTIRQ, _STEAL = 5, 6, 7
 _BLOCKED_TICKS = 41
+_FAIR = {os.SCHED_OTHER, os.SCHED_BATCH, os.SCHED_IDLE}
 
 
 class Reading(NamedTuple):
@@ -48,6 +49,11 @@ class Reading(NamedTuple):
     machine: bytes | None
     frequency: bytes | None
     groups: Sequence[bytes | None]
+    disks: bytes | None = None
+    is_fair: bool = True
+    """Whether the thread has an ordinary scheduling class: only those know a quota."""
+    membership: bytes | None = None
+    """The thread's control groups."""
 
 
 class Counted(Struct, frozen=True, kw_only=True):
@@ -66,8 +72,13 @@ class Counted(Struct, frozen=True, kw_only=True):
     written_bytes: int | None = None
     disk_wait_ns: int | None = None
     """Waiting for a disk, in ticks; where the kernel keeps account of delays."""
+    disks_ns: int | None = None
+    """That the requests to one disk took, the one that had most, in ms."""
     throttled_ns: int | None = None
-    """For which control groups of the thread were held back, of all their processors."""
+    """For which control groups of the thread were held back, of all their processors; 0 where the
+    thread's scheduling class knows no quota."""
+    throttlings: int | None = None
+    """In how many periods of their quotas those groups were held back; None and 0 as above."""
     stolen_ns: int | None = None
     """That the host took from the processor, in ticks."""
     interrupt_ns: int | None = None
@@ -78,6 +89,8 @@ class Counted(Struct, frozen=True, kw_only=True):
     """How often the process was let go on after a stop."""
     from_cpu: int = 0
     to_cpu: int = 0
+    was_regrouped: bool = False
+    """Whether the thread has come into other control groups, whose throttling is not known yet."""
     was_moved: bool = False
     """Whether the processors that the thread may use are others."""
     khz_before: int | None = None
@@ -94,10 +107,14 @@ class ThreadCounters:
         keeps_delays = files.integer("/proc/sys/kernel/task_delayacct") == 1
         self._status = _open(files, f"{own}/stat") if keeps_delays else None
         self._machine = _open(files, "/proc/stat")
+        self._disks = _open(files, DISKS)
         self._frequencies = {
             cpu: _open(files, f"{CPUS}/cpu{cpu}/cpufreq/scaling_cur_freq")
             for cpu in os.sched_getaffinity(0)
         }
+        self._files = files
+        self._membership = _open(files, f"{own}/cgroup")
+        self._member_of = _read(self._membership)
         self._groups = [_open(files, name) for name in throttled_files(files)]
         self.supply = Supply(files)
 
@@ -105,6 +122,7 @@ class ThreadCounters:
         """Read everything that is shown."""
         usage = resource.getrusage(resource.RUSAGE_THREAD)
         cpu: int = LIBRARY.sched_getcpu()
+        self._follow_groups()
         return Reading(
             thread_time_ns(),
             (usage.ru_minflt, usage.ru_majflt, usage.ru_nvcsw, usage.ru_nivcsw),
@@ -117,16 +135,26 @@ class ThreadCounters:
             _read(self._machine),
             _read(self._frequencies.get(cpu)),
             [_read(each) for each in self._groups],
+            _read(self._disks),
+            os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK in _FAIR,
+            self._member_of,
         )
+
+    def _follow_groups(self) -> None:
+        """Open the files of other groups, if the thread was put into other ones."""
+        member_of = _read(self._membership)
+        if member_of != self._member_of:
+            _close(self._groups)
+            self._member_of = member_of
+            self._groups = [_open(self._files, name) for name in throttled_files(self._files)]
 
     def close(self) -> None:
         """Close the files; what is read after that is not measured."""
-        kept = (self._schedule, self._io, self._status, self._machine)
-        for descriptor in (*kept, *self._frequencies.values(), *self._groups):
-            if descriptor is not None:
-                os.close(descriptor)
-        self._schedule = self._io = self._status = self._machine = None
-        self._frequencies, self._groups = {}, []
+        kept = (self._schedule, self._io, self._status, self._machine, self._disks)
+        _close([*kept, *self._frequencies.values(), *self._groups, self._membership])
+        self._schedule = self._io = self._status = self._machine = self._disks = None
+        self._frequencies, self._groups, self._membership = {}, [], None
+        self._member_of = None
 
 
 def between(before: Reading, after: Reading) -> Counted:
@@ -148,13 +176,16 @@ def between(before: Reading, after: Reading) -> Counted:
         read_bytes=read,
         written_bytes=written,
         disk_wait_ns=_in_ns(_grown(_blocked(before.status), _blocked(after.status))),
-        throttled_ns=_throttled(before, after),
+        disks_ns=disks_ns(before.disks, after.disks),
+        throttled_ns=_of_groups(throttled_ns, before, after),
+        throttlings=_of_groups(throttlings, before, after),
         stolen_ns=_in_ns(steal),
         interrupt_ns=_in_ns(interrupt),
         interrupts=interrupts,
         continued=_grown(before.continued, after.continued),
         from_cpu=before.cpu,
         to_cpu=after.cpu,
+        was_regrouped=before.membership != after.membership,
         was_moved=before.allowed != after.allowed,
         khz_before=_word(before.frequency, 0),
         khz=_word(after.frequency, 0),
@@ -205,14 +236,19 @@ def _words(content: bytes | None, begin: bytes) -> list[int]:
     return [int(word) for word in rest.split()[: _STEAL + 1] if word.isdigit()]
 
 
-def _throttled(before: Reading, after: Reading) -> int | None:
-    """The sum over the groups that state it; None where none does."""
+def _of_groups(
+    says: Callable[[bytes | None], int | None], before: Reading, after: Reading
+) -> int | None:
+    """The sum over the groups that state it, of a class with quotas; None where none does."""
+    if before.membership != after.membership:
+        return None
     grown = [
-        _grown(throttled_ns(then), throttled_ns(now))
-        for then, now in zip(before.groups, after.groups, strict=True)
+        _grown(says(then), says(now)) for then, now in zip(before.groups, after.groups, strict=True)
     ]
     known = [each for each in grown if each is not None]
-    return sum(known) if known else None
+    if not known:
+        return None
+    return sum(known) if after.is_fair else 0
 
 
 def _open(files: SystemFiles, name: str) -> int | None:
@@ -220,6 +256,12 @@ def _open(files: SystemFiles, name: str) -> int | None:
         return os.open(files.path(name), os.O_RDONLY | os.O_CLOEXEC)
     except OSError:
         return None
+
+
+def _close(descriptors: Sequence[int | None]) -> None:
+    for descriptor in descriptors:
+        if descriptor is not None:
+            os.close(descriptor)
 
 
 def _read(descriptor: int | None) -> bytes | None:

@@ -40,6 +40,15 @@ def throttled_ns(content: bytes | None) -> int | None:
     return None
 
 
+def throttlings(content: bytes | None) -> int | None:
+    """In how many periods of its quota the group had used it up; None where that is not said."""
+    for line in (content or b"").splitlines():
+        name, _, value = line.partition(b" ")
+        if name == b"nr_throttled" and value.isdigit():
+            return int(value)
+    return None
+
+
 def _mounts(files: SystemFiles) -> dict[str, str]:
     """Where the groups of version 2 are mounted, and those of the controller `cpu`."""
     found: dict[str, str] = {}

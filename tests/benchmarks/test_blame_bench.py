@@ -3,12 +3,13 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from benchmarks.blame.bench import judged
+from benchmarks.blame.bench import NOT_LATE, judged
 from benchmarks.blame.causes import INJECTED
 from benchmarks.blame.text import report_text
-from benchmarks.blame.trial import NOT_LATE, Trial, TrialError, verdicts
+from benchmarks.blame.trial import Trial, TrialError, verdicts
 from benchmarks.shared.conditions import conditions
-from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause
+from firmware_runtime.statistics.blame import BLAME, CAUSES, Blame, BlameRow, Cause
+from firmware_runtime.statistics.figures import Causes, WorstActivation
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import HEARTBEAT, Layout
 from firmware_runtime.statistics.worst_list import WorstList
@@ -19,6 +20,18 @@ STATED = {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "skip"}
 
 def row(cause: Cause, of_ns: int) -> tuple[int, ...]:
     return structs.astuple(BlameRow(cause=1 + CAUSES.index(cause), of_ns=of_ns))
+
+
+def late_one(cause: Cause) -> WorstActivation:
+    blame = Blame(cause, None, 0.0, 5000.0, {"run_delay_us": 7.0, "stops": None, "cpu_us": 0.0})
+    return WorstActivation(
+        t_ns=100_000_000,
+        model="victim",
+        lateness_us=5000.0,
+        step_us=0.0,
+        causes=Causes(5000.0, 0.0, 0.0, {}, {}),
+        blame=blame,
+    )
 
 
 @pytest.fixture
@@ -39,23 +52,30 @@ def test_an_injection_is_what_the_latest_activation_in_its_window_was_put_down_t
     file: StatisticsFile,
 ) -> None:
     windows = [(1_099_000_000, 1_115_000_000), (1_301_000_000, 1_301_500_000)]
-    assert verdicts(file.statistics(), windows) == {Cause.BUS: 1, Cause.DISK: 1}
+    found = verdicts(file.statistics(), windows)
+    assert [each.blame.cause for each in found if each and each.blame] == [Cause.BUS, Cause.DISK]
 
 
 def test_a_window_without_a_late_activation_is_not_late(file: StatisticsFile) -> None:
-    assert verdicts(file.statistics(), [(1_200_000_000, 1_210_000_000)]) == {NOT_LATE: 1}
+    assert verdicts(file.statistics(), [(1_200_000_000, 1_210_000_000)]) == [None]
 
 
 def test_right_unknown_and_wrong_add_up_to_what_was_late() -> None:
-    found = judged("stop", {Cause.STOPPED: 47, Cause.UNKNOWN: 2, Cause.MODEL: 1, NOT_LATE: 5})
+    model = late_one(Cause.MODEL)
+    found = judged(
+        "stop",
+        [late_one(Cause.STOPPED)] * 47 + [late_one(Cause.UNKNOWN)] * 2 + [model] + [None] * 5,
+    )
     assert (found["late"], found["right"], found["unknown"], found["wrong"]) == (50, 47, 2, 1)
     assert found["share"] == 0.94
-    assert judged("stop", {NOT_LATE: 5})["share"] is None
+    assert found["named"][NOT_LATE] == 5
+    assert [each["cause"] for each in found["named_wrong"]] == [Cause.MODEL]
+    assert judged("stop", [None] * 5)["share"] is None
 
 
 def test_the_table_has_a_row_for_each_cause_and_says_what_was_not_run() -> None:
     rows = {
-        "stop": judged("stop", {Cause.STOPPED: 50}),
+        "stop": judged("stop", [late_one(Cause.STOPPED)] * 49 + [late_one(Cause.MODEL)]),
         "quota": {"not_run": "no control groups with the controller cpu are mounted"},
     }
     report = {
@@ -66,7 +86,8 @@ def test_the_table_has_a_row_for_each_cause_and_says_what_was_not_run() -> None:
         "least_share": 1.0,
     }
     text = report_text(report)
-    assert "stop      stopped          50   100%" in text
+    assert "stop      stopped          49      1    98%       0%     2%" in text
+    assert "stop at 0.100 s was named model, 0.00 ms of 5.00 ms: run_delay_us 7" in text
     assert "quota: not run: no control groups" in text
     assert text.endswith("ratio 1.00 (the least)")
 

@@ -54,13 +54,20 @@ def test_a_clock_that_is_not_the_machines_has_no_causes() -> None:
     assert all("blame" not in each for each in run.json()["worst"])
 
 
+def counters_of(run: Run) -> object:
+    """What its blamer has open."""
+    blamer = run.executive._ledger._blamer
+    assert blamer is not None
+    return blamer._counters
+
+
 @pytest.mark.parametrize("pauses", [(), (20, 40)])
 def test_counters_are_closed_at_every_pause_and_opened_again(pauses: tuple[int, ...]) -> None:
     run = Run(Robot(), QuickClock())
     for steps in pauses:
         run.executive.run_on(steps * PERIOD)
-        assert run.executive._ledger._blamer._counters is None
+        assert counters_of(run) is None
     run.executive.run_on(60 * PERIOD)
     run.executive.end()
-    assert run.executive._ledger._blamer._counters is None
+    assert counters_of(run) is None
     assert run.figures().worst[0].blame is not None

@@ -40,11 +40,31 @@ RECORDED: list[tuple[Cause, Evidence]] = [
     (Cause.BUS, structs.replace(LONG, bus_ns=4_200_000, retries=2)),
     (Cause.FAULTS, structs.replace(LONG, cpu_ns=4_136_750, faults_ns=4_100_000)),
     (Cause.FAULTS, structs.replace(LONG, cpu_ns=2_317_150, major_faults=91, read_bytes=372_736)),
-    (Cause.DISK, structs.replace(LONG, cpu_ns=677_044, written_bytes=1_766_287)),
+    (
+        Cause.FAULTS,
+        structs.replace(
+            LONG,
+            of_ns=4_125_689,
+            cpu_ns=1_713_446,
+            faults_ns=125_088,
+            major_faults=48,
+            voluntary=47,
+            disks_ns=MILLISECOND,
+        ),
+    ),
+    (
+        Cause.DISK,
+        structs.replace(LONG, cpu_ns=677_044, written_bytes=1_766_287, disks_ns=4 * MILLISECOND),
+    ),
     (Cause.DISK, structs.replace(LONG, cpu_ns=677_044, disk_wait_ns=4 * MILLISECOND)),
     (Cause.ASLEEP, structs.replace(LONG, cpu_ns=100_000)),
-    (Cause.CLOCK, structs.replace(LONG, cpu_ns=4_900_000, khz_before=1_800_000, khz=600_000)),
-    (Cause.SUPPLY, structs.replace(LONG, cpu_ns=4_900_000, khz=600_000, supply=1)),
+    (
+        Cause.CLOCK,
+        structs.replace(
+            LONG, cpu_ns=4_900_000, usual_cpu_ns=2_500_000, khz_before=1_800_000, khz=600_000
+        ),
+    ),
+    (Cause.SUPPLY, structs.replace(LONG, cpu_ns=4_900_000, usual_cpu_ns=1_700_000, supply=1)),
     (Cause.UNKNOWN, LATE),
 ]
 
@@ -102,3 +122,85 @@ def test_a_clock_that_stayed_makes_it_the_model() -> None:
 def test_it_names_the_part_of_the_robot_that_it_is(cause: Cause, culprit: int) -> None:
     evidence = next(each for named, each in RECORDED if named is cause)
     assert verdict(evidence).culprit == culprit
+
+
+def named(evidence: Evidence, **parts: int | None) -> Cause:
+    return verdict(structs.replace(evidence, **parts)).cause
+
+
+def test_a_clock_or_a_supply_explains_no_more_than_it_makes_the_usual_work_longer() -> None:
+    computed = structs.replace(LONG, cpu_ns=4_900_000, usual_cpu_ns=300_000)
+    assert named(computed, khz_before=1_800_000, khz=600_000) is Cause.MODEL
+    assert named(computed, khz_before=3_000_000, khz=2_500_000) is Cause.MODEL
+    assert named(computed, supply=1) is Cause.MODEL
+
+
+def test_what_slow_steps_before_it_may_have_had_of_a_counter_explains_nothing() -> None:
+    taken = structs.replace(LATE, run_delay_ns=10_669_458)
+    assert named(taken, others_ns=4_000_000) is Cause.PREEMPTED
+    assert named(taken, others_ns=5_000_000) is Cause.UNKNOWN
+    assert named(LATE, stops=1, others_ns=50_000_000) is Cause.STOPPED
+
+
+def test_a_group_that_was_held_back_while_the_loop_ran_is_no_cause() -> None:
+    computed = structs.replace(LONG, cpu_ns=4_500_000, throttled_ns=79_012_220)
+    assert named(computed) is Cause.MODEL
+    assert named(computed, cpu_ns=0, run_delay_ns=4_500_000) is Cause.THROTTLED
+    assert named(LATE, throttled_ns=79_012_220, run_delay_ns=None) is Cause.THROTTLED
+
+
+def test_bytes_without_a_busy_disk_are_not_waited_for() -> None:
+    logged = structs.replace(LONG, cpu_ns=100_000, written_bytes=4096)
+    assert named(logged, disks_ns=0) is Cause.ASLEEP
+    assert named(logged, disks_ns=None) is Cause.UNKNOWN
+    assert named(logged, disks_ns=2 * MILLISECOND) is Cause.DISK
+
+
+def test_one_fetched_page_is_no_reason_for_a_long_sleep() -> None:
+    fetched = structs.replace(LONG, cpu_ns=100_000, major_faults=1, voluntary=1)
+    assert named(fetched, disks_ns=MILLISECOND) is Cause.ASLEEP
+    assert named(fetched, disks_ns=4 * MILLISECOND) is Cause.FAULTS
+
+
+def test_between_a_model_and_faults_that_may_be_dear_nothing_is_named() -> None:
+    dear = structs.replace(LONG, cpu_ns=4_474_684)
+    assert named(dear, faults_ns=1_864_800) is Cause.UNKNOWN
+    assert named(dear, faults_ns=100_000) is Cause.MODEL
+
+
+def test_what_a_host_took_is_a_part_of_the_time_that_nothing_else_has() -> None:
+    stolen = 30 * MILLISECOND
+    assert named(LATE, stolen_ns=stolen) is Cause.STOLEN
+    assert named(LONG, stolen_ns=stolen, cpu_ns=4_500_000) is Cause.MODEL
+    assert named(LATE, interrupt_ns=5 * stolen, run_delay_ns=10_000_000) is Cause.PREEMPTED
+
+
+def test_a_bus_explains_only_what_the_step_was_asleep() -> None:
+    busy = structs.replace(LONG, bus_ns=14_780_056)
+    assert named(busy, cpu_ns=500_000) is Cause.BUS
+    assert named(busy, cpu_ns=4_500_000) is Cause.MODEL
+    assert named(busy, in_step_ns=200_000) is Cause.UNKNOWN
+    assert named(busy, run_delay_ns=None) is Cause.BUS
+
+
+def test_faults_explain_nothing_before_the_step() -> None:
+    faulty = structs.replace(LATE, cpu_ns=10_000_000, faults_ns=10_000_000)
+    assert named(faulty) is Cause.UNKNOWN
+    assert named(faulty, before_wait_ns=10_000_000) is Cause.FAULTS
+
+
+def test_a_long_sleep_after_the_deadline_is_a_quotas_if_one_was_used_up() -> None:
+    woken = structs.replace(LATE, of_ns=60_000_000, throttlings=1)
+    assert named(woken) is Cause.THROTTLED
+    assert named(woken, throttlings=0) is Cause.UNKNOWN
+    assert named(woken, of_ns=20_000_000) is Cause.UNKNOWN
+    assert named(woken, stolen_ns=50_000_000) is Cause.STOLEN
+    assert named(woken, in_step_ns=55_000_000) is Cause.ASLEEP
+
+
+def test_who_did_not_go_to_sleep_was_not_asleep() -> None:
+    stolen = structs.replace(LONG, may_have_slept=False)
+    assert named(stolen) is Cause.UNKNOWN
+    assert named(stolen, written_bytes=4096, disks_ns=8 * MILLISECOND) is Cause.UNKNOWN
+    assert named(stolen, bus_ns=5 * MILLISECOND) is Cause.UNKNOWN
+    assert named(stolen, stops=1) is Cause.STOPPED

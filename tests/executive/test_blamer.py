@@ -1,13 +1,24 @@
 """When counters are read, what is taken off them, and whose cause a late activation inherits."""
 
+from collections.abc import Iterator
+
 import pytest
+from msgspec import structs
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.blame import blamer as blamer_module
-from firmware_runtime.executive.blame.blamer import GAP, NOTHING, Blamer, Late
-from firmware_runtime.executive.blame.usual import Grown, beyond_usual
+from firmware_runtime.executive.blame.blamer import GAP, Blamer
+from firmware_runtime.executive.blame.late import NOTHING, Late
+from firmware_runtime.executive.blame.usual import (
+    LEAST_STEPS,
+    OLD_STEPS,
+    WAKE_NS,
+    Grown,
+    Quiet,
+    beyond_usual,
+)
 from firmware_runtime.executive.clocks import MonotonicClock, ScaledClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.profiler import Profiler
@@ -49,7 +60,7 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> Counters:
 
 
 @pytest.fixture
-def blamer(counters: Counters) -> Blamer:
+def blamer(counters: Counters) -> Iterator[Blamer]:
     """One that has seen a quiet second of 100 steps."""
     root = Coupled("root")
     root.add(Atomic("imu"))
@@ -61,7 +72,8 @@ def blamer(counters: Counters) -> Blamer:
     counters.pass_steps(100)
     found.keep(100)
     profiler.step.own_times[1] = 4 * MILLISECOND
-    return found
+    yield found
+    found.close()
 
 
 def late(at: int = 2 * SECOND, **parts: int) -> Late:
@@ -168,3 +180,44 @@ def test_states_and_throttling_have_no_usual_amount() -> None:
     quiet = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=20), 10, 0, 0)
     counted = beyond_usual(found, quiet).counted
     assert (counted.throttled_ns, counted.continued, counted.khz, counted.cpu_ns) == (5, 1, 7, 0)
+
+
+def test_a_quieter_time_says_what_is_usual_until_it_is_old(blamer: Blamer) -> None:
+    assert blamer._before is not None
+    mark = blamer._before
+
+    def quiet(first: int, steps: int, slow_ns: int) -> Quiet:
+        after = mark._replace(steps=first + steps)
+        return Quiet(mark._replace(steps=first), after, slow_ns)
+
+    calm, busy = quiet(0, 100, 0), quiet(100, 100, 5 * MILLISECOND)
+    assert calm.is_to_replace(None)
+    assert calm.is_to_replace(busy)
+    assert not busy.is_to_replace(calm)
+    assert quiet(100 + OLD_STEPS, 100, 5 * MILLISECOND).is_to_replace(calm)
+    assert quiet(100, 100, 0).is_to_replace(calm)
+    assert not quiet(100, LEAST_STEPS - 1, 0).is_to_replace(calm)
+
+
+def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(
+    blamer: Blamer, counters: Counters
+) -> None:
+    counters.run_delay_ns += 3 * MILLISECOND
+    blamer.pass_over(SECOND, 2 * MILLISECOND)
+    row = blamer.explain(late(wake=3200 * MICROSECOND), 101)
+    assert (cause(row.cause), row.others_ns) == (Cause.UNKNOWN, 2 * MILLISECOND)
+    blamer.pass_over(2 * SECOND, 2 * MILLISECOND)  # it is the one that was judged
+    counters.run_delay_ns += 3 * MILLISECOND
+    row = blamer.explain(late(3 * SECOND, wake=3200 * MICROSECOND), 102)
+    assert (cause(row.cause), row.others_ns) == (Cause.PREEMPTED, 0)
+
+
+def test_waking_up_belongs_to_what_was_slept_for() -> None:
+    before = Counted(run_delay_ns=4 * MILLISECOND, voluntary=200)
+    quiet = Grown(before, 100, 0, 0)
+    pages = Counted(run_delay_ns=1400 * MICROSECOND, voluntary=40)
+    assert beyond_usual(Grown(pages, 1, 0, 0), quiet).counted.run_delay_ns == 600 * MICROSECOND
+    slow = Grown(structs.replace(before, run_delay_ns=80 * MILLISECOND), 100, 0, 0)
+    dear = structs.replace(pages, run_delay_ns=10 * MILLISECOND)
+    found = beyond_usual(Grown(dear, 1, 0, 0), slow).counted.run_delay_ns
+    assert found == 10 * MILLISECOND - 800 * MICROSECOND - 38 * WAKE_NS

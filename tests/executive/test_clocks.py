@@ -9,6 +9,7 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive import clocks
 from firmware_runtime.executive.clocks import MonotonicClock, ScaledClock, VirtualClock
+from firmware_runtime.system import c_library
 
 
 class Bell:
@@ -40,7 +41,7 @@ class Hardware:
         self.alarms: list[int] = []
         monkeypatch.setattr(clocks, "monotonic_ns", self.read)
         monkeypatch.setattr(clocks, "select", self.select)
-        monkeypatch.setattr(clocks, "Alarm", lambda: self)
+        monkeypatch.setattr(c_library, "Alarm", lambda: self)
 
     def read(self) -> int:
         self.instant += self.reading

@@ -9,15 +9,15 @@ An activation that is late because of the step before has that step's cause: it 
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from msgspec import structs
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.blame.fault_cost import fault_ns
+from firmware_runtime.executive.blame.late import NOTHING, Late
 from firmware_runtime.executive.blame.rules import ENOUGH, Evidence, Verdict, verdict
-from firmware_runtime.executive.blame.usual import LEAST_STEPS, Grown, Mark, beyond_usual, grown
+from firmware_runtime.executive.blame.usual import Grown, Mark, Quiet, beyond_usual, grown
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.step import Step
@@ -27,34 +27,8 @@ from firmware_runtime.system.thread_counters import ThreadCounters
 
 GAP = MILLISECOND
 """Ns from one reading to the next; a late activation in between has no evidence."""
-NOTHING = BlameRow()
 UNREAD = BlameRow(cause=1)
 """Late, and the counters were not read."""
-
-
-class Late(NamedTuple):
-    """What the loop knows of a step that is to be explained; times in ns.
-
-    `behind` and `wake` lie before it, `step` is how long it took, `usual_step` how long one takes.
-    """
-
-    ended: int
-    behind: int
-    wake: int
-    step: int
-    usual_step: int
-    garbage: int
-    previous_end: int
-
-    @property
-    def in_step(self) -> int:
-        """What the step took longer than is usual."""
-        return max(self.step - self.usual_step, 0)
-
-    @property
-    def of(self) -> int:
-        """What is to be explained: the lateness, and that."""
-        return self.behind + self.wake + self.in_step
 
 
 class Blamer:
@@ -73,10 +47,11 @@ class Blamer:
         self._meters = meters
         self._counters: ThreadCounters | None = None
         self._before: Mark | None = None
-        self._quiet: tuple[Mark, Mark] | None = None
+        self._quiet: Quiet | None = None
         self._usual: Grown | None = None
         """Of the quiet time, as soon as it has been asked for."""
         self._read_at = -GAP
+        self._others = 0
         self._last: BlameRow = NOTHING
         self._last_ended = -1
 
@@ -100,9 +75,15 @@ class Blamer:
         if self._counters is None or self._before is None:
             return
         mark = self._mark(self._counters, steps)
-        if self._quiet is None or steps - self._before.steps >= LEAST_STEPS:
-            self._quiet, self._usual = (self._before, mark), None
-        self._before = mark
+        found = Quiet(self._before, mark, self._others)
+        if found.is_to_replace(self._quiet):
+            self._quiet, self._usual = found, None
+        self._before, self._others = mark, 0
+
+    def pass_over(self, ended: int, beyond: int) -> None:
+        """Note what the step that has just ended took beyond the usual, unless it was judged."""
+        if ended != self._read_at:
+            self._others += beyond
 
     def explain(self, late: Late, steps: int) -> BlameRow:
         """Why the step that has just ended was late, or took so long."""
@@ -125,11 +106,11 @@ class Blamer:
         self._read_at = late.ended
         mark = self._mark(counters, steps)
         if self._usual is None and self._quiet is not None:
-            self._usual = grown(*self._quiet)
+            self._usual = grown(self._quiet.before, self._quiet.after)
         evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual))
         if min(evidence.cpu_ns, evidence.in_step_ns) >= ENOUGH * evidence.of_ns:
             evidence = structs.replace(evidence, supply=counters.supply())
-        self._before = mark
+        self._before, self._others = mark, 0
         return _row(evidence, verdict(evidence))
 
     def _mark(self, counters: ThreadCounters, steps: int) -> Mark:
@@ -146,6 +127,9 @@ class Blamer:
         return Evidence(
             **{name: getattr(counted, name) for name in same_names},
             of_ns=late.of,
+            others_ns=self._others,
+            usual_cpu_ns=self._usual_cpu(),
+            may_have_slept=counted.voluntary > 0 or self._sleeps_in_steps(),
             before_wait_ns=self._before_wait(late),
             in_step_ns=late.in_step + late.behind,
             garbage_ns=late.garbage,
@@ -156,6 +140,14 @@ class Blamer:
             model=self._slowest(late),
             device=self._busiest(),
         )
+
+    def _usual_cpu(self) -> int:
+        """Processor time of a usual step, ns; 0 where that is not known."""
+        return 0 if not self._usual else self._usual.counted.cpu_ns // max(self._usual.steps, 1)
+
+    def _sleeps_in_steps(self) -> bool:
+        """Whether a usual step goes to sleep itself, beside the loop that waits for the next."""
+        return not self._usual or 2 * self._usual.counted.voluntary > 3 * self._usual.steps
 
     def _before_wait(self, late: Late) -> int:
         """Of `wake`, what passed before the loop came to its wait; 0 if it was there in time."""

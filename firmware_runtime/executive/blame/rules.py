@@ -7,12 +7,17 @@ where they grew by more than is usual for so many steps. A cause is named if it 
 general, and the particular is a part of the general (throttling is time in which the loop could
 run, garbage and page faults are processor time of a model). If none explains enough, the cause is
 unknown; so it is where the counter that would show it is not measured.
+
+A counter has grown since a reading that may lie a second back, and steps since then may have been
+slow and yet on time. What they took beyond the usual, `others_ns`, may be theirs in any counter: it
+is taken off each (`_own`).
 """
 
 from collections.abc import Callable
 
 from msgspec import Struct
 
+from firmware_runtime.executive.blame.usual import WAKE_NS
 from firmware_runtime.statistics.blame import Cause
 from firmware_runtime.system.thread_counters import TICK_NS
 
@@ -20,8 +25,18 @@ ENOUGH = 0.6
 """The share that a cause must explain."""
 FETCHED_NS = 50_000
 """What a page that comes from a disk takes at least, of a quick one."""
+REQUESTED_NS = 10_000
+"""What it computes for it at least: the request, the interrupt at its end, two switches."""
+DEARER = 3
+"""By what factor a fault may take longer than it was measured to: caches, a host that faults."""
+DISK_GRAIN_NS = 1_000_000
+"""Disks are timed in ms."""
 SLOWER = 0.9
 """A clock at less than this of what it was has stepped down."""
+UNSEEN_NS = 3 * TICK_NS
+"""A host or interrupts that delay a waking for so long are seen in their ticks."""
+HELD_DOWN = 4
+"""By what factor the firmware of a Raspberry Pi slows it at most: 2400 to 600 MHz."""
 
 
 class Evidence(Struct, frozen=True, kw_only=True):
@@ -29,18 +44,24 @@ class Evidence(Struct, frozen=True, kw_only=True):
 
     In `before_wait_ns`, after the deadline and the step before it, the loop had not come to its
     wait yet; `in_step_ns` is what the step took longer than usual. `model` is the one that took the
-    most beyond its usual time, `device` the one that had its bus the longest.
+    most beyond its usual time, `device` the one that had its bus the longest. `others_ns` is what
+    steps before this one took beyond the usual since the counters were read, `usual_cpu_ns` the
+    processor time of a step.
     """
 
     of_ns: int
+    others_ns: int = 0
     before_wait_ns: int = 0
     in_step_ns: int = 0
     cpu_ns: int = 0
+    usual_cpu_ns: int = 0
     run_delay_ns: int | None = None
     throttled_ns: int | None = None
+    throttlings: int | None = None
     stolen_ns: int | None = None
     interrupt_ns: int | None = None
     disk_wait_ns: int | None = None
+    disks_ns: int | None = None
     garbage_ns: int = 0
     bus_ns: int = 0
     faults_ns: int | None = None
@@ -48,12 +69,14 @@ class Evidence(Struct, frozen=True, kw_only=True):
     minor_faults: int = 0
     major_faults: int = 0
     voluntary: int = 0
+    may_have_slept: bool = True
     involuntary: int = 0
     interrupts: int | None = None
     retries: int = 0
     read_bytes: int | None = None
     written_bytes: int | None = None
     was_moved: bool = False
+    was_regrouped: bool = False
     from_cpu: int = 0
     to_cpu: int = 0
     khz_before: int | None = None
@@ -68,6 +91,11 @@ class Evidence(Struct, frozen=True, kw_only=True):
         if self.run_delay_ns is None:
             return None
         return max(self.of_ns - self.cpu_ns - self.run_delay_ns, 0)
+
+    @property
+    def slept_ns(self) -> int | None:
+        """The same, of its own accord; without a switch for that, its host may have had it."""
+        return self.asleep_ns if self.may_have_slept else 0
 
 
 class Verdict(Struct, frozen=True):
@@ -100,11 +128,20 @@ def _stopped(of: Evidence) -> int | None:
 
 def _moved(of: Evidence) -> int | None:
     """The set of processors was changed, and the loop then waited for its turn."""
-    return of.run_delay_ns if of.was_moved else 0
+    return _preempted(of) if of.was_moved else 0
 
 
 def _throttled(of: Evidence) -> int | None:
-    return of.throttled_ns
+    """A thread held back could run and does not; the rest of that time is others' of its group.
+
+    From Linux 6.18 on one that wakes up into a group held back counts as asleep, and the group's
+    time does not grow: then what it seems to have slept before the step, if a quota was used up.
+    """
+    held_back = _own(of, of.throttled_ns)
+    if of.run_delay_ns is not None:
+        held_back = min(held_back, _own(of, of.run_delay_ns))
+    slept = min(of.asleep_ns or 0, of.of_ns - of.in_step_ns - (of.stolen_ns or 0))
+    return max(held_back, slept if of.throttlings and slept >= UNSEEN_NS else 0)
 
 
 def _garbage(of: Evidence) -> int | None:
@@ -113,65 +150,95 @@ def _garbage(of: Evidence) -> int | None:
 
 
 def _bus(of: Evidence) -> int | None:
-    """Its computed time; with retries, all that the step was asleep: adapters do not compute."""
-    asleep = min(of.asleep_ns or 0, of.in_step_ns) if of.retries > 0 else 0
-    return max(of.bus_ns, asleep)
+    """Its computed time, but for what the step was awake; with retries, all that it was asleep.
+
+    An adapter does not compute, and before the step it was not asked.
+    """
+    asleep = of.in_step_ns if of.slept_ns is None else min(of.slept_ns, of.in_step_ns)
+    return asleep if of.retries > 0 else min(_own(of, of.bus_ns), asleep)
 
 
 def _faults(of: Evidence) -> int | None:
     """By what one fault was measured to take; with I/O, what the thread was asleep for them."""
-    asleep = (of.asleep_ns or 0) if of.major_faults > 0 else 0
-    return max((of.faults_ns or 0) + asleep, of.major_faults * FETCHED_NS)
+    asleep = _asleep_for_a_disk(of) if of.major_faults > 0 else 0
+    computed = min((of.faults_ns or 0) + of.major_faults * REQUESTED_NS, of.cpu_ns)
+    found = max(_own(of, computed) + asleep, _own(of, of.major_faults * FETCHED_NS))
+    return min(found, of.in_step_ns + of.before_wait_ns)
 
 
 def _disk(of: Evidence) -> int | None:
     """The kernel's account of it; else what a step was asleep in which bytes went to a disk."""
-    moved_bytes = (of.read_bytes or 0) + (of.written_bytes or 0)
-    asleep = min(of.asleep_ns or 0, of.in_step_ns) if moved_bytes > 0 else 0
-    return max(of.disk_wait_ns or 0, asleep)
+    asleep = min(_asleep_for_a_disk(of), of.in_step_ns) if _moved_bytes(of) else 0
+    return max(_own(of, of.disk_wait_ns), asleep)
+
+
+def _moved_bytes(of: Evidence) -> bool:
+    return bool(of.read_bytes or of.written_bytes)
+
+
+def _asleep_for_a_disk(of: Evidence) -> int:
+    """At most what the requests to a disk took, and waking after each; none if there were none."""
+    if not of.disks_ns:
+        return 0
+    return min(of.slept_ns or 0, of.disks_ns + DISK_GRAIN_NS + of.voluntary * WAKE_NS)
 
 
 def _interrupts(of: Evidence) -> int | None:
-    """Ticks that are mostly sampled: two may come by chance."""
-    return max((of.interrupt_ns or 0) - 2 * TICK_NS, 0)
+    """Ticks that are mostly sampled: two may come by chance. Not while something else ran."""
+    ticks = _own(of, of.interrupt_ns) - 2 * TICK_NS
+    return min(ticks, of.of_ns - (of.run_delay_ns or 0))
 
 
 def _stolen(of: Evidence) -> int | None:
-    """Ticks of a time that is exact: so many and one less have certainly passed."""
-    return max((of.stolen_ns or 0) - TICK_NS, 0)
+    """Ticks of a time that is exact: so many and one less have certainly passed.
+
+    The thread's own counters leave it out, so it is a part of the time it seems to be asleep.
+    """
+    return min(_own(of, of.stolen_ns) - TICK_NS, of.asleep_ns or 0)
 
 
 def _preempted(of: Evidence) -> int | None:
-    return of.run_delay_ns
+    """Unless it may have been held back by a quota: of groups it has just come into."""
+    return 0 if of.was_regrouped else _own(of, of.run_delay_ns)
 
 
 def _running(of: Evidence) -> int:
     """What the thread itself computed in the step beyond what is usual."""
-    return min(of.cpu_ns, of.in_step_ns)
+    return min(_own(of, of.cpu_ns), of.in_step_ns)
 
 
 def _supply(of: Evidence) -> int | None:
-    return _running(of) if of.supply else 0
+    """As much as the usual work takes longer at the slowest clock."""
+    return min(_running(of), of.usual_cpu_ns * (HELD_DOWN - 1)) if of.supply else 0
 
 
 def _clock(of: Evidence) -> int | None:
-    """At a lower clock the same work takes longer: by the ratio of the two."""
-    if of.khz is None or not of.khz_before or of.khz >= SLOWER * of.khz_before:
+    """At a lower clock the usual work takes longer: by the ratio of the two."""
+    if not of.khz or not of.khz_before or of.khz >= SLOWER * of.khz_before:
         return 0
-    return _running(of)
+    return min(_running(of), of.usual_cpu_ns * (of.khz_before - of.khz) // of.khz)
 
 
 def _model(of: Evidence) -> int | None:
-    return _running(of)
+    """Without what faults may have taken at most: then it is neither's."""
+    return _running(of) - DEARER * (of.faults_ns or 0)
 
 
 def _asleep(of: Evidence) -> int | None:
-    return min(of.asleep_ns or 0, of.in_step_ns)
+    """For nothing that is measured; where disks are not, and bytes moved, nothing follows."""
+    if of.disks_ns is None and (_moved_bytes(of) or of.major_faults > 0):
+        return 0
+    return min(of.slept_ns or 0, of.in_step_ns)
 
 
 def _between(of: Evidence) -> int | None:
     """The loop came late to its wait, and ran: hooks of the run, work in the slack."""
-    return min(of.before_wait_ns, of.cpu_ns)
+    return min(of.before_wait_ns, _own(of, of.cpu_ns))
+
+
+def _own(of: Evidence, counted: int | None) -> int:
+    """Of what a counter grew by, what is certainly this step's."""
+    return max((counted or 0) - of.others_ns, 0)
 
 
 RULES: tuple[tuple[Cause, Callable[[Evidence], int | None]], ...] = (
