@@ -1,6 +1,7 @@
 """kill -9 of each part of a robot at random instants, and another started each time.
 
-    firmware-runtime bench kills [--rounds N] [--what PART,...] [--seed N] [--json] [--save]
+    firmware-runtime bench kills [--rounds N] [--what PART,...] [--one-machine] [--seed N]
+        [--json] [--save]
 
 TachoBot on served doubles, which outlive what is killed and log what their outputs did, with its
 guard. One is two processes with a link over UDP between them; of the other the ROS 2 node is
@@ -10,10 +11,15 @@ Beside it, from spans of one run in turns: the lateness of its loop with kills, 
 `strangers`: processes like those that are killed, started and killed as often, which have nothing
 to do with the robot. What kills cost beyond strangers is the link's, or the node's; what strangers
 cost beyond a robot left alone is the machine's, on which processes start and end.
+
+A controller is on another machine than its robot: where there are two processors or more, one half
+has the robot's end (run, carrier, guard), the other half everything else of the linked robot. A
+node is on its robot's machine, and both have all processors.
 """
 
 import argparse
 import json
+import os
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -25,6 +31,7 @@ from typing import Any, Final
 
 from benchmarks.kills.kills import GOAL_MS
 from benchmarks.kills.linked_robot import LinkedRobot
+from benchmarks.kills.machines import Machines, machines, one_machine
 from benchmarks.kills.noded_robot import NodedRobot
 from benchmarks.kills.rounds import TURNS, Rounds
 from benchmarks.kills.standstill import Standstills
@@ -55,6 +62,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"what to kill, of {', '.join(PARTS)}; carrier: half of the rounds the "
         "controller's, then the robot's",
     )
+    parser.add_argument(
+        "--one-machine",
+        action="store_true",
+        help="let controller and robot share all processors; else each has half of them",
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the instants of the kills")
 
 
@@ -63,13 +75,15 @@ def execute(arguments: argparse.Namespace) -> int:
     if "node" in arguments.what:
         find_environment(None)
     rounds, stopping = Rounds(arguments.seed), Event()
+    placed = (one_machine if arguments.one_machine else machines)(os.sched_getaffinity(0))
     with ExitStack() as stack:
         try:
-            _kill(stack, rounds, arguments.what, arguments.rounds, stopping)
+            _kill(stack, rounds, arguments, placed, stopping)
         finally:
             stopping.set()
     report = {
         "conditions": conditions(),
+        "processors": placed.report(),
         "goal_ms": GOAL_MS,
         "kills": {what: kills.report() for what, kills in sorted(rounds.kills.items())},
         "lateness": rounds.lateness,
@@ -80,9 +94,14 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _kill(
-    stack: ExitStack, rounds: Rounds, parts: tuple[str, ...], count: int, stopping: Event
+    stack: ExitStack,
+    rounds: Rounds,
+    arguments: argparse.Namespace,
+    placed: Machines,
+    stopping: Event,
 ) -> None:
     """First what is compared, each alone; then all else, two robots beside each other."""
+    parts, count = arguments.what, arguments.rounds
     later: list[Callable[[], None]] = []
     if "node" in parts:
         noded = NodedRobot(stack, _folder(stack), stopping)
@@ -90,9 +109,10 @@ def _kill(
         _compare_node(rounds, noded, alone)
         later.append(partial(rounds.of, "node", noded, noded.kill_node, count - alone))
     if set(parts) != {"node"}:
-        linked = LinkedRobot(stack, _folder(stack), stopping)
-        if "controller" in parts:
-            _compare_controller(rounds, linked, count)
+        with placed.on_others():
+            linked = LinkedRobot(stack, _folder(stack), stopping, placed)
+            if "controller" in parts:
+                _compare_controller(rounds, linked, count)
         later.append(partial(_kill_linked, rounds, linked, parts, count))
     rounds.standstills = Standstills(stack, _folder(stack))
     with ThreadPoolExecutor(len(later)) as pool:
@@ -145,11 +165,12 @@ def _compare_controller(rounds: Rounds, robot: LinkedRobot, count: int) -> None:
 def _kill_linked(rounds: Rounds, robot: LinkedRobot, parts: tuple[str, ...], count: int) -> None:
     """Carriers and runs."""
     half = -(-count // 2)
-    if "carrier" in parts:
-        rounds.of("carrier of the controller", robot, robot.kill_controller_s_carrier, half)
-        rounds.of("carrier of the robot", robot, robot.kill_robot_s_carrier, count - half)
-    if "robot" in parts:
-        rounds.of("robot", robot, robot.kill_robot, count)
+    with robot.machines.on_others():
+        if "carrier" in parts:
+            rounds.of("carrier of the controller", robot, robot.kill_controller_s_carrier, half)
+            rounds.of("carrier of the robot", robot, robot.kill_robot_s_carrier, count - half)
+        if "robot" in parts:
+            rounds.of("robot", robot, robot.kill_robot, count)
 
 
 def _folder(stack: ExitStack) -> Path:
@@ -166,7 +187,8 @@ def _parts(text: str) -> tuple[str, ...]:
 
 def _text(report: dict[str, Any]) -> str:
     kills = report["kills"]
-    lines = [conditions_text(report["conditions"]), ""]
+    where = (f"{name} on {on}" for name, on in report["processors"].items())
+    lines = [conditions_text(report["conditions"]), f"processors: {', '.join(where)}", ""]
     lines.append(f"{'killed':28}" + "".join(f"{name:>12}" for name in _COLUMNS))
     for what, each in kills.items():
         lines.append(f"{what:28}" + "".join(f"{_cell(each[name]):>12}" for name in _COLUMNS))

@@ -14,6 +14,7 @@ from typing import Final
 
 from benchmarks.disturbance.ends import EndsError, free_port
 from benchmarks.kills.killed import Killed, kill_now
+from benchmarks.kills.machines import Machines
 from benchmarks.kills.processes import LONGEST_S, Processes
 from firmware_runtime.links.key_file import write_key
 
@@ -22,13 +23,20 @@ _ARMS_ITSELF_S: Final = 5.0
 
 
 class LinkedRobot(Processes):
-    """Its controller is a process at the other end of a link over UDP."""
+    """Its controller is a process at the other end of a link over UDP.
 
-    def __init__(self, stack: ExitStack, directory: Path, stopping: Event) -> None:
+    To be made, and its parts killed, on the processors of the others.
+    """
+
+    def __init__(
+        self, stack: ExitStack, directory: Path, stopping: Event, machines: Machines
+    ) -> None:
         key = directory / "link.key"
         write_key(key)
         self._link = ["--link", f"udp:127.0.0.1:{free_port()},key={key}"]
-        super().__init__(stack, directory, ["--role", "robot", *self._link, "--arm"], stopping)
+        self.machines = machines
+        words = ["--role", "robot", *self._link, "--arm"]
+        super().__init__(stack, directory, words, stopping, machines)
         self.start_controller()
 
     def start_controller(self) -> None:

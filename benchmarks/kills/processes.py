@@ -14,8 +14,10 @@ from time import monotonic
 from typing import Final
 
 from benchmarks.disturbance.ends import EndsError
+from benchmarks.kills.machines import Machines
 from benchmarks.kills.record import OutputRecord
-from firmware_runtime.links.control import ControlError, ask
+from firmware_runtime.links.control import ask
+from firmware_runtime.links.errors import ControlError
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
@@ -40,12 +42,19 @@ _SETTINGS: Final = (
 class Processes:
     """TachoBot on served doubles with its guard; everything ends with the stack.
 
+    Its run, with its carrier, and its guard are on the robot's processors if `machines` says which.
     Waits end early, with EndsError, once `stopping` is set.
     """
 
     def __init__(
-        self, stack: ExitStack, directory: Path, words: Sequence[str], stopping: Event
+        self,
+        stack: ExitStack,
+        directory: Path,
+        words: Sequence[str],
+        stopping: Event,
+        machines: Machines | None = None,
     ) -> None:
+        self._machines = machines
         self.span_s, self.life_s = SPAN_S, STRANGER_S
         self.record = OutputRecord(directory / "doubles.log")
         self.statistics = directory / "tachobot.stats"
@@ -57,11 +66,11 @@ class Processes:
         self.wait_until(chips.exists, "the doubles are served")
         with suppress(PermissionError):  # chips answer whatever else the machine does
             os.sched_setscheduler(served.pid, os.SCHED_FIFO, os.sched_param(99))
-        self.start("guard", "tachobot", "--doubles", chips)
+        self._on_robot(self.start("guard", "tachobot", "--doubles", chips))
         settings = [word for each in _SETTINGS for word in ("--set", each)]
         self._words = ["tachobot", "--doubles", chips, "--supervised", "--for", "7200", *settings]
         self._words += words
-        self.run = self.start("run", *self._words)
+        self.start_run_again()
 
     def start(self, *words: object, over: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
         """A command of the program; it does not outlive the stack."""
@@ -82,8 +91,14 @@ class Processes:
         return process
 
     def start_run_again(self) -> None:
-        """Another run in the place of the one that has ended."""
-        self.run = self.start("run", *self._words)
+        """A run, in the place of one that has ended."""
+        self.run = self._on_robot(self.start("run", *self._words))
+
+    def _on_robot(self, process: subprocess.Popen[str]) -> subprocess.Popen[str]:
+        """A process that has just begun, on the robot's processors."""
+        if self._machines is not None:
+            self._machines.move_to_robot(process.pid)
+        return process
 
     def arm(self) -> None:
         """Ask the run to drive."""
