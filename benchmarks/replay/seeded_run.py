@@ -17,6 +17,7 @@ from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.statistics.companions import Companion
 
 SPAN_S: Final = 2.5
+_CHECKOUT: Final = Path(__file__).parents[2]
 LONGEST_S: Final = 60.0
 _SETTINGS: Final = ("arming.max_late_percent=100", "arming.demand_guard=false")
 _RETUNED: Final = {
@@ -73,6 +74,7 @@ class SeededRun:
     def _process(self, stack: ExitStack, module: str, *words: str) -> "subprocess.Popen[bytes]":
         process = subprocess.Popen(
             [sys.executable, "-m", module, *words],
+            cwd=_CHECKOUT,  # where `benchmarks` is found, wherever the bench was started
             env={**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self._folder)},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

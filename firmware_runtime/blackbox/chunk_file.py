@@ -19,8 +19,8 @@ def file_of(chunks: Sequence[Numbered]) -> bytes:
     written = [_chunk(each) for each in chunks]
     size = max(map(len, written))
     *full, last = written
-    padded = b"".join(each.ljust(size, b"\0") for each in full)
-    return prefix(size, len(written)) + padded + last
+    padded = (each.ljust(size, b"\0") for each in full)
+    return b"".join((prefix(size, len(written)), *padded, last))
 
 
 def _chunk(chunk: Numbered) -> bytes:

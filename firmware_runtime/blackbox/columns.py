@@ -4,10 +4,10 @@ A column reads what its objects hold now, sets it, and says which field each par
 read of attributes are the dictionaries themselves, not copies: the pickler reads them at once.
 """
 
-import sys
 from collections.abc import Callable, Iterable, Iterator
-from typing import Final, NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
+from firmware_runtime.blackbox.attributes import reader_of
 from firmware_runtime.blackbox.contents import Content, shown
 from firmware_runtime.blackbox.known import KnownObjects
 from firmware_runtime.blackbox.layouts import (
@@ -47,16 +47,13 @@ class Attributes:
         pairs = list(objects)
         self._paths = [path for path, _ in pairs]
         self._owners = [thing for _, thing in pairs]
-        if _HAS_SLOW_DICTIONARIES:
-            for thing in self._owners:
-                if not is_known(vars(thing)):
-                    object.__setattr__(thing, "__dict__", dict(vars(thing)))
-        self.names = list(dict.fromkeys(name for each in self._owners for name in vars(each)))
+        self._readers = [reader_of(each, is_known) for each in self._owners]
+        self.names = list(dict.fromkeys(name for each in self.read() for name in sorted(each)))
         """Those there are at the start."""
 
     def read(self) -> list[Thing]:
-        """Their dictionaries."""
-        return [*map(vars, self._owners)]
+        """Their dictionaries, or copies of them."""
+        return [read() for read in self._readers]
 
     def fill(self, made: list[Thing]) -> None:
         """Set, change and delete attributes."""
@@ -65,10 +62,10 @@ class Attributes:
                 set_attributes(thing, attributes)
 
     def fields(self, read: list[Thing]) -> Fields:
-        """Each attribute."""
+        """Each attribute, those of an object in the order of their names."""
         for path, attributes in zip(self._paths, read, strict=True):
             if isinstance(attributes, dict):
-                yield from ((f"{path}.{name}", value) for name, value in attributes.items())
+                yield from ((f"{path}.{name}", attributes[name]) for name in sorted(attributes))
 
 
 class Slots:
@@ -117,11 +114,6 @@ class Contents:
         """Each whole content; a comparison goes into it."""
         for (path, thing, _), each in zip(self._objects, read, strict=True):
             yield path, shown(thing, each)
-
-
-_HAS_SLOW_DICTIONARIES: Final = sys.version_info < (3, 13)
-"""An object's own dictionary, once it is asked for, is one that CPython 3.11 and 3.12 do not read
-attributes of in the fast way: all of TachoBot's run took 5 % longer. A plain one costs nothing."""
 
 
 class Columns(NamedTuple):

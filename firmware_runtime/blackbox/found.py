@@ -1,14 +1,15 @@
 """Where recordings are, and which one a name means.
 
-The last run's is beside its statistics, one for real and one for virtual time. What `record` has
+The last run's is beside its statistics, one for real and one for virtual time, and one
+of the last start that failed. What `record` has
 kept of a board's runs is in a folder of the board's own below `/var/lib/firmware-runtime`, or below
 `$FIRMWARE_RUNTIME_KEPT_DIRECTORY`.
 """
 
 import os
-from glob import escape
 from pathlib import Path
 
+from firmware_runtime.blackbox.file_content import begins_with, check_file
 from firmware_runtime.blackbox.layout import MAGIC
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
@@ -16,6 +17,8 @@ from firmware_runtime.statistics.paths import default_path, directories, places
 
 KEPT = Path("/var/lib/firmware-runtime")
 VIRTUAL = f".virtual{Companion.RECORDING}"
+FAILED_START = f".start{Companion.RECORDING}"
+_OF_LAST_RUN = (Companion.RECORDING, VIRTUAL, FAILED_START)
 
 
 def recording_beside(statistics: Path) -> Path:
@@ -28,6 +31,12 @@ def recording_of_virtual_run(board: str) -> Path:
     return default_path(board).with_suffix(VIRTUAL)
 
 
+def failed_start_beside(recording: Path) -> Path:
+    """Where a start that failed is kept, given where its run would have had its recording."""
+    name = recording.name.removesuffix(VIRTUAL).removesuffix(Companion.RECORDING)
+    return recording.with_name(f"{name}{FAILED_START}")
+
+
 def find_recording(run: str) -> Path:
     """The recording that is meant: a file, the last run of a board, or one that was kept.
 
@@ -36,12 +45,13 @@ def find_recording(run: str) -> Path:
 
     Raises ConfigError, a sentence, if there is none.
     """
-    if os.sep in run or Path(run).is_file():
+    if os.sep in run or os.path.isfile(run):  # noqa: PTH113 -- raises for no name
+        check_file(Path(run))
         return Path(run)
     beside = [
         path
         for statistics in places(run)
-        for path in (recording_beside(statistics), statistics.with_suffix(VIRTUAL))
+        for path in map(statistics.with_suffix, _OF_LAST_RUN)
         if path.is_file()
     ]
     kept = kept_directory()
@@ -63,26 +73,28 @@ def kept_directory() -> Path:
 
 def kept_recordings(board: str | None = None) -> list[Path]:
     """The recordings that were kept, of one board or of all, in order of their names."""
-    pattern = f"{'*' if board is None else escape(board)}/*{Companion.RECORDING}"
+    pattern = f"{'*' if board is None else _escaped(board)}/*{Companion.RECORDING}"
     return sorted(each for each in kept_directory().glob(pattern) if each.is_file())
 
 
 def last_recordings(board: str | None = None) -> list[Path]:
     """The recordings of last runs, beside their statistics, of one board or of all."""
-    endings = (Companion.RECORDING, VIRTUAL) if board else (Companion.RECORDING,)
-    names = [f"{escape(board) if board else '*'}{each}" for each in endings]
+    endings = _OF_LAST_RUN if board else (Companion.RECORDING,)
+    names = [f"{_escaped(board) if board else '*'}{each}" for each in endings]
     found = (path for folder in directories() for name in names for path in folder.glob(name))
     return sorted(dict.fromkeys(each for each in found if each.is_file()))
 
 
 def _pattern(name: str) -> str:
-    return f"{escape(name)}{Companion.RECORDING}"
+    return f"{_escaped(name)}{Companion.RECORDING}"
+
+
+def _escaped(name: str) -> str:
+    from glob import escape  # noqa: PLC0415 -- to look for one; a run knows its own
+
+    return escape(name)
 
 
 def is_black_box(path: Path) -> bool:
     """Whether a file begins as a recording of the black box does."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(MAGIC)) == MAGIC
-    except OSError:
-        return False
+    return begins_with(path, MAGIC)

@@ -1,16 +1,13 @@
 """What a recording says of itself: which robot, which settings, which code, which machine."""
 
-from typing import Any, Final
+from typing import Any
 
 from msgspec import Struct
-
-FORMAT: Final = 1
 
 
 class Header(Struct, frozen=True, kw_only=True):
     """The first section of every chunk."""
 
-    format: int
     run: str
     """A name of the run that no other has."""
     board: str

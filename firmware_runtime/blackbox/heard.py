@@ -4,41 +4,41 @@ The lists stay the same objects for as long as a run lasts: whoever hears someth
 `append` of one. Within a step nothing else is done.
 """
 
-from array import array
 from typing import Any
 
 
 class Heard:
-    """Lists as in `section.Section`."""
+    """Lists as in `section.Section`; `fields` are these and all else of one, in its order."""
 
-    __slots__ = ("enabled", "entered", "readings", "sent", "times", "transfers", "world")
+    __slots__ = (
+        *("enabled", "entered", "fields", "readings", "sent", "times", "transfers", "world"),
+    )
 
     def __init__(self) -> None:
-        self.readings: array[int] = array("q")
+        self.readings: list[int] = []
         self.times: list[int] = []
         self.enabled: list[bool] = []
         self.world: list[int] = []
         self.sent: list[tuple[int, Any]] = []
         self.transfers: list[tuple[Any, ...]] = []
         self.entered: list[tuple[str, Any]] = []
+        lists = self.readings, self.times, self.enabled, self.world
+        self.fields: list[Any] = [0, 0, *lists, self.sent, self.transfers, self.entered, None]
+        """What is encoded: a section without making one."""
 
     def __bool__(self) -> bool:
-        return bool(
-            self.readings
-            or self.transfers
-            or self.times
-            or self.enabled
-            or self.world
-            or self.sent
-            or self.entered
-        )
+        return any(self.fields[2:-1])
 
     def clear(self) -> None:
         """Forget everything: it has been written."""
-        del self.readings[:]
+        self.readings.clear()
         self.sent.clear()
         self.transfers.clear()
-        self.times.clear()
-        self.enabled.clear()
-        self.world.clear()
-        self.entered.clear()
+        if self.enabled:  # seldom: asking takes less time than clearing
+            self.enabled.clear()
+        if self.times:
+            self.times.clear()
+        if self.world:
+            self.world.clear()
+        if self.entered:
+            self.entered.clear()

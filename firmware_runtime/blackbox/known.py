@@ -130,6 +130,16 @@ def _strange(thing: object) -> str:
 
 def edges_of(given: Iterable[object]) -> Callable[[object], bool]:
     """Tells edges: objects, by identity, and objects of classes."""
+    given = list(given)
     kinds = tuple(each for each in given if isinstance(each, type))
     kept = {id(each): each for each in given if not isinstance(each, type)}
-    return lambda thing: id(thing) in kept or isinstance(thing, kinds)
+    is_kind: dict[type, bool] = {}  # abstract classes take long to say so, of each object again
+
+    def is_edge(thing: object) -> bool:
+        kind = type(thing)
+        found = is_kind.get(kind)
+        if found is None:
+            found = is_kind[kind] = isinstance(thing, kinds)
+        return found or id(thing) in kept
+
+    return is_edge

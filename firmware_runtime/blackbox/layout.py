@@ -12,7 +12,8 @@ after the section it counts, so a process that is killed leaves whole sections.
 from struct import Struct
 from typing import Final
 
-MAGIC: Final = b"FWRTBOX1"
+MAGIC: Final = b"FWRTBOX2"
+"""The last letter is the format's: another for each in which a recording is another's to read."""
 PREFIX: Final = Struct("<8sII")
 PREFIX_SIZE: Final = 64
 CHUNK: Final = Struct("<QQ")

@@ -29,6 +29,7 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
+from firmware_runtime.blackbox.attributes import attributes_of
 from firmware_runtime.blackbox.contents import Content, content_of
 from firmware_runtime.devs.errors import ModelError
 
@@ -193,7 +194,7 @@ def parts_of(thing: Thing) -> Iterator[tuple[str, object]]:
         yield from _of_base(thing, layout.base)
     yield from ((f".{name}", value) for name, value in layout.slots_of(thing).items())
     if layout.has_attributes:
-        yield from ((f".{name}", value) for name, value in vars(thing).items())
+        yield from ((f".{name}", value) for name, value in attributes_of(thing).items())
 
 
 def _of_function(function: types.FunctionType) -> Iterator[tuple[str, object]]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.blackbox.found import VIRTUAL, find_recording
+from firmware_runtime.blackbox.found import FAILED_START, VIRTUAL, find_recording
 from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.devs.time import SECOND
@@ -20,6 +20,7 @@ from firmware_runtime.statistics.paths import SUFFIX, directories
 from firmware_runtime.statistics.reader import read_statistics
 
 LAST: Final = "last run"
+START: Final = "start"
 GROWN: Final = "synced"
 WENT_ON: Final = "went on"
 UNKNOWN: Final = "unknown"
@@ -43,7 +44,7 @@ class Listed:
     end: str = ""
     """Its state; else `killed`, `running`, `went on` (after this piece) or `unknown`."""
     why: str = ""
-    """`crash`, `guard`, `late`, `synced`, `last run`; empty for a file somewhere else."""
+    """`crash`, `guard`, `late`, `synced`, `start`, `last run`; empty for a file somewhere else."""
     faults: tuple[str, ...] = ()
     """What is not whole in it."""
     fault: str | None = None
@@ -91,7 +92,7 @@ def listed(path: Path) -> Listed:
 
 def name_of(path: Path) -> str:
     """The shortest that means this file: a name, or else its path."""
-    for name in (path.name.removesuffix(VIRTUAL), path.stem):
+    for name in (path.name.removesuffix(VIRTUAL).removesuffix(FAILED_START), path.stem):
         try:
             if find_recording(name) == path:
                 return name
@@ -102,6 +103,8 @@ def name_of(path: Path) -> str:
 
 def why_kept(path: Path) -> str:
     """By its name."""
+    if path.name.endswith(FAILED_START):
+        return START
     found = _KEPT.search(path.name)
     if found is not None:
         return found[1] or GROWN

@@ -37,6 +37,16 @@ class HeardBag(StandIn[Any]):
         bag.append(value)
 
 
+class LastBag(HeardBag):
+    """As a `HeardBag`, of a port that leads nowhere."""
+
+    __slots__ = ()
+
+    def append(self, value: object, /) -> None:
+        """Take one value."""
+        self._hear((self.number, value))
+
+
 def own_atomics(component: Component) -> Iterator[Atomic]:
     """The atomics of a robot, before a world is attached to it."""
     return (each for each in with_all_below(component) if isinstance(each, Atomic))
@@ -51,7 +61,7 @@ def listen(atomics: Iterable[Atomic], hear: Sent, numbers: Iterable[int] | None 
     """Hear what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):
-        HeardBag(port, number, hear)
+        (HeardBag if port.leads_somewhere else LastBag)(port, number, hear)
 
 
 def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions:

@@ -5,17 +5,16 @@ that is missing between two leaves a gap; both are said, and what follows begins
 """
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from io import FileIO
 from pathlib import Path
 from typing import Final
 from zlib import crc32
 
 import msgspec
 
-from firmware_runtime.blackbox.header import FORMAT, Header
+from firmware_runtime.blackbox.file_content import content_of
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -28,13 +27,17 @@ from firmware_runtime.blackbox.layout import (
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.frames import MAGIC as PART_MAGIC
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
 _LOST: Final = Kind.LOST.value
 _MOST_NAMED: Final = 3
-_NUMBER: Final = 8
-"""Bytes of a chunk's number, which stand first in it."""
+_OF_A_PART: Final = (
+    "a file of `run --record`, of one role's values alone, which `replay` and `certify` take; "
+    "expected the recording that every run leaves: a board, or a name that `recordings` shows"
+)
+_EXPECTED: Final = f"expected {MAGIC!r} (`recordings recover` reads one whose beginning is lost)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,11 +152,16 @@ def _missing(first: int, last: int) -> str:
 
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
-    return recording_in(_content(path), path)
+    return recording_in(content_of(path), path)
 
 
 def recording_in(content: bytes, path: Path) -> Recording:
     """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
+    if content.startswith(PART_MAGIC):
+        raise ConfigError.of_one(str(path), _OF_A_PART)
+    if content.startswith(MAGIC[:-1]) and not content.startswith(MAGIC):
+        fault = f"a recording of another format, {content[: len(MAGIC)]!r}; expected {MAGIC!r}"
+        raise ConfigError.of_one(str(path), fault)
     if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
         raise _foreign(path, f"it begins with {content[:8]!r}")
     _, chunk_size, chunks = PREFIX.unpack_from(content)
@@ -172,40 +180,8 @@ def recording_in(content: bytes, path: Path) -> Recording:
     return Recording(path, header, [each for each in found if len(each.contents) > 0])
 
 
-def _content(path: Path) -> bytes:
-    try:
-        if not path.is_file():
-            reason = "is no file" if path.exists() else "does not exist"
-            raise ConfigError.of_one(str(path), f"{reason}; expected a recording of a run")
-        with path.open("rb", buffering=0) as file:
-            return _settled(file.readall(), file)
-    except OSError as error:
-        fault = f"cannot be read ({error.strerror}); expected a recording of a run"
-        raise ConfigError.of_one(str(path), fault) from error
-
-
-def _settled(content: bytes, file: FileIO) -> bytes:
-    """What was read, without the chunks that the run has begun to write over meanwhile."""
-    if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
-        return content
-    size = PREFIX.unpack_from(content)[1]
-    if not CHUNK.size < size <= LARGEST_CHUNK:
-        return content
-    overwritten = [
-        begin
-        for begin in range(PREFIX_SIZE, len(content), size)
-        if os.pread(file.fileno(), _NUMBER, begin) != content[begin : begin + _NUMBER]
-    ]
-    if not overwritten:
-        return content
-    kept = bytearray(content)
-    for begin in overwritten:
-        kept[begin : begin + _NUMBER] = bytes(_NUMBER)
-    return bytes(kept)
-
-
 def _foreign(path: Path, why: str) -> ConfigError:
-    return ConfigError.of_one(str(path), f"not a recording of a run: {why}; expected {MAGIC!r}")
+    return ConfigError.of_one(str(path), f"not a recording of a run: {why}; {_EXPECTED}")
 
 
 def _chunk(content: bytes, size: int) -> Chunk | None:
@@ -252,4 +228,4 @@ def _header(chunk: Chunk) -> Header | None:
         header = msgspec.convert(section.extra, Header)
     except msgspec.ValidationError:
         return None
-    return header if header.format == FORMAT and 0 <= header.speed < math.inf else None
+    return header if 0 <= header.speed < math.inf else None

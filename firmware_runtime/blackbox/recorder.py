@@ -9,12 +9,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, Protocol, TypeVar
 
-from firmware_runtime.blackbox.chance import places
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
 from firmware_runtime.blackbox.models import heard_world, listen
 from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
-from firmware_runtime.blackbox.section import Kind, encode, legible, sentences
+from firmware_runtime.blackbox.section import Kind, encode, encode_at_once, legible, sentences
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
@@ -26,10 +25,12 @@ from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.recording.chance import places
 from firmware_runtime.recording.values import UnknownValue, plain
 
 T = TypeVar("T")
 
+_STEP: Final = Kind.STEP
 KEYFRAME_EVERY: Final = 5 * SECOND
 KEYFRAME_AGAIN: Final = SECOND // 2
 """Ns until a keyframe is tried again that could not be taken."""
@@ -231,6 +232,11 @@ class Recorder:
             self._write(Kind.EXIT, at, said)
         return errors
 
+    @property
+    def before_the_run(self) -> list[bytes]:
+        """The sections from before there was a ring, until the run begins."""
+        return self._early
+
     def finish(self, outcome: Outcome, at: int) -> None:
         """The run is over."""
         ended = {"state": outcome.state.name.lower(), "reason": legible(outcome.reason)}
@@ -251,10 +257,10 @@ class Recorder:
     def between_steps(self, now: int, left: int) -> None:
         """Write the step that is over; take a keyframe if one is due and there is time for it."""
         if self._step_at >= 0:
-            self._write(Kind.STEP, self._step_at)
+            self._write(_STEP, self._step_at)
         if (
-            self._keyframes is not None
-            and now >= self._keyframe_at
+            now >= self._keyframe_at
+            and self._keyframes is not None
             and (left >= 2 * self._longest + RESERVE or not self._is_real_time)
         ):
             self._take_keyframe(self._keyframes, now)
@@ -293,24 +299,12 @@ class Recorder:
         if self._is_given_up:
             heard.clear()
             return
+        fields = heard.fields
+        fields[0], fields[1], fields[-1] = kind, at, extra
         try:
-            content = encode(
-                (
-                    kind.value,
-                    at,
-                    heard.readings.tobytes(),
-                    heard.times,
-                    heard.enabled,
-                    heard.world,
-                    heard.sent,
-                    heard.transfers,
-                    heard.entered,
-                    extra,
-                )
-            )
-        except Exception as error:  # noqa: BLE001 -- the run goes on, whatever entered it
-            content = _lost(kind, at, error)
-            self._keyframe_at = min(self._keyframe_at, at + KEYFRAME_AGAIN)
+            content = encode_at_once(fields)
+        except Exception:  # noqa: BLE001 -- the run goes on, whatever entered it
+            content = self._encoded_with_care(kind, at)
         heard.clear()
         self.written += len(content)
         if ring is None:
@@ -325,6 +319,14 @@ class Recorder:
         else:
             if is_first:
                 self._keyframe_at = 0  # each chunk can be replayed on its own
+
+    def _encoded_with_care(self, kind: Kind, at: int) -> bytes:
+        """A section with something in it that cannot be written; what is lost is said."""
+        try:
+            return encode(self.heard.fields)
+        except Exception as error:  # noqa: BLE001 -- as above
+            self._keyframe_at = min(self._keyframe_at, at + KEYFRAME_AGAIN)
+            return _lost(kind, at, error)
 
     def _give_up_section(self, ring: Ring, kind: Kind, at: int, error: Exception) -> None:
         """Say that a section is missing; what follows is replayed from the next keyframe."""
@@ -349,4 +351,4 @@ class Recorder:
 def _lost(kind: Kind, at: int, error: Exception) -> bytes:
     """What stands in the place of a section that cannot be written."""
     why = legible(f"{kind.name.lower()}: {text_of(error)}")
-    return encode((Kind.LOST.value, at, b"", [], [], [], [], [], [], why))
+    return encode((Kind.LOST, at, [], [], [], [], [], [], [], why))

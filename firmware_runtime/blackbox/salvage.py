@@ -15,7 +15,7 @@ from zlib import crc32
 import msgspec
 
 from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.header import FORMAT, Header
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -32,6 +32,8 @@ from firmware_runtime.errors import ConfigError
 _HEADER_BEGINS: Final = bytes((0x9A, Kind.HEADER))
 """A MessagePack array of ten, whose first is the kind of section."""
 _SECTION_BEGINS: Final = _HEADER_BEGINS[:1]
+_MOST_PIECES: Final = MOST_CHUNKS // 2
+"""Each of them is one chunk, and together they fill so many more."""
 _BEFORE: Final = CHUNK.size + SECTION.size
 """Bytes of a chunk before its header's own."""
 
@@ -75,7 +77,7 @@ def save(path: Path, content: bytes) -> Saved:
         pieces += _Reading(content, begin, end, lost).pieces(len(header))
     pieces = [each for each in pieces if each.contents]
     pieces.sort(key=lambda each: (each.first_at, each.number))
-    del pieces[:-MOST_CHUNKS]
+    del pieces[:-_MOST_PIECES]
     lost += _gaps(pieces)
     saved = [each for piece in pieces for each in piece.contents]
     instants = list(_instants(saved)) or [0]
@@ -98,9 +100,10 @@ def _headers(content: bytes) -> Iterator[int]:
 
 def _is_header(section: bytes) -> bool:
     try:
-        return msgspec.convert(decode(section).extra, Header).format == FORMAT
+        msgspec.convert(decode(section).extra, Header)
     except msgspec.MsgspecError:
         return False
+    return True
 
 
 def _chunks(content: bytes, headers: list[int], lost: list[str]) -> Iterator[tuple[int, int]]:
@@ -227,14 +230,38 @@ def _follows(before: _Piece, piece: _Piece) -> bool:
 
 
 def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
-    """Each piece as a chunk. A gap before it leaves a number out."""
-    number = 0
+    """Each piece as chunks. A gap before it leaves a number out."""
+    number, room = 0, _room(pieces)
     for place, piece in enumerate(pieces):
         if place == 0:
             number = 1 if piece.number == 1 and piece.follows else 2
         else:
             number += 1 if _follows(pieces[place - 1], piece) else 2
-        yield Numbered(number, [header, *piece.contents])
+        for part, contents in enumerate(_parts(piece.contents, room)):
+            number += 1 if part else 0
+            yield Numbered(number, [header, *contents])
+
+
+def _room(pieces: list[_Piece]) -> int:
+    """Bytes of sections for each chunk, all of which are as long as the longest.
+
+    One for each piece would be large where a few are long and many short; so long ones are parted.
+    """
+    lengths = [SECTION.size + len(each) for piece in pieces for each in piece.contents]
+    return max(lengths, default=0) + sum(lengths) // max(1, len(pieces))
+
+
+def _parts(contents: list[bytes], room: int) -> Iterator[list[bytes]]:
+    """The sections in rows of no more than so many bytes."""
+    part: list[bytes] = []
+    used = 0
+    for content in contents:
+        if used + SECTION.size + len(content) > room and part:
+            yield part
+            part, used = [], 0
+        part.append(content)
+        used += SECTION.size + len(content)
+    yield part
 
 
 def _gaps(pieces: list[_Piece]) -> Iterator[str]:

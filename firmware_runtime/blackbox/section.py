@@ -4,8 +4,7 @@ A section is MessagePack: an array of the fields of `Section`. Within each list 
 order in which they came, so a replay that asks for the same, in the same order, gets the same.
 """
 
-from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import Any, Final
 
@@ -77,8 +76,8 @@ class Section(msgspec.Struct, array_like=True):
     kind: Kind
     at: int
     """Instant of the run, ns."""
-    readings: bytes
-    """What the clock said, instants of the run in ns, 64 bits each; none in virtual time."""
+    readings: list[int]
+    """What the clock said, instants of the run in ns; none in virtual time."""
     times: list[int]
     """What the lines said of their own time."""
     enabled: list[bool]
@@ -92,10 +91,6 @@ class Section(msgspec.Struct, array_like=True):
     """Input port of the root model and value, as `recording.values.plain` has it."""
     extra: Any = None
 
-    def clock(self) -> list[int]:
-        """What the clock said, instants of the run, ns."""
-        return array("q", self.readings).tolist()
-
 
 def _in_words(value: object) -> object:
     """What stands for a value that MessagePack has no words for."""
@@ -106,21 +101,22 @@ def _in_words(value: object) -> object:
         return {"unknown": f"{kind.__module__}:{kind.__qualname__}"}
 
 
-_encode: Final = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
+encode_at_once: Final = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
+"""As `encode`; raises an exception also where a value that was sent cannot be written."""
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
 _SENT: Final = msgspec.msgpack.Decoder(list[tuple[int, Any]]).decode
 
 
-def encode(fields: tuple[object, ...]) -> bytes:
+def encode(fields: Sequence[Any]) -> bytes:
     """The fields of a section, in their order, as bytes.
 
     Raises an exception where something else than a value that was sent cannot be written.
     """
     try:
-        return _encode(fields)
+        return encode_at_once(fields)
     except Exception:  # noqa: BLE001 -- a value of the model's; the run goes on, whatever it is
         kind, at, readings, times, enabled, world, sent, transfers, entered, extra = fields
-        return _encode(
+        return encode_at_once(
             (kind, at, readings, times, enabled, world, _safely(sent), transfers, entered, extra)
         )
 
@@ -128,9 +124,9 @@ def encode(fields: tuple[object, ...]) -> bytes:
 def encode_sent(sent: list[tuple[int, Any]]) -> bytes:
     """What was sent in a section, as its bytes have it."""
     try:
-        return _encode(sent)
+        return encode_at_once(sent)
     except Exception:  # noqa: BLE001 -- as above
-        return _encode(_safely(sent))
+        return encode_at_once(_safely(sent))
 
 
 def sentences(errors: Iterable[Exception]) -> list[str]:

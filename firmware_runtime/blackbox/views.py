@@ -70,7 +70,7 @@ def _chunks(content: bytes) -> Chunks:
     found = {}
     for at in range(0, size, CHUNK):
         chunk = content[at : at + CHUNK]
-        if chunk != _ZEROS:
+        if not _ZEROS.startswith(chunk):  # the last one may be shorter
             found[at] = chunk
     return found
 

@@ -9,13 +9,13 @@ from typing import Final, Protocol
 
 from msgspec.structs import replace as with_changed
 
+from firmware_runtime.blackbox.file_content import begins_with
 from firmware_runtime.blackbox.found import is_black_box
 from firmware_runtime.blackbox.models import own_atomics
 from firmware_runtime.blackbox.reader import read_recording as read_run
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.certification.finding import Finding
 from firmware_runtime.certification.found import finding_of, finding_of_run
-from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.code import code_of
 from firmware_runtime.recording.frames import MAGIC
 from firmware_runtime.recording.of_board import board_of, board_of_table, part_code, replay_of
@@ -37,9 +37,8 @@ class OfRole:
     """What entered a part of a robot's model, recorded by `run --record`."""
 
     def takes(self, path: Path) -> bool:
-        """Whether it begins as such a file does. Raises OSError."""
-        with path.open("rb") as file:
-            return file.read(len(MAGIC)) == MAGIC
+        """Whether it begins as such a file does."""
+        return begins_with(path, MAGIC)
 
     def replay(self, path: Path) -> Finding:
         """Replay it in this process. Raises ConfigError."""
@@ -77,12 +76,8 @@ REPLAYERS: Final[tuple[Replayer, ...]] = (OfRun(), OfRole())
 
 def replayed(path: Path) -> Finding:
     """Replay a recording of any kind. Raises ConfigError."""
-    try:
-        replayer = next(each for each in REPLAYERS if each.takes(path))
-    except (OSError, StopIteration) as error:
-        fault = f"{getattr(error, 'strerror', None) or 'no recording'}; expected one"
-        raise ConfigError.of_one(str(path), fault) from error
-    return replayer.replay(path)
+    of_its_kind = (each for each in REPLAYERS if each.takes(path))
+    return next(of_its_kind, REPLAYERS[0]).replay(path)  # whose reading says what is wrong
 
 
 def _sha256(path: Path) -> str:

@@ -58,7 +58,7 @@ class Goal:
 
 @dataclass(slots=True)
 class Breakpoint:
-    """A predicate, or a function of a model; `attaches` an ordinary debugger within it."""
+    """A predicate, or a function of a model; one that `attaches` an ordinary debugger does once."""
 
     number: int
     text: str
@@ -121,7 +121,8 @@ class Debugger:
         self.goal = Goal(place=Place(self.travel.index, 0))
 
     def go_to_instant(self, at: int) -> None:
-        """To where all up to and including an instant has happened."""
+        """To where all up to and including an instant has happened. Raises ConfigError outside."""
+        self.travel.check(at)
         self.goal = Goal(place=Place(self.travel.index_after(at), 0))
 
     def go_back_events(self, count: int) -> None:
@@ -230,6 +231,7 @@ class Debugger:
         attached = self._before(event)
         if attached:
             self._attach(function, getattr(type(atomic), name), arguments)
+            self.goal = Goal(events=1)  # back to the recording
         else:
             function(*arguments)
         self._count += 1
@@ -245,7 +247,9 @@ class Debugger:
         for each in mine:
             if not each.attaches and not self._is_muted:
                 self._stop(f"breakpoint {each.number}, before {event}")
-        return any(each.attaches for each in mine) and not self._is_muted
+        attaching = [each for each in mine if each.attaches and not self._is_muted]
+        self.breakpoints[:] = [each for each in self.breakpoints if each not in attaching]
+        return bool(attaching)
 
     def _after(self, event: Event) -> None:
         self._see()

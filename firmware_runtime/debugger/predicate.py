@@ -2,11 +2,13 @@
 
 Of Python's expressions: names of models with ports, fields and attributes, numbers and texts,
 comparisons, `and`, `or`, `not`, `abs(...)`, signs and places in square brackets. Nothing is called.
+A member of an enumeration goes by its name: `mode == "WATERING"`.
 """
 
 import ast
 import operator
 from collections.abc import Callable, Mapping
+from enum import Enum
 from typing import Any, Final
 
 from firmware_runtime.debugger.models import Models, value_of
@@ -89,7 +91,7 @@ class Predicate:
             if any(each is NoValue for each in values):
                 return False
             pairs = zip(compare, values, values[1:], strict=False)
-            return all(bool(compared(one, other)) for compared, one, other in pairs)
+            return all(bool(compared(*_by_name(one, other))) for compared, one, other in pairs)
 
         return holds
 
@@ -147,6 +149,15 @@ class Predicate:
 
     def _refused(self, why: str) -> ConfigError:
         return ConfigError.of_one(f"{self.text[:80]!r}", f"{why}; {_EXPECTED}")
+
+
+def _by_name(one: object, other: object) -> tuple[Any, Any]:
+    """A member of an enumeration beside a text is its name."""
+    if type(other) is str and isinstance(one, Enum):
+        return one.name, other
+    if type(one) is str and isinstance(other, Enum):
+        return one, other.name
+    return one, other
 
 
 def _field(value: Any, words: list[str], path: str) -> Any:  # noqa: ANN401 -- any value

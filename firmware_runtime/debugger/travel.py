@@ -62,6 +62,14 @@ class Travel:
         places = range(index - 1, 0, -1)
         return next((place for place in places if self.is_step(place)), None)
 
+    def check(self, at: int) -> None:
+        """Raise ConfigError for an instant before the beginning of it, or after its end."""
+        first, last = self._starts[0], self._starts[-1]
+        if not first <= at <= last:
+            span = f"from {first / SECOND:g} to {last / SECOND:g} s"
+            fault = f"not in this part of the recording; expected an instant {span}"
+            raise ConfigError.of_one(f"{at / SECOND:g} s", fault)
+
     def index_after(self, at: int) -> int:
         """How many sections have been taken when all up to and including an instant have been."""
         return max(1, bisect_right(self._starts, at))

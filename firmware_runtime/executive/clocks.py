@@ -16,7 +16,6 @@ from time import monotonic_ns
 from typing import Any, Protocol, TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.system.c_library import Alarm
 
 LONGEST_WAIT = 50 * MILLISECOND
 
@@ -59,6 +58,9 @@ class MonotonicClock:
     """
 
     def __init__(self) -> None:
+        # of real time only, as all that it loads
+        from firmware_runtime.system.c_library import Alarm  # noqa: PLC0415
+
         self.spin = 0
         self.speed: float = 1
         self.overdue_at = 0
@@ -73,6 +75,16 @@ class MonotonicClock:
     def now(self) -> int:
         """Return the present instant of the run, in ns."""
         return monotonic_ns() - self._epoch
+
+    def heard(self, hear: Callable[[int], None]) -> Callable[[], int]:
+        """What reads as `now`, and lets each reading be heard."""
+
+        def heard() -> int:  # without the call of `now`: every function of a model reads it
+            now = monotonic_ns() - self._epoch
+            hear(now)
+            return now
+
+        return heard
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Sleep until the deadline, an input, or the longest wait; then spin if asked to."""
@@ -129,6 +141,10 @@ class ScaledClock(MonotonicClock):
         """Return the present instant of the run, in ns."""
         return self._at + super().now() * self._gained // self._spent
 
+    def heard(self, hear: Callable[[int], None]) -> Callable[[], int]:
+        """What reads as `now`, and lets each reading be heard."""
+        return _heard(self, hear)
+
     def _monotonic(self, at: int) -> int:
         # rounded up: a deadline is never early
         return self._epoch - (self._at - at) * self._spent // self._gained
@@ -162,6 +178,11 @@ class VirtualClock:
 
 def heard_clock(clock: Clock, hear: Callable[[int], None]) -> Callable[[], int]:
     """What reads as the clock does, and lets each reading be heard."""
+    own = getattr(clock, "heard", None)
+    return _heard(clock, hear) if own is None else own(hear)
+
+
+def _heard(clock: Clock, hear: Callable[[int], None]) -> Callable[[], int]:
     read = clock.now
 
     def heard() -> int:
@@ -169,12 +190,7 @@ def heard_clock(clock: Clock, hear: Callable[[int], None]) -> Callable[[], int]:
         hear(now)
         return now
 
-    def heard_monotonic() -> int:  # without the call: every function of a model reads it
-        now: int = monotonic_ns() - clock._epoch  # type: ignore[attr-defined]  # noqa: SLF001
-        hear(now)
-        return now
-
-    return heard_monotonic if type(clock) is MonotonicClock else heard
+    return heard
 
 
 class WorldClock:

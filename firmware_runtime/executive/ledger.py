@@ -9,7 +9,8 @@ from msgspec import structs
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
-from firmware_runtime.executive.blame.blamer import NOTHING, Blamer, Late
+from firmware_runtime.executive.blame.in_real_time import blamer_for
+from firmware_runtime.executive.blame.late import NOTHING, Late
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.cpu_time import CpuTime
@@ -43,6 +44,8 @@ SETTLING = 100 * MILLISECOND
 
 RESERVE = 300 * MICROSECOND
 """Ns that must be left to the next event for counters to be read after a step on time."""
+SLOW = 4
+"""A step that is late, or long, by so great a part of what is tolerated is slow."""
 AGAIN = 50 * MILLISECOND
 """Ns after which that is tried again."""
 
@@ -78,11 +81,10 @@ class Ledger:
         self._timeline = Timeline(cells[layout.timeline], self._growing)
         self._look_at = SETTLING
         """When the next second is over, or the counters are to be read for the first time."""
-        self._usual, self._long = 0, NEVER
-        """What a step takes, and what is much longer than that; NEVER while it is not known."""
-        self._blamer = Blamer(
-            clock, profiler.step, self._accounting.accounts, self._counters.meters
-        )
+        self._usual, self._long, self._slow = 0, NEVER, NEVER
+        """What a step takes, what is much longer and what a little; NEVER while it is not known."""
+        accounts, meters = self._accounting.accounts, self._counters.meters
+        self._blamer = blamer_for(clock, profiler.step, accounts, meters)
         self._late_by_cause = cells[layout.late_by_cause]
 
     def commit(self, ended: int, next_at: Callable[[], int]) -> int:
@@ -109,6 +111,9 @@ class Ledger:
         due, progress = next_at(), self._progress
         caught_up = due >= ended and progress.is_level
         file.close_section(ended, 0 if caught_up else progress.note(ended, due))
+        spent = ended - max(self._step.at, self._previous_end)
+        if spent > self._slow and self._blamer is not None:
+            self._blamer.pass_over(ended, spent - self._usual)
         self._previous_end = ended
         if self._step.record is not None:
             self._step.end(ended)
@@ -141,7 +146,8 @@ class Ledger:
         """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""
         file = self.file
         self._cpu_time.pause()
-        self._blamer.close()
+        if self._blamer is not None:
+            self._blamer.close()
         file.open_section()
         self._counters.read()
         file.cells[ELAPSED] = now
@@ -152,12 +158,14 @@ class Ledger:
         """The run goes on, or begins, to instant `until`; processor time of a pause is not its."""
         self._until = until
         self._cpu_time.go_on()
-        self._blamer.open(self._steps)
+        if self._blamer is not None:
+            self._blamer.open(self._steps)
 
     def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
-        self._blamer.close()
+        if self._blamer is not None:
+            self._blamer.close()
         file.open_section()
         self._accounting.end(min(now, self._until))
         self._counters.end()
@@ -187,7 +195,7 @@ class Ledger:
         usual = step_time if self._long == NEVER else self._usual
         ended = step.started + step_time
         late = Late(ended, behind, wake, step_time, usual, garbage, previous_end)
-        row = self._blamer.explain(late, self._steps)
+        row = NOTHING if self._blamer is None else self._blamer.explain(late, self._steps)
         if row.cause > 0:
             self._late_by_cause[row.cause - 1] += 1
         return row
@@ -204,10 +212,11 @@ class Ledger:
         if self._steps >= FEW:
             self._usual = self._step_times.sum // self._steps
             self._long = self._usual + self._accounting.tolerance
+            self._slow = self._usual + self._accounting.tolerance // SLOW
         self._look_at = self._timeline.closes_at
         if left < RESERVE:
             self._look_at = min(self._look_at, ended + AGAIN)
-        elif ended - self._step.at <= self._long:
+        elif self._blamer is not None and ended - self._step.at <= self._long:
             self._blamer.keep(self._steps + 1)  # this one is not counted yet
 
     def _growing(self) -> list[int]:

@@ -26,7 +26,6 @@ from firmware_runtime.statistics.conditions import (
     Request,
     Settings,
 )
-from firmware_runtime.system.c_library import call
 from firmware_runtime.system.conditions import system_conditions
 
 CPU_DMA_LATENCY = Path("/dev/cpu_dma_latency")
@@ -108,6 +107,13 @@ def _afterwards(undo: ExitStack, function: Callable[..., object], *arguments: ob
             function(*arguments)
 
     undo.callback(put_back)
+
+
+def call(function: str, *arguments: int) -> int:
+    """Call the C library, which virtual time does not load. Raises OSError."""
+    from firmware_runtime.system.c_library import call as called  # noqa: PLC0415
+
+    return called(function, *arguments)
 
 
 def _timer_slack(slack_ns: int, _clock: MonotonicClock, undo: ExitStack) -> None:

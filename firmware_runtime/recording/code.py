@@ -1,8 +1,8 @@
 """The code of a part of a model: the modules of its classes and what these use, each hashed."""
 
-import hashlib
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -41,7 +41,7 @@ def changed_modules(before: Mapping[str, str], code: Mapping[str, str]) -> list[
 def digest_of(code: Mapping[str, str]) -> str:
     """SHA-256 over modules and their hashes."""
     lines = (f"{name} {digest}\n" for name, digest in sorted(code.items()))
-    return hashlib.sha256("".join(lines).encode()).hexdigest()
+    return sha256("".join(lines).encode()).hexdigest()
 
 
 def _modules_of(atomic: Atomic) -> Iterator[str]:
@@ -72,6 +72,6 @@ def _hash(module: ModuleType) -> str | None:
     if source is None or not source.endswith(".py"):
         return None
     try:
-        return hashlib.sha256(Path(source).read_bytes()).hexdigest()
+        return sha256(Path(source).read_bytes()).hexdigest()
     except OSError:
         return None

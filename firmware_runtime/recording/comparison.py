@@ -54,6 +54,8 @@ class Comparison:
     """The first value that did not enter as it was recorded."""
     fields: int = 0
     """Recorded fields of the state that were compared."""
+    has_drawn: bool = False
+    """Whether the replay drew from the process's own generators of random numbers."""
 
     @property
     def is_equal(self) -> bool:
@@ -68,6 +70,7 @@ class Comparison:
             "first_difference": None if self.first is None else self.first.as_json(self.state),
             "inputs": self.inputs,
             "fault": self.fault,
+            "has_drawn": self.has_drawn,
         }
 
 

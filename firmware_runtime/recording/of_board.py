@@ -14,6 +14,7 @@ from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.chance import places
 from firmware_runtime.recording.code import changed_modules, code_of, digest_of
 from firmware_runtime.recording.comparison import Comparison, compare
 from firmware_runtime.recording.cut import Cut, cut_around, type_name
@@ -94,7 +95,9 @@ def replay_of(recording: Recording, board: Board) -> Comparison:
     if missing := [name for name in header.components if name not in robot.model.components]:
         raise ConfigError.of_one("replay", f"{board.name} has no component {', '.join(missing)}")
     part = part_of(robot.model, header.components)
+    stood = places()
     comparison = compare(recording, replay(recording, part.model, robot.retune))
+    comparison = replace(comparison, has_drawn=places() != stood)
     if uses:
         used = ", ".join(dict.fromkeys(uses))
         fault = f"the {header.role} uses {used}: what it learns there is not recorded"

@@ -27,13 +27,13 @@ class Feed:
         self._report = report
         self._at = 0
         self._last_reading = 0
-        self.load(Section(Kind.BUILD, 0, b"", [], [], [], msgspec.Raw(b"\x90"), [], []))
+        self.load(Section(Kind.BUILD, 0, [], [], [], [], msgspec.Raw(b"\x90"), [], []))
 
     def load(self, section: Section) -> None:
         """Give what this section holds from now on."""
         self._at = section.at
         self._section = section
-        self._readings = iter(section.clock())
+        self._readings = iter(section.readings)
         self._times = iter(section.times)
         self._enabled = iter(section.enabled)
         self._world = iter(section.world)

@@ -38,7 +38,7 @@ class OpenFeed(Feed):
 
     def load_nothing(self, at: int) -> None:
         """Give what there is for an instant of which nothing was recorded."""
-        self.load(Section(Kind.STEP, at, b"", [], [], [], msgspec.Raw(b"\x90"), [], []))
+        self.load(Section(Kind.STEP, at, [], [], [], [], msgspec.Raw(b"\x90"), [], []))
         self._asked_too_much = True  # which the step itself says
 
     def check_all_taken(self) -> None:

@@ -5,7 +5,6 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
-from firmware_runtime.blackbox.chance import put
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
 from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of, sentences
@@ -16,6 +15,7 @@ from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.recording.chance import put
 from firmware_runtime.recording.values import UnknownValue, made, unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed

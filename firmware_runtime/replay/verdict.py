@@ -8,8 +8,10 @@ from firmware_runtime.blackbox.reader import Recording
 from firmware_runtime.blackbox.section import Kind, Section
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.recording.chance import places
 from firmware_runtime.recording.code import code_of
+from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
 
@@ -31,11 +33,22 @@ class Verdict:
     """What is missing in the recording, one sentence each."""
     code_changed: list[str] = field(default_factory=list)
     """Modules of the robot whose source is another than in the run."""
+    versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
+    """Python and packages that are others, as `changed_versions` has them."""
+    has_drawn: bool = False
+    """Whether the process's own generators of random numbers were drawn from."""
+    failure: str | None = None
+    """What ended it, in a sentence: what the robot raised as it was run again."""
 
     @property
     def is_identical(self) -> bool:
         """Whether something was run again, all of it as it was, and nothing is missing."""
-        return self.steps > 0 and self.differences == 0 and not self.faults
+        return self.is_something and self.differences == 0 and not self.faults
+
+    @property
+    def is_something(self) -> bool:
+        """Whether any of it was run again; of a start that failed, what its chips were asked."""
+        return self.steps > 0 or self.writes > 0
 
     def add(self, player: Player, begin: int) -> None:
         """Add what a player found from an instant on."""
@@ -44,6 +57,7 @@ class Verdict:
         self.duration += max(0, player.at - begin)
         self.differences += player.differences
         self.first = self.first or player.first
+        self.failure = None if player.failure is None else text_of(player.failure)
         self.faults += [] if player.missing is None else [player.missing]
 
     def as_json(self) -> dict[str, Any]:
@@ -58,6 +72,8 @@ class Verdict:
             "transfers": self.writes,
             "faults": self.faults,
             "code_changed": self.code_changed,
+            "versions_changed": self.versions_changed,
+            "has_drawn": self.has_drawn,
         }
 
 
@@ -67,6 +83,13 @@ class Stretch:
 
     begin: int = 0
     until: int = NEVER
+
+    def __post_init__(self) -> None:
+        """Raise ConfigError for one that ends before it begins."""
+        if self.until < self.begin:
+            begin, until = (f"{each / SECOND:g}" for each in (self.begin, self.until))
+            fault = f"expected an instant after --from {begin}"
+            raise ConfigError.of_one(f"--until {until}", fault)
 
 
 WHOLE: Final = Stretch()
@@ -84,7 +107,8 @@ def replay(
 
     Raises ConfigError for a recording that has nothing to begin with, or is none of this board.
     """
-    verdict = Verdict(faults=recording.faults())
+    versions = changed_versions(recording.header.versions)
+    verdict = Verdict(faults=recording.faults(), versions_changed=versions)
     segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
     if not segments:
         raise ConfigError.of_one(str(recording.path), nothing_to_replay(recording, stretch.begin))
@@ -93,11 +117,13 @@ def replay(
             sections = segment.from_instant(stretch.begin).sections()
             player = Player(recording.header, board, first := next(sections))
             player.listeners.append(listener)
+            stood = places()
             for section in stretch_of(sections, stretch.until):
                 before(section)
                 verdict.writes += len(section.transfers)
                 player.take(section)
             verdict.add(player, first.at)
+            verdict.has_drawn |= places() != stood
             verdict.code_changed = code_changes(recording.header.code, player)
     return verdict
 

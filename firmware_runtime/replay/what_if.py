@@ -17,6 +17,7 @@ from firmware_runtime.board.registry import Board, read_text
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import REPLAYED
@@ -48,6 +49,8 @@ class WhatIf(Struct):
     settings: list[str]
     """What was set otherwise than in the run."""
     curves: dict[str, Curves] = field(default_factory=dict)
+    versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
+    """Python and packages that are others where this was found, as `changed_versions` has them."""
 
 
 def what_if(
@@ -72,6 +75,7 @@ def what_if(
         faults=recording.faults(),
         run=recording.header.run,
         settings=list(change.board.assignments),
+        versions_changed=changed_versions(recording.header.versions),
     )
     structure: Counter[str] = Counter()
     for segment in segments:

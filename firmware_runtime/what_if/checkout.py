@@ -32,7 +32,8 @@ def checked_folder(folder: Path) -> Path:
 def ask(question: Question, folder: Path | None) -> WhatIf:
     """What the folder's code answers; without a folder, the installed code as it is now.
 
-    Raises ConfigError with what its process said where it does not answer.
+    What the code prints goes to standard error. Raises ConfigError with what its process said where
+    it does not answer.
     """
     done = subprocess.run(  # noqa: S603 -- an interpreter, and our module
         [_interpreter(folder), "-P", "-m", _MODULE, str(folder or os.sep)],
@@ -42,6 +43,9 @@ def ask(question: Question, folder: Path | None) -> WhatIf:
         env=_environment(folder),
     )
     where = "replay" if folder is None else f"--with {folder}"
+    if done.returncode < 0:
+        fault = f"its process was ended by signal {-done.returncode}"
+        raise ConfigError.of_one(where, f"{fault}; {_EXPECTED}")
     if done.returncode != 0:
         raise ConfigError.of_one(where, _why(done.stderr.decode(errors="replace")))
     try:
@@ -49,6 +53,7 @@ def ask(question: Question, folder: Path | None) -> WhatIf:
     except msgspec.MsgspecError as error:
         fault = f"its answer is not one of this version ({error})"
         raise ConfigError.of_one(where, f"{fault}; {_EXPECTED}") from error
+    sys.stderr.write(done.stderr.decode(errors="replace"))
     if said.used == 0:
         raise ConfigError.of_one(where, f"no module of the robot is in it; {_EXPECTED}")
     return said.found

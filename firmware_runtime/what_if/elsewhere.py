@@ -3,10 +3,13 @@
     python -P -m firmware_runtime.what_if.elsewhere FOLDER < QUESTION > ANSWER
 
 Prints what was found as JSON; what cannot be found out is a sentence on standard error, status 2.
+There goes what the code prints, too.
 """
 
+import os
 import sys
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
 
@@ -24,14 +27,23 @@ class Answer(msgspec.Struct):
 
 def main(folder: str) -> int:
     """Answer the one question."""
+    output = _own_output()
     question = msgspec.json.decode(sys.stdin.buffer.read(), type=Question)
     try:
         found = answer(question)
     except FirmwareRuntimeError as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    sys.stdout.buffer.write(msgspec.json.encode(Answer(found, _used(Path(folder)))))
+    with output:
+        output.write(msgspec.json.encode(Answer(found, _used(Path(folder)))))
     return 0
+
+
+def _own_output() -> BinaryIO:
+    """Standard output for the answer alone; standard error is that of all else."""
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    return own
 
 
 def _used(folder: Path) -> int:

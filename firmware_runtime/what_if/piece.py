@@ -125,7 +125,7 @@ def _piece(
 
 def _keyframe(at: int, state: bytes) -> bytes:
     """A section that has a state."""
-    return encode((Kind.KEYFRAME.value, at, b"", [], [], [], [], [], [], state))
+    return encode((Kind.KEYFRAME.value, at, [], [], [], [], [], [], [], state))
 
 
 def _keyframes(sections: Sequence[bytes], end: int) -> Iterator[tuple[int, bytes]]:

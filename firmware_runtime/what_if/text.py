@@ -6,6 +6,7 @@ from itertools import islice
 from typing import Any, Final
 
 from firmware_runtime.devs.time import format_time
+from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.replay.difference import where_of
 from firmware_runtime.replay.outputs import OutputDifference
 from firmware_runtime.replay.what_if import WhatIf
@@ -32,6 +33,8 @@ def what_if_text(found: WhatIf, changed: str) -> Iterator[str]:
     if found.first_difference is not None:
         yield from _first(found.first_difference)
     yield f"  {found.steps} steps, {found.duration_s:.3f} s of the run"
+    if found.versions_changed:
+        yield f"  versions that are others than in the run: {versions_said(found.versions_changed)}"
 
 
 def table(outputs: Mapping[str, OutputDifference]) -> Iterator[str]:

@@ -172,7 +172,7 @@ def test_iterators_are_replaced_by_equal_ones() -> None:
     state = table.capture()
     assert list(node.steps) == [2, 3]
     assert next(node.count) == 1
-    assert [each.path for each in table.differences(state)] == ["node.steps", "node.count"]
+    assert [each.path for each in table.differences(state)] == ["node.count", "node.steps"]
     table.restore(state)
     assert (list(node.steps), next(node.count), list(node.of_list)) == ([2, 3], 1, [1, 2])
 
@@ -199,11 +199,11 @@ def test_floats_differ_to_the_bit() -> None:
     node.zero, node.nan, node.inner[0] = -0.0, nan, Pair(-0.0, np.float64(-0.0))
     node.array[1] = -0.0
     assert [each.path for each in table.differences(state)] == [
-        "node.zero",
         "node.nan",
+        "node.zero",
+        "node.array[1]",
         "node.inner[0][0]",
         "node.inner[0][1]",
-        "node.array[1]",
     ]
 
 
@@ -231,7 +231,7 @@ def test_methods_and_functions_may_be_exchanged() -> None:
         node.choice = second
         node.bound = node.act
 
-    assert changed_and_restored(node, change) == ["node.choice", "node.bound"]
+    assert changed_and_restored(node, change) == ["node.bound", "node.choice"]
     assert node.choice() == 1
 
 

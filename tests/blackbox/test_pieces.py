@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from firmware_runtime.blackbox.mirror import Mirror
 from firmware_runtime.blackbox.pieces import Pieces
 from firmware_runtime.blackbox.reader import Recording, kind_of, read_recording
@@ -41,7 +41,7 @@ class WrittenRing:
 
 
 def section(kind: Kind, at: int, extra: object) -> bytes:
-    return encode((kind.value, at, b"", [], [], [], [], [], [], extra))
+    return encode((kind.value, at, [], [], [], [], [], [], [], extra))
 
 
 @pytest.fixture(scope="module")
@@ -222,7 +222,7 @@ def test_a_folder_that_goes_away_is_an_error_with_its_name(rig: Rig) -> None:
 
 def test_what_is_no_ring_is_not_opened(tmp_path: Path) -> None:
     path = tmp_path / "x.recording"
-    path.write_bytes(b"FWRTBOX1" + bytes(PREFIX_SIZE))
+    path.write_bytes(MAGIC + bytes(PREFIX_SIZE))
     with pytest.raises(OSError, match="no recording"):
         RingFile(path)
 

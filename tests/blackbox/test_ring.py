@@ -138,6 +138,6 @@ def _failing_at(place: int, error: Exception) -> Write:
 
 def test_a_text_that_utf_8_has_not_is_no_section_but_can_be_made_legible() -> None:
     with pytest.raises(UnicodeEncodeError):
-        encode((Kind.ENDED.value, 0, b"", [], [], [], [], [], [], "a\udc80"))
+        encode((Kind.ENDED.value, 0, [], [], [], [], [], [], [], "a\udc80"))
     assert legible("a\udc80") == "a\\udc80"
     assert legible("straße") == "straße"

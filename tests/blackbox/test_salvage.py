@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX, PREFIX_SIZE, SECTION
 from firmware_runtime.blackbox.reader import kind_of, read_recording, recording_in
 from firmware_runtime.blackbox.salvage import Saved, save
 from firmware_runtime.blackbox.section import Kind
@@ -111,10 +112,24 @@ def test_bytes_that_are_missing_in_the_middle_cost_one_chunk_at_most(whole: byte
 
 def test_of_a_file_without_a_header_nothing_is_saved() -> None:
     with pytest.raises(ConfigError, match="no header of a recording"):
-        save(PATH, b"FWRTBOX1" + bytes(100_000))
+        save(PATH, MAGIC + bytes(100_000))
 
 
 def test_chunks_of_a_recording_are_as_they_were(tmp_path: Path, whole: bytes) -> None:
     path = tmp_path / "whole.recording"
     path.write_bytes(whole)
     assert len(read_recording(path).chunks) == -(-len(every_section(path)) // IN_A_CHUNK)
+
+
+@pytest.mark.slow
+def test_what_is_saved_of_a_file_with_many_gaps_is_not_much_larger_than_it(whole: bytes) -> None:
+    header, every = recording_in(whole, PATH).chunks[0].contents[0], sections_of(whole)
+    damaged = bytearray(
+        file_of([Numbered(1, [header, *every]), Numbered(2, [header, *every * 20])])
+    )
+    touched = list(places(bytes(damaged)))[: len(every) : 2]
+    for begin, _ in touched:
+        damaged[begin + SECTION.size + 4] ^= 1
+    done, _ = saved(bytes(damaged))
+    assert done.sections == 21 * len(every) - len(touched)
+    assert len(done.content) < 3 * len(damaged)

@@ -94,7 +94,7 @@ def test_what_was_made_later_comes_back(value: object) -> None:
     node.value = node.again = value
     state = table.capture()
     node.value = node.again = None
-    assert [each.path for each in table.differences(state)] == ["node.value", "node.again"]
+    assert [each.path for each in table.differences(state)] == ["node.again", "node.value"]
     table.restore(state)
     assert list(table.differences(state)) == []
     assert type(node.value) is type(value)

@@ -47,7 +47,6 @@ PLACE = Place(
     units_apart=1,
 )
 HEADER = Header(
-    format=1,
     run="tachobot-1",
     board="tachobot",
     kind="tachobot",

@@ -3,6 +3,7 @@
 import io
 import json
 from collections.abc import Callable
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +138,31 @@ def test_pdb_stops_inside_the_models_function(
 
 
 @pytest.mark.slow
+def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
+    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = [f"pdb {YAW}.external", "n", "c", "break", "continue"]
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
+    assert main(["debug", str(flight), "--at", "6"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("--Call--") == 1
+    assert f"after {YAW} external" in printed
+    assert "no breakpoints" in printed
+    assert "the recording ends here" in printed
+
+
+@pytest.mark.slow
+def test_an_instant_outside_of_the_recording_is_no_place_to_go_to(
+    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("goto 99\nwhere\ngoto 8\n"))
+    assert main(["debug", str(flight), "--at", "6"]) in {0, 2}
+    printed = capsys.readouterr()
+    assert "expected an instant from 0 to 8 s" in printed.out + printed.err
+    assert "at 8.000000000 s" in printed.out
+
+
+@pytest.mark.slow
 def test_the_command_line_says_where_to_stop_and_what_to_print(debug: Debug) -> None:
     words = ("--at", "6", "--until", "imu.sample", "--print", "imu", "--print", f"{YAW}.reference")
     _, there, imu, reference = debug(words=words)
@@ -199,3 +225,17 @@ def test_a_predicate_looks_at_what_was_sent_at_values_and_attributes(travel: Tra
     assert not above.holds(seen)
     models.by_path["controller.yaw"].phase = "x"  # type: ignore[attr-defined]
     assert above.holds(seen)
+
+
+class Gate(Enum):
+    OPEN = 1
+    SHUT = 2
+
+
+def test_a_predicate_compares_an_enumeration_by_its_members_name(travel: Travel) -> None:
+    seen = Seen()
+    opened = Predicate("imu.sample == 'OPEN'", Models(travel.player.simulator.root))
+    seen.last = {"imu.sample": Gate.SHUT}
+    assert not opened.holds(seen)
+    seen.last = {"imu.sample": Gate.OPEN}
+    assert opened.holds(seen)

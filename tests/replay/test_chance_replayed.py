@@ -9,9 +9,11 @@ import pytest
 
 from boards.tachobot.allocation import Allocation
 from drivers.thrust_pairs import Forces
-from firmware_runtime.blackbox import chance
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.blackbox.section import Kind, sent_of
+from firmware_runtime.recording import chance
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.verdict import replay
 from tests.support.recorded import record
 from tests.support.replayed import check_identical
 
@@ -44,6 +46,9 @@ def test_what_a_model_drew_is_drawn_again(tmp_path: Path) -> None:
     random.seed(1)
     np.random.seed(8)  # noqa: NPY002
     check_identical(path)
+    recording = read_recording(path)
+    board = board_of_table(recording.header.source, recording.header.table)
+    assert replay(recording, board).has_drawn
     other = record(tmp_path / "other", "tachobot", SPAN_S)
     assert _sent(path) != _sent(other)
 

@@ -131,6 +131,34 @@ def test_other_code_answers_in_a_process_of_its_own(
     assert "SyntaxError" in capsys.readouterr().err
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("added", "said"),
+    [
+        ("print('{seen}')", "{seen}"),
+        ("def (", "SyntaxError"),
+        ("import os; os.kill(os.getpid(), 9)", "ended by signal 9"),
+    ],
+)
+def test_what_the_code_of_a_folder_prints_or_fails_with_is_said(
+    flight: Path,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    added: str,
+    said: str,
+) -> None:
+    checkout = tmp_path / "checkout"
+    shutil.copytree(ROOT / "boards", checkout / "boards")
+    with (checkout / "boards" / "tachobot" / "yaw.py").open("a") as file:
+        file.write(f"\n{added}\n")
+    words = ["replay", str(flight), "--until", "0.1", "--with", str(checkout), "--json"]
+    is_answered = added.startswith("print")
+    assert main(words) == (0 if is_answered else 2)
+    printed = capfd.readouterr()
+    assert said in printed.err
+    assert json.loads(printed.out)["steps"] > 0 if is_answered else printed.out == ""
+
+
 def test_a_folder_without_the_robots_code_is_refused(
     flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -25,6 +25,13 @@ def places() -> list[Any]:
     return [version, array(_WORDS, words).tobytes(), gauss, of_numpy]
 
 
+UNKEPT: Final = (
+    "a model draws random numbers from the process's own generators (random, numpy.random); "
+    "expected a generator that it has, which is part of its state"
+)
+"""What to say of a replay that differs, and in which they were drawn from."""
+
+
 def put(places: Any) -> None:  # noqa: ANN401 -- whatever stands in a file
     """Let them stand there. What is no place leaves them as they are."""
     before = random.getstate()

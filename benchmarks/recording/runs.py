@@ -1,0 +1,123 @@
+"""One run of a board on its doubles, measured: with a recording, without one, or with a part of it.
+
+In virtual time the clock waits for nothing, models' functions are timed as in real time, and each
+reading of the clock is recorded as a real one's. Two hooks, the first and the last of the loop,
+say of each step when it began and ended, so that of many equal runs the least can be taken.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from time import perf_counter_ns, process_time_ns
+from typing import Any
+from unittest.mock import patch
+
+from firmware_runtime.blackbox.recorder import Recorder
+from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.time import MICROSECOND, seconds
+from firmware_runtime.executive.clocks import Clock, VirtualClock
+from firmware_runtime.runs import session as sessions
+from firmware_runtime.statistics.layout import STEPS
+
+BARE, RECORDED, OWN = "bare", "recorded", "own"
+"""Without a recording, with one, and with one in which the doubles' world is not heard."""
+
+
+class Unwaiting:
+    """Virtual time that the recorder does not know from real time."""
+
+    speed: float = 0
+
+    def __init__(self) -> None:
+        self._clock = clock = VirtualClock()
+        self.start, self.now, self.wait = clock.start, clock.now, clock.wait
+
+    def heard(self, hear: Callable[[int], None]) -> Callable[[], int]:
+        """What reads as `now`, in one function, as that of a real clock."""
+        clock = self._clock
+
+        def heard() -> int:
+            now = clock._now  # noqa: SLF001 -- a real one reads its epoch so
+            hear(now)
+            return now
+
+        return heard
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Processor time of a step, p99 of lateness, what was recorded in a second; ns by step."""
+
+    step_us: float
+    p99_us: float
+    bytes_per_second: float
+    within: list[int]
+    """From the end of the loop's last hook to its first: the wait, and the step."""
+    between: list[int]
+    """From its first hook to the last."""
+
+
+class _Stamps:
+    """A hook that says when it was called, ns."""
+
+    def __init__(self) -> None:
+        self.at: list[int] = []
+
+    def between_steps(self, _now: int, _left: int) -> None:
+        """Note it."""
+        self.at.append(perf_counter_ns())
+
+
+class _OwnRecorder(Recorder):
+    """Hears what a robot with chips would: nothing of the models of a doubles' world."""
+
+    def instrument(self, _atomic: Atomic, functions: Functions) -> Functions:
+        """A model as it is."""
+        return functions
+
+    def write_into(self, ring: Any, atomics: Sequence[Atomic], *rest: Any, **named: Any) -> None:  # noqa: ANN401 -- as they are
+        """Listen to the robot's own ports alone; nobody reads this recording."""
+        super().write_into(ring, [each for each in atomics if each in self.own], *rest, **named)
+
+
+def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -> Run:
+    """Run a board for a second, then for `span_s`, which is measured."""
+    recorder = _OwnRecorder if name == OWN else Recorder
+    with patch.object(sessions, "Recorder", recorder):
+        session = sessions.Session(
+            board_in_force(board, ()),
+            clock,
+            doubles=True,
+            statistics_path=folder / "bench.statistics",
+            recording=None if name == BARE else folder / "bench.recording",
+        )
+    first, last = _Stamps(), _Stamps()
+    try:
+        session.run_on(seconds(1))
+        session.executive.hooks[:] = [first, *session.executive.hooks, last]
+        before, begun = session.executive.cells[STEPS], process_time_ns()
+        session.run_on(seconds(1 + span_s))
+        spent = process_time_ns() - begun
+        steps = session.executive.cells[STEPS] - before
+        session.end()
+    finally:
+        session.close()
+    models = session.executive.statistics.figures().models.values()
+    busiest = max(models, key=lambda model: model.run)
+    written = 0 if session.recorder is None else session.recorder.written
+    return Run(
+        spent / steps / MICROSECOND,
+        busiest.lateness_us.p99 or 0.0,
+        written / (1 + span_s),
+        [end - begin for begin, end in zip(last.at, first.at[1:], strict=False)],
+        [end - begin for begin, end in zip(first.at, last.at, strict=True)],
+    )
+
+
+def least_us(spans: Sequence[Sequence[int]]) -> float:
+    """The mean of all steps, of each the least of equal runs, us."""
+    least = [min(each) for each in zip(*spans, strict=True)]
+    return fmean(least) / MICROSECOND

@@ -1,0 +1,141 @@
+"""Attributes are read without making an object slower; whatever it is, all of them are found."""
+
+import gc
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from firmware_runtime.blackbox import attributes
+from firmware_runtime.blackbox.attributes import attributes_of, reader_of
+
+
+class Plain:
+    """Attributes of its own, one of the class, one with a default."""
+
+    kind = "plain"
+    limit = 1.0
+
+    def __init__(self) -> None:
+        self.second, self.first = [2], 1
+        self.limit = 2.0
+
+    @property
+    def computed(self) -> int:
+        """No attribute."""
+        return self.first
+
+    def grow(self) -> None:
+        """Get another one."""
+        self.third = 3
+
+
+class Slotted(Plain):
+    """A slot beside its attributes."""
+
+    __slots__ = ("slot",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.slot = "slot"
+
+
+@dataclass
+class Fields:
+    """Attributes set by code that was made."""
+
+    one: int
+    two: object
+
+
+class Same(Plain):
+    """One that is the very object that its class has under the name."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.kind = Plain.kind
+
+
+class Asked(Plain):
+    """One that computes what it has not."""
+
+    def __getattr__(self, name: str) -> str:
+        return name
+
+
+class Bag(list[int]):
+    """More than attributes."""
+
+    def __init__(self) -> None:
+        super().__init__([1, 2])
+        self.first = 1
+
+
+class Given:
+    """What others set on it."""
+
+
+def fields() -> Fields:
+    """A dataclass."""
+    return Fields(1, None)
+
+
+def given() -> Given:
+    """An object whose class does not know its attribute."""
+    made = Given()
+    made.unforeseen = 1  # type: ignore[attr-defined]
+    return made
+
+
+def never_known(_: object) -> bool:
+    return False
+
+
+KINDS: list[Callable[[], object]] = [Plain, Slotted, fields, Same, Asked, Bag, given, Given]
+
+
+@pytest.mark.parametrize("make", KINDS)
+def test_all_are_found_whatever_the_class(make: Callable[[], object]) -> None:
+    thing, twin = make(), make()
+    assert attributes_of(thing) == vars(twin)
+    assert list(attributes_of(thing)) == sorted(vars(twin))
+    assert dict(reader_of(make(), never_known)()) == vars(twin)
+
+
+@pytest.mark.parametrize("make", [Plain, fields, Given])
+def test_no_dictionary_is_made_where_the_code_names_all(
+    monkeypatch: pytest.MonkeyPatch, make: Callable[[], object]
+) -> None:
+    """As up to 3.12; from 3.13 on a dictionary makes nothing slower."""
+    monkeypatch.setattr(attributes, "_DICTIONARIES_ARE_FREE", False)
+    thing = make()
+    attributes_of(thing)
+    reader_of(thing, never_known)()
+    assert dict not in {type(each) for each in gc.get_referents(thing)}
+
+
+def test_a_reader_sees_what_is_set_and_deleted_later() -> None:
+    thing = Plain()
+    read = reader_of(thing, never_known)
+    thing.first = 7
+    assert read() == {"first": 7, "second": [2], "limit": 2.0}
+    thing.grow()
+    assert read() == {"first": 7, "second": [2], "limit": 2.0, "third": 3}
+    del thing.second
+    assert read() == {"first": 7, "limit": 2.0, "third": 3}
+
+
+def test_a_reader_sees_one_set_in_the_place_of_another() -> None:
+    thing = Plain()
+    read = reader_of(thing, never_known)
+    del thing.second
+    thing.unforeseen = 1  # type: ignore[attr-defined]
+    assert read() == {"first": 1, "limit": 2.0, "unforeseen": 1}
+
+
+def test_a_reader_sees_the_default_again_once_its_own_is_deleted() -> None:
+    thing = Plain()
+    read = reader_of(thing, never_known)
+    del thing.limit
+    thing.unforeseen = 1  # type: ignore[attr-defined]
+    assert read() == {"first": 1, "second": [2], "unforeseen": 1}
