@@ -24,7 +24,8 @@ from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.socket_file import SocketFile
 
 TIMEOUT_S = 5.0
@@ -41,10 +42,6 @@ Request: TypeAlias = dict[str, Any]
 """What came with the name of a request, by its keys."""
 Respond: TypeAlias = Callable[[Request], Answer]
 """Raises ConfigError for a request that is refused."""
-
-
-class ControlError(FirmwareRuntimeError):
-    """A run cannot be spoken to."""
 
 
 class ControlSocket:

@@ -78,6 +78,19 @@ def test_it_ends_with_the_run_and_names_all_that_the_run_has_not(robot: BridgedR
     assert dover.returncode == 3
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_signal_that_is_no_number_of_what_comes_is_said_once(robot: BridgedRun) -> None:
+    robot.run()
+    line(robot.bridge(), "a run listens")
+    dover = robot.start("dover", "tachobot", "--send", "imu.sample.rate.7=62905")
+    line(dover, "--send imu.sample.rate.7: no number that fits in")
+    status, printed = stop(dover, signal.SIGTERM)
+    assert status == 0
+    assert "no number that fits" not in printed
+    assert re.search("sent 0, taken 0, refused [1-9]", printed)
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

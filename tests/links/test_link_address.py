@@ -42,6 +42,12 @@ def test_a_path_at_which_there_is_no_socket_keeps_what_it_has(tmp_path: Path) ->
     assert path.read_text(encoding="utf-8") == "mine"
 
 
+def test_a_path_in_no_folder_is_refused_and_no_folder_is_made(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="there is no folder"):
+        link_address(f"unix:{tmp_path}/typo/link")(END)
+    assert not (tmp_path / "typo").exists()
+
+
 @pytest.mark.parametrize("kind", [socket.SOCK_STREAM, socket.SOCK_DGRAM])
 def test_a_path_at_which_another_process_listens_is_left_to_it(tmp_path: Path, kind: int) -> None:
     path = tmp_path / "taken"

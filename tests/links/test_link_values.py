@@ -2,9 +2,9 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 import pytest
@@ -49,6 +49,22 @@ class Twice:
         raise RuntimeError("never")
 
 
+@dataclass(frozen=True)
+class Recipe:
+    crop: Literal["tomato", "cress"]
+    target: float | None
+    gear: Gear | None = None
+    label: int | str = "none"
+    spans: tuple[Limits, ...] = ()
+    shares: dict[str, float] = field(default_factory=dict)
+    fed: float | list[Limits] | None = None
+
+
+class Bed(msgspec.Struct, frozen=True):
+    name: str
+    recipes: list[Recipe] = []
+
+
 class Vague(NamedTuple):
     whatever: object
 
@@ -57,6 +73,16 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 whole = st.integers(-(1 << 63), (1 << 63) - 1)
 texts = st.text(st.characters(exclude_categories=["Cs"]))
 limits = st.tuples(finite, finite).map(lambda pair: Limits(min(pair), max(pair)))
+recipes = st.builds(
+    Recipe,
+    st.sampled_from(["tomato", "cress"]),
+    st.none() | finite,
+    st.none() | st.sampled_from(Gear),
+    whole | texts,
+    st.lists(limits, max_size=3).map(tuple),
+    st.dictionaries(texts, finite, max_size=3),
+    st.none() | finite | st.lists(limits, max_size=3),
+)
 VALUES: dict[type[Any], st.SearchStrategy[Any]] = {
     bool: st.booleans(),
     int: whole,
@@ -74,6 +100,8 @@ VALUES: dict[type[Any], st.SearchStrategy[Any]] = {
         st.tuples(finite, finite),
         st.lists(whole).map(tuple),
     ),
+    Recipe: recipes,
+    Bed: st.builds(Bed, texts, st.lists(recipes, max_size=3)),
 }
 
 
@@ -146,6 +174,14 @@ def test_any_json_is_a_motion_of_two_finite_floats_or_refused(said: object) -> N
         (Motion, b"[" * 4000),
         (Limits, b'{"low": 2.0, "high": 1.0}'),
         (Twice, b'{"once": 1.0}'),
+        (Recipe, b'{"crop": "tomato"}'),
+        (Recipe, b'{"crop": "oak", "target": 1.0}'),
+        (Recipe, b'{"crop": "cress", "target": 1.0, "label": 1.5}'),
+        (Recipe, b'{"crop": "cress", "target": 1.0, "label": null}'),
+        (Recipe, b'{"crop": "cress", "target": 1.0, "shares": {"east": "all"}}'),
+        (Recipe, b'{"crop": "cress", "target": 1.0, "spans": null}'),
+        (Recipe, b'{"crop": "cress", "target": 1.0, "fed": {"low": 0.0, "high": 1.0}}'),
+        (Recipe, b'{"crop": "cress", "target": 1.0, "price": 1.0}'),
     ],
 )
 def test_what_is_not_quite_a_value_of_the_type_is_refused(kind: type[Any], said: bytes) -> None:
@@ -159,6 +195,21 @@ def test_a_whole_number_is_a_float_too() -> None:
     assert value == 1.0
 
 
+@pytest.mark.parametrize(
+    ("kind", "said", "value"),
+    [
+        (Recipe, b'{"crop": "cress", "target": null}', Recipe("cress", None)),
+        (Recipe, b'{"crop": "cress", "target": 1, "gear": null}', Recipe("cress", 1.0)),
+        (Recipe, b'{"crop": "cress", "target": 1, "fed": 2}', Recipe("cress", 1.0, fed=2.0)),
+        (Bed, b'{"name": "east"}', Bed("east")),
+    ],
+)
+def test_a_field_with_a_default_may_be_left_out(
+    kind: type[Any], said: bytes, value: object
+) -> None:
+    assert reader(kind)(said) == value
+
+
 @pytest.mark.parametrize("kind", [tuple, list, dict, object, Vague, bytes])
 def test_a_type_that_does_not_say_what_is_in_it_is_not_read(kind: type[Any]) -> None:
     assert reader_of(kind) is None
@@ -167,3 +218,22 @@ def test_a_type_that_does_not_say_what_is_in_it_is_not_read(kind: type[Any]) -> 
 def test_a_refusal_says_which_field_is_wrong() -> None:
     with pytest.raises(Refusal, match=r"Expected `float`, got `str` - at `\$\.rate`"):
         reader(Motion)(b'{"position": 1.0, "rate": "fast"}')
+
+
+class Share(msgspec.Struct, frozen=True):
+    """Of one, with its limits in the type."""
+
+    of_one: Annotated[float, msgspec.Meta(ge=0, le=1)]
+    count: Annotated[int, msgspec.Meta(ge=1)] = 1
+    at_most: Annotated[float, msgspec.Meta(le=2)] | None = None
+
+
+@pytest.mark.parametrize(
+    "said", [{"of_one": 5.0}, {"of_one": 0.5, "count": 0}, {"of_one": 0.5, "at_most": 3.0}]
+)
+def test_limits_in_a_type_are_kept(said: dict[str, float]) -> None:
+    read = reader_of(Share)
+    assert read is not None
+    assert read(b'{"of_one": 0.5, "at_most": 2}') == Share(0.5, 1, 2.0)
+    with pytest.raises(Refusal):
+        read(json.dumps(said).encode())

@@ -50,7 +50,7 @@ def test_the_environment_of_a_run_has_nothing_of_ros() -> None:
 def test_an_environment_without_rclpy_is_refused_in_a_sentence(robot: RosProcesses) -> None:
     outer = Path(PYTHON).parents[1]
     node = robot.start("ros2", "tachobot", "--venv", str(outer))
-    assert "has no rclpy" in line(node, "expected both in it")
+    assert "has no rclpy" in line(node, "expected rclpy and firmware-runtime in it")
     assert node.wait() == Status.BAD_INPUT
 
 

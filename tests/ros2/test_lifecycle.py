@@ -4,6 +4,7 @@ import signal
 import subprocess
 
 import pytest
+from lifecycle_msgs.msg import Transition
 from std_srvs.srv import Trigger
 
 from firmware_runtime.links.control import ask, post
@@ -49,6 +50,22 @@ def test_a_node_is_configured_only_when_its_run_is_there(
     assert user.state(NODE) == "inactive"
     assert user.change(NODE, "cleanup")
     assert user.state(NODE) == "unconfigured"
+
+
+def test_a_transition_that_the_state_has_not_is_refused_and_ends_no_node(
+    robot: RosProcesses, user: RosUser
+) -> None:
+    started(robot, *FREE)
+    node = robot.node(*PATIENT)
+    activate(user)
+    assert not user.change_by_number(NODE, Transition.TRANSITION_CONFIGURE)
+    assert "expected deactivate, shutdown" in line(node, "refused: active has no such one")
+    assert not user.change_by_number(NODE, 200)
+    assert not user.change(NODE, "configure")
+    assert user.state(NODE) == "active"
+    assert is_armed(robot)
+    assert user.change_by_number(NODE, Transition.TRANSITION_DEACTIVATE)
+    assert not is_armed(robot)
 
 
 def test_activation_is_refused_with_the_sentences_of_the_run(

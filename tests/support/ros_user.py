@@ -44,6 +44,13 @@ class RosUser:
         changed = self.call(ChangeState, f"{node}/change_state", transition=request)
         return bool(changed.success)
 
+    def change_by_number(self, node: str, number: int) -> bool:
+        """The same by the number of lifecycle_msgs/Transition, as launch files ask."""
+        request = ChangeState.Request().transition
+        request.id = number
+        changed = self.call(ChangeState, f"{node}/change_state", transition=request)
+        return bool(changed.success)
+
     def state(self, node: str) -> str:
         """The state of a node's lifecycle."""
         return str(self.call(GetState, f"{node}/get_state").current_state.label)

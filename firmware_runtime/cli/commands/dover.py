@@ -1,11 +1,13 @@
 """`firmware-runtime dover BOARD`: numbers of a running robot for PowerDEVS, over UDP."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.models.dover import HIGHEST_PORT
@@ -52,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if not sends and not takes:
         raise ConfigError.of_one("dover", "nothing to carry; expected --send or --take")
     path = arguments.statistics or default_path(chosen_board(arguments.board).name)
-    bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes)
+    bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes, _say)
     print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)
     with until_signal() as signal:
         bridge.wake_by(signal.fileno())
@@ -61,6 +63,10 @@ def execute(arguments: argparse.Namespace) -> int:
     bridge.close()
     print(f"dover: sent {bridge.sent}, taken {bridge.taken}, refused {bridge.refused}")
     return Status.OK
+
+
+def _say(sentence: str) -> None:
+    print_line(f"dover: {sentence}", sys.stderr)
 
 
 def _ports(option: str, stated: Sequence[str]) -> dict[str, int]:

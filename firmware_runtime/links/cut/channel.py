@@ -65,10 +65,14 @@ def frames(channel: Channel, most: int) -> Iterator[bytes]:
 class PathChannel:
     """Two runs on one machine: this one's socket at `own`, the other's at `other`.
 
-    Raises ConfigError if the socket cannot be made, or another process listens at `own` already.
+    Raises ConfigError if the socket cannot be made, its folder is not there, or another process
+    listens at `own` already.
     """
 
     def __init__(self, own: Path, other: Path) -> None:
+        if not own.parent.is_dir():
+            fault = f"{own}: there is no folder {own.parent}; expected one that is there"
+            raise ConfigError.of_one("--link", fault)
         if _is_taken(own):
             fault = f"{own}: another process listens there; expected it to have ended"
             raise ConfigError.of_one("--link", f"{fault}, or another path")

@@ -6,7 +6,7 @@ spoken with by its ports socket, and knows nothing of UDP.
 """
 
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
@@ -32,6 +32,7 @@ _LONGEST: Final = 256
 class Signal(NamedTuple):
     """A number that leaves the robot: which part of an output port's value, and where it goes."""
 
+    name: str
     port: str
     parts: tuple[str, ...]
     udp_port: int
@@ -51,14 +52,21 @@ class DoverBridge:
 
     `sends` and `takes` have the UDP port by signal and by input port. Raises ConfigError for a
     signal or a port that the run has not and for a UDP port that is taken, NoAnswer without a run.
+    `say` is given a sentence once for each signal of which something that came was no number.
     """
 
-    def __init__(self, robot: Path, sends: Mapping[str, int], takes: Mapping[str, int]) -> None:
+    def __init__(
+        self,
+        robot: Path,
+        sends: Mapping[str, int],
+        takes: Mapping[str, int],
+        say: Callable[[str], None],
+    ) -> None:
         with PortsClient(robot) as client:
             self._signals = _signals(client.ports(), sends, takes)
         self.sent = self.taken = self.refused = 0
         """Numbers since the start; those refused are no finite number that fits."""
-        self._robot = robot
+        self._robot, self._say_once, self._complained = robot, say, set[Signal]()
         watched = sorted({signal.port for signal in self._signals})
         self._request = message_of(watch=watched)
         self._renew_at, self._answered_at = 0, monotonic_ns()
@@ -109,6 +117,9 @@ class DoverBridge:
             text = text_of_number(_number(value, signal.parts))
         except (Refused, LookupError, TypeError, ValueError):
             self.refused += 1
+            if signal not in self._complained:
+                self._complained.add(signal)
+                self._say_once(f"--send {signal.name}: no number that fits in {value}: not sent")
             return
         with suppress(OSError):  # no room, or no peer at the moment
             self._udp.sendto(text.encode(), (LOOPBACK, signal.udp_port))
@@ -164,7 +175,7 @@ def _signals(
     for name, udp_port in sends.items():
         port = max(_heads(name, outputs), key=len, default="")
         parts = tuple(name.removeprefix(port).split(".")[1:])
-        signals.append(Signal(port, parts, udp_port))
+        signals.append(Signal(name, port, parts, udp_port))
         if not port:
             faults.append(
                 f"--send {name}: no such output port; `firmware-runtime ports` lists them"

@@ -3,8 +3,16 @@
     port's type                            in the datagram
     bool, int, float, str                  true, 1, 1.5, "text"; a float may be written 1
     an enumeration                         the name of its member
-    a named tuple or dataclass             an object with all of its fields and no others
-    tuple[float, float], tuple[int, ...]   an array; as a field's type, since a port's is a class
+    a named tuple, dataclass or struct     an object with its fields and no others; one that has a
+                                           default of its own may be left out
+
+and as a field's type, since a port's is a class:
+
+    tuple[float, float], tuple[int, ...]   an array, as is list[float]
+    dict[str, int]                         an object
+    int | None                             null, or the value
+    int | str, Wind | list[Wind]           the first of them, as declared, that it is a value of
+    Literal["up", "down"]                  one of these
 
 Everything is read by the declared types, down to the last field, so a model never finds a text
 where it expects a number. A type that leaves open what is in it (`tuple`, `object`) is not read at
@@ -12,14 +20,25 @@ all. JSON has no numbers that are not finite; one too large for a float, or a wh
 is refused.
 """
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Callable, Iterator
 from dataclasses import is_dataclass
 from enum import Enum
-from types import GenericAlias
-from typing import Annotated, Any, Literal, TypeAlias, get_args, get_origin, get_type_hints
+from types import GenericAlias, NoneType, UnionType
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    TypeAlias,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import msgspec
-from msgspec import Meta
+from msgspec import Meta, Raw
 
 from firmware_runtime.links.ports.datagrams import Refusal
 
@@ -59,13 +78,30 @@ def _form(kind: Any) -> _Form:  # noqa: ANN401 -- a type hint
     """Raises TypeError for what cannot be read."""
     if kind in _PLAIN:
         return _PLAIN[kind], _same
-    if get_origin(kind) is tuple:
-        return _tuple_form(get_args(kind))
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin in _GENERIC and parts:
+        return _GENERIC[origin](parts)
     if isinstance(kind, type) and issubclass(kind, Enum):
         return Literal[tuple(kind.__members__)], kind.__getitem__
-    if isinstance(kind, type) and (is_dataclass(kind) or hasattr(kind, "_fields")):
+    if isinstance(kind, type) and _has_fields(kind):
         return _record_form(kind)
     raise TypeError(f"{kind}: it does not say what it is made of")
+
+
+def _annotated_form(parts: tuple[Any, ...]) -> _Form:
+    limits = [part for part in parts[1:] if isinstance(part, Meta)]
+    form, make = _form(parts[0])
+    if parts[0] is int:  # its own limits stand in the place of those of 64 bits
+        form, limits = int, [*limits, *_of_64_bits(limits)]
+    return (Annotated[(form, *limits)] if limits else form), make
+
+
+def _of_64_bits(limits: list[Meta]) -> Iterator[Meta]:
+    """What else limits a whole number on the side where nothing does."""
+    if all(each.ge is None and each.gt is None for each in limits):
+        yield Meta(ge=-(1 << 63))
+    if all(each.le is None and each.lt is None for each in limits):
+        yield Meta(le=(1 << 63) - 1)
 
 
 def _tuple_form(parts: tuple[Any, ...]) -> _Form:
@@ -80,18 +116,111 @@ def _tuple_form(parts: tuple[Any, ...]) -> _Form:
     )
 
 
-def _record_form(kind: Callable[..., object]) -> _Form:
-    forms = {name: _form(hint) for name, hint in get_type_hints(kind).items()}
-    struct = msgspec.defstruct(
-        kind.__name__,
-        [(name, form) for name, (form, _) in forms.items()],
-        forbid_unknown_fields=True,
+def _list_form(parts: tuple[Any, ...]) -> _Form:
+    form, make = _form(parts[0])
+    return GenericAlias(list, (form,)), lambda said: [make(each) for each in said]
+
+
+def _dict_form(parts: tuple[Any, ...]) -> _Form:
+    if parts[0] is not str:
+        raise TypeError(f"{parts[0]}: expected texts as keys")
+    form, make = _form(parts[1])
+    return (
+        GenericAlias(dict, (str, form)),
+        lambda said: {name: make(each) for name, each in said.items()},
     )
 
+
+def _union_form(parts: tuple[Any, ...]) -> _Form:
+    """None and one other type, or several types, of which the first that fits is taken."""
+    others = [part for part in parts if part is not NoneType]
+    if len(others) == 1:
+        form, make = _form(others[0])
+        return form | None, lambda said: None if said is None else make(said)
+    readers = [_reading(*_form(part)) for part in others]
+
+    def first(said: Raw) -> object:
+        if NoneType in parts and bytes(said) == b"null":
+            return None
+        reasons = []
+        for read in readers:
+            try:
+                return read(said)
+            except Exception as error:  # noqa: BLE001 -- as `reader_of`: what a class does not take
+                reasons.append(str(error) or type(error).__name__)
+        raise ValueError("; ".join(reasons))
+
+    return Raw, first
+
+
+def _reading(form: Any, make: _Make) -> Callable[[Raw], object]:  # noqa: ANN401 -- a type hint
+    decode = msgspec.json.Decoder(form).decode
+    return lambda said: make(decode(said))
+
+
+def _record_form(kind: type[Any]) -> _Form:
+    """A record whose fields that have a default may be left out: the class fills them in."""
+    hints, optional = get_type_hints(kind, include_extras=True), _defaulted(kind)
+    forms = {name: _form(hints[name]) for name in _fields_of(kind)}
+    fields = [_field(name, form, name in optional) for name, (form, _) in forms.items()]
+    struct = msgspec.defstruct(kind.__name__, fields, forbid_unknown_fields=True, kw_only=True)
+
     def record(said: object) -> object:
-        return kind(**{name: make(getattr(said, name)) for name, (_, make) in forms.items()})
+        stated = {name: getattr(said, name) for name in forms}
+        return kind(
+            **{name: forms[name][1](each) for name, each in stated.items() if _is_said(each)}
+        )
 
     return struct, record
+
+
+def _field(name: str, form: Any, is_optional: bool) -> tuple[Any, ...]:  # noqa: ANN401, FBT001
+    """One field of a struct; what stands for one that was left out no datagram can bear."""
+    if not is_optional:
+        return (name, form)
+    if form is Raw:
+        return (name, form, Raw())
+    return (name, form | msgspec.UnsetType, msgspec.UNSET)
+
+
+def _is_said(found: object) -> bool:
+    return found is not msgspec.UNSET and not (isinstance(found, Raw) and not bytes(found))
+
+
+def _has_fields(kind: type[Any]) -> bool:
+    return is_dataclass(kind) or hasattr(kind, "_fields") or issubclass(kind, msgspec.Struct)
+
+
+def _fields_of(kind: type[Any]) -> list[str]:
+    if is_dataclass(kind):
+        return [field.name for field in dataclasses.fields(kind) if field.init]
+    return list(kind.__struct_fields__ if issubclass(kind, msgspec.Struct) else kind._fields)
+
+
+def _defaulted(kind: type[Any]) -> set[str]:
+    """The fields that a record need not be given."""
+    if is_dataclass(kind):
+        missing = dataclasses.MISSING
+        return {
+            field.name
+            for field in dataclasses.fields(kind)
+            if field.default is not missing or field.default_factory is not missing
+        }
+    if issubclass(kind, msgspec.Struct):
+        return {field.name for field in msgspec.structs.fields(kind) if not field.required}
+    return set(kind._field_defaults)
+
+
+_GENERIC: Final[dict[Any, Callable[[tuple[Any, ...]], _Form]]] = {
+    Annotated: _annotated_form,
+    Literal: lambda parts: (Literal[parts], _same),
+    Union: _union_form,
+    UnionType: _union_form,
+    tuple: _tuple_form,
+    list: _list_form,
+    dict: _dict_form,
+}
+"""By what a hint is made from."""
 
 
 def _same(said: object) -> object:

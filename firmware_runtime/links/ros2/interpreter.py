@@ -41,7 +41,7 @@ def find_environment(stated: Path | None) -> Path:
     raise ConfigError.of_one(
         "ros2",
         f"no environment with rclpy at {beside} or {INSTALLED}; expected one by `make ros`, or "
-        "another named with --venv DIR: docs/ros2.md",
+        f"another that {PLACE} or --venv of `ros2` names: docs/ros2.md",
     )
 
 
@@ -79,10 +79,9 @@ def start(environment: Path, arguments: Sequence[str]) -> None:
     """Become its interpreter. Raises ConfigError if rclpy or this package is missing there."""
     missing = _missing(environment)
     if missing:
-        raise ConfigError.of_one(
-            str(environment),
-            f"has no {' and no '.join(missing)}; expected both in it: docs/ros2.md",
-        )
+        lacks = f"has no {' and no '.join(missing)}"
+        expected = "expected rclpy and firmware-runtime in it: docs/ros2.md"
+        raise ConfigError.of_one(str(environment), f"{lacks}; {expected}")
     words = command_of(environment, arguments)
     os.execve(words[0], words, variables_of(environment, os.environ))  # noqa: S606 -- no shell
 

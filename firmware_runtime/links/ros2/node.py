@@ -8,16 +8,16 @@ inactive, and a run that is gone, or another, takes it back to unconfigured. The
 lease that the node renews, so it is disarmed when the node dies or hangs.
 
 rclpy keeps silent about what a transition raises: here each reason is logged, and the transition
-fails.
+fails. A request for one that the state has not would end rclpy's executor: it is refused instead.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import Any, Final
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.links.control import ControlError
+from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.ros2.part import Part
 from firmware_runtime.links.ros2.plan import Plan
 from firmware_runtime.links.ros2.run_end import RunEnd
@@ -43,6 +43,8 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         self.refusal = ""
         """Why the last transition was refused."""
         self._of_run = ""
+        self._take_request = self._service_change_state.callback
+        self._service_change_state.callback = self._change_state
         self.create_timer(plan.lease_s / SIGNS, self._tend)
 
     @property
@@ -51,6 +53,18 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         return str(self._state_machine.current_state[1])
 
     # Transitions ----------------------------------------------------------------------------------
+
+    def _change_state(self, request: Any, response: Any) -> object:  # noqa: ANN401 -- ROS has no types
+        """Answer a request for a transition; one by a number that the state has not is refused."""
+        known = {number: label for number, label, *_ in self._state_machine.available_transitions}
+        asked = request.transition
+        if asked.label or asked.id in known:
+            return self._take_request(request, response)
+        names = ", ".join(known.values()) or "none"
+        fault = f"transition {asked.id} refused: {self.phase} has no such one; expected {names}"
+        self.get_logger().error(fault)
+        response.success = False
+        return response
 
     def on_configure(self, _state: LifecycleState) -> TransitionCallbackReturn:
         """Find the run, and make what needs it; what was made is removed if something fails."""

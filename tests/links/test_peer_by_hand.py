@@ -1,0 +1,83 @@
+"""docs/wire.md suffices to write an end: its vectors are made anew, and a robot's end is driven."""
+
+import hmac
+import re
+import signal
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.links.key_file import write_key
+from tests.support.linked_runs import free_port, linked
+from tests.support.peer_by_hand import BYE, HEAD, HELLO, STEP, PeerByHand, entry, pack
+from tests.support.waiting import wait_until
+
+PAGE = Path(__file__).parents[2] / "docs/wire.md"
+ONE, TWO = 0x1111111111111111, 0x2222222222222222
+
+
+def head(kind: int, ports: int, peer: int, counter: int, sent_at: int, *rest: int) -> bytes:
+    return HEAD.pack(b"FWL3", kind, 0, ports, ONE, peer, counter, sent_at, *rest)
+
+
+VECTORS = {
+    "hello": head(HELLO, 0, 0, 1, 10**9, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    + pack([bytes(32), [1], "tachobot", "robot", "boot", 0, False]),
+    "step": head(
+        *(STEP, 2, TWO, 7, 1_500_000_000),
+        *(1_400_000_000, 250_000, 9, 0b11),
+        *(1_499_900_000, 3, 1_499_800_000, 2, 1),
+    )
+    + entry(1, 3, 0, [[0.5, -1.25]])
+    + entry(4, 2, 1, ["stop", "turn"]),
+    "step, signed": head(STEP, 1, TWO, 8, 1_600_000_000, 0, 0, 0, 0, 1_600_000_000, 4, 0, 0, 0)
+    + entry(0, 1, 0, [1.0]),
+    "bye": head(BYE, 0, TWO, 9, 1_700_000_000, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    + pack(["SIGTERM", False, False]),
+}
+
+
+@pytest.mark.parametrize("name", VECTORS)
+def test_a_vector_of_the_page_is_what_its_words_make(name: str) -> None:
+    found = re.search(rf"^{name}:\n\n((?:    [0-9a-f ]+\n)+)", PAGE.read_text(), re.MULTILINE)
+    assert found is not None
+    plain = VECTORS[name]
+    tag = hmac.digest(bytes(range(32)), plain, "sha256") if "signed" in name else b""
+    assert bytes.fromhex(found[1]) == plain + tag
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_an_end_written_from_the_page_arms_and_drives_a_robot(tmp_path: Path) -> None:
+    key, port = tmp_path / "link.key", free_port()
+    write_key(key)
+    with linked(tmp_path, "tachobot", f"udp:127.0.0.1:{port},key={key}") as runs:
+        robot = runs.robot("--for", "600")
+        peer = PeerByHand(port, key.read_bytes())
+        with closing(peer.socket):
+            peer.socket.settimeout(0.05)
+            commanded = 0
+
+            def drives() -> bool:
+                nonlocal commanded
+                kind = peer.take()
+                if kind in {0, HELLO}:
+                    peer.greet()
+                elif kind == STEP:
+                    peer.command(0.1, -0.1, 0.1, -0.1)
+                    commanded += robot.is_armed
+                return commanded >= 100
+
+            wait_until(drives, "a hundred commands while the robot is armed")
+            peer.end()
+            robot.wait_until_armed(armed=False)
+        robot.process.send_signal(signal.SIGTERM)
+        ended = robot.report()
+    assert ended["link"]["received"] >= 100
+    assert ended["result"]["yaw_rad"] != 0.0
+    assert ended["outputs_on"] == {"thrust_pairs": 0}
+    assert "armed" in ended["said"]
+    assert "disarmed: the controller has ended: done by hand" in ended["said"]
+    refused = {reason for reason, count in ended["link"]["refused"].items() if count > 0}
+    assert refused <= {"too_old"}, "and that on a busy machine alone"
