@@ -15,16 +15,19 @@ import errno
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 from sim_doubles.clock import Now
-from sim_doubles.faults import FaultScript
 from sim_doubles.i2c_adapter import ADAPTERS, AdapterProfile
-from sim_doubles.i2c_alteration import Alteration
 from sim_doubles.i2c_target import Target
 from sim_doubles.i2c_transaction import BlockRead, Transaction
 from sim_doubles.i2c_wire import Wire, WireTiming, os_error
+
+if TYPE_CHECKING:  # what only a script of faults needs is not made for a bus without one
+    from sim_doubles.faults import FaultScript
+    from sim_doubles.i2c_alteration import Alteration
 
 __all__ = ["BlockRead", "I2cBusDouble", "Target", "Transaction"]
 
@@ -47,7 +50,7 @@ class I2cBusDouble(Wire, I2cBus):
         bus_hz: int = 400_000,
         overhead_ns: int = 0,
         reach: Callable[[int], None] | None = None,
-        faults: FaultScript | None = None,
+        faults: "FaultScript | None" = None,
         log_length: int = 256,
     ) -> None:
         if adapter not in ADAPTERS:
@@ -188,7 +191,7 @@ class I2cBusDouble(Wire, I2cBus):
 
     def _with_faults(
         self,
-        script: FaultScript,
+        script: "FaultScript",
         at: int,
         addresses: tuple[int, ...],
         messages: tuple[Message, ...],
@@ -208,7 +211,7 @@ class I2cBusDouble(Wire, I2cBus):
             raise os_error(self._adapter.byte_refused)
         return alteration.tampered(messages, answer)
 
-    def _fail_before_start(self, alteration: Alteration) -> None:
+    def _fail_before_start(self, alteration: "Alteration") -> None:
         for target in alteration.browned_out:
             target.power_cycle()
         if alteration.pulses:
@@ -217,5 +220,5 @@ class I2cBusDouble(Wire, I2cBus):
         if alteration.errno is not None:
             raise os_error(alteration.errno)
 
-    def _present(self, alteration: Alteration) -> list[Target]:
+    def _present(self, alteration: "Alteration") -> list[Target]:
         return [target for target in self._targets if target not in alteration.absent]

@@ -1,6 +1,5 @@
 """Overrides of a board's file: values of a program as `KEY=VALUE`, the value in TOML, and back."""
 
-import json
 import tomllib
 from collections.abc import Mapping
 from numbers import Integral, Real
@@ -42,10 +41,10 @@ def _toml(value: object) -> str:
         return str(int(value))
     if isinstance(value, Real):
         return repr(float(value))
-    if isinstance(value, str):
-        return json.dumps(value)
-    if isinstance(value, PathLike):
-        return json.dumps(fspath(value))
+    if isinstance(value, str | PathLike):
+        from json import dumps  # noqa: PLC0415 -- a start without assignments needs none of it
+
+        return dumps(fspath(value))
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
     raise TypeError(f"{value!r}: expected a number, a text, true or false, or a list of these")

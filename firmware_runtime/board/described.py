@@ -75,7 +75,8 @@ def _metas(hint: Any) -> Iterator[Meta]:  # noqa: ANN401 -- a type hint
 
 
 def _first_line(table: type[Struct]) -> str:
-    return (inspect.getdoc(table) or "").partition("\n")[0]
+    """Of its own docstring: that of a class it derives from is about another table."""
+    return inspect.cleandoc(table.__doc__ or "").partition("\n")[0]
 
 
 @cache

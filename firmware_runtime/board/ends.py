@@ -13,7 +13,7 @@ from firmware_runtime.board.holding import holders
 from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.roles import components_of
+from firmware_runtime.board.roles import CONTROLLER, Roles, components_of
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.part import Part, part_of
@@ -56,6 +56,28 @@ def end_of(board: Board, role: str) -> BoardEnd:
         has_hardware,
         frozenset((*part.entering, *part.leaving)),
     )
+
+
+def role_without_hardware(board: Board) -> str:
+    """The role that computes: `controller`, unless a board calls it something else.
+
+    Components that no role names are the controller, but they may be the ones with the hardware.
+    Raises ConfigError for a board without roles, or whose every role has hardware.
+    """
+    roles: Roles = board.settings.roles
+    lines = absent_lines(board.settings.buses, board.ports)
+    model = board.build(lines).model
+    holding = {*holders(model, [*lines.buses.values(), *lines.ports.values()])}
+    unnamed = {*model.components}.difference(*roles.values())
+    if unnamed or not roles:
+        computing = components_of(roles, model, CONTROLLER)  # raises where there are no roles
+        if not holding & {*computing}:
+            return CONTROLLER
+    for role, names in roles.items():
+        if {*names} & {*model.components} and not holding & {*names}:
+            return role
+    fault = f"{board.name}: hardware at both ends; expected one role without any"
+    raise ConfigError("roles", [fault])
 
 
 def check_ends(board: Board) -> None:

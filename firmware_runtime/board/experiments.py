@@ -16,8 +16,8 @@ from firmware_runtime.board.assignments import assignments_of
 
 ALL: Final = "all"
 """Not the name of an experiment: it stands for every one of a board."""
-_NAME: Final = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-_FUNCTION: Final = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*")
+_NAME: Final = r"[a-z0-9]+(-[a-z0-9]+)*"
+_FUNCTION: Final = r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,8 +90,8 @@ def experiment_faults(experiments: object) -> Iterator[str]:
         yield f"experiments: {experiments!r}: expected StepExperiments and OwnExperiments by name"
         return
     for name, each in experiments.items():
-        if not (isinstance(name, str) and _NAME.fullmatch(name)) or name == ALL:
+        if not (isinstance(name, str) and re.fullmatch(_NAME, name)) or name == ALL:
             expected = f"expected small letters, digits and single -, and not {ALL!r}"
             yield f"experiments: {name!r}: {expected}"
-        if isinstance(each, OwnExperiment) and not _FUNCTION.fullmatch(each.run):
+        if isinstance(each, OwnExperiment) and not re.fullmatch(_FUNCTION, each.run):
             yield f"experiments.{name}.run: {each.run!r}: expected package.module:function"

@@ -4,12 +4,12 @@ A kind of board is a package's `BoardDefinition` with board.toml beside it, made
 point, see `definition` and `kinds`. The boards that come with the project are found the same way.
 """
 
-import hashlib
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -276,4 +276,4 @@ def read_text(source: Path) -> str:
 
 
 def _fingerprint(source: Path, assignments: Sequence[str]) -> str:
-    return hashlib.sha256("\n".join([read_text(source), *assignments]).encode()).hexdigest()
+    return sha256("\n".join([read_text(source), *assignments]).encode()).hexdigest()

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from firmware_runtime.blackbox.found import find_recording
+from firmware_runtime.blackbox.listed import span_of
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.written import check_output
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.exports.mcap_file import mcap_of
 from firmware_runtime.exports.table import csv_of, long_table, parquet_of, wide_table
@@ -20,6 +21,7 @@ from firmware_runtime.exports.typed_values import (
     values_in,
 )
 from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.verdict import Stretch
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_output
@@ -35,7 +37,11 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
         raise ConfigError.of_one("export", fault)
     board = board_of_table(header.source, header.table)
     begin, until = arguments.begin or 0, arguments.until
-    sections = sections_between(recording, begin, NEVER if until is None else until)
+    stretch = Stretch(begin, NEVER if until is None else until)
+    if (last := span_of(recording)[1]) < begin:
+        fault = f"the run ends at {last / SECOND:g} s; expected an instant before"
+        raise ConfigError.of_one(f"--from {begin / SECOND:g}", fault)
+    sections = sections_between(recording, stretch.begin, stretch.until)
     if output.suffix == ".mcap":
         if arguments.port is not None:
             raise ConfigError.of_one("export", "--port: has no effect on MCAP; expected a table")

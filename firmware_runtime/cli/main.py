@@ -9,11 +9,13 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from functools import partial
+from contextlib import AbstractContextManager, nullcontext
+from functools import cache, partial
 from importlib import import_module
 from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
+from firmware_runtime.cli.collection import no_collection_at_the_end, no_collection_of_the_start
 from firmware_runtime.cli.readers_gone import (
     OutputError,
     not_printed,
@@ -25,7 +27,7 @@ from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.host.deployment.errors import DeploymentError
-from firmware_runtime.links.control import ControlError
+from firmware_runtime.links.errors import ControlError
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import StatisticsFileError, TraceFileError
 from firmware_runtime.status import Status
@@ -88,13 +90,22 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit status."""
+    """Run the command and return its exit status; without arguments, as a process of its own."""
     os.environ.setdefault(*ONE_THREAD)
-    words = sys.argv[1:] if arguments is None else arguments
-    if arguments is None and words[:1] == ["safe-state"]:  # a process of its own
+    if arguments is not None:
+        return _main(arguments, nullcontext())
+    words = sys.argv[1:]
+    if words[:1] == ["safe-state"]:
         come_first()
+    with no_collection_at_the_end():
+        return _main(words, no_collection_of_the_start())
+
+
+def _main(words: Sequence[str], starting: AbstractContextManager[None]) -> int:
+    """Parse the words, within `starting`, and carry them out."""
     try:
-        parsed = parser(words).parse_args(words)
+        with starting:
+            parsed = parser(words).parse_args(words)
     except ConfigError as error:  # of a verb of another package
         return _refuse(error, Status.BAD_INPUT)
     except KeyboardInterrupt:  # while the verb is imported
@@ -178,7 +189,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         nargs=0,
         help="show program's version number and exit",
     )
-    verbs = top.add_subparsers(required=True, metavar="COMMAND", dest="verb")
+    verbs = top.add_subparsers(required=True, metavar="COMMAND", dest="verb", prog=top.prog)
     for verb in _modules(words):
         verb.add_to(verbs)
     _add_others(words, verbs)
@@ -223,15 +234,37 @@ def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
     return status
 
 
-_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)$")
+_CHOICE = r"invalid choice: '(.*)' \(choose from (.*)\)$"
+
+
+@cache
+def _columns() -> int:
+    """How wide the terminal is; 80 where there is none."""
+    stated = os.environ.get("COLUMNS", "")
+    if stated.isdecimal() and int(stated) > 0:
+        return int(stated)
+    try:
+        return os.get_terminal_size(sys.__stdout__.fileno()).columns or 80  # type: ignore[union-attr]
+    except (AttributeError, ValueError, OSError):
+        return 80
+
+
+class _Formatter(argparse.HelpFormatter):
+    """As argparse's, which loads `shutil` for the width each time an argument is added."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 -- as argparse has it
+        super().__init__(*arguments, **{"width": _columns() - 2, **options})
 
 
 class Parser(argparse.ArgumentParser):
     """Like argparse's, and so are those of its verbs."""
 
+    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 -- as argparse has it
+        super().__init__(*arguments, **{"formatter_class": _Formatter, **options})
+
     def error(self, message: str) -> NoReturn:
         """Print usage and message, with the choice that is like the wrong one; exit with 2."""
-        found = _CHOICE.search(message)
+        found = re.search(_CHOICE, message)
         if found is not None:
             word, choices = found.groups()
             message += did_you_mean(word, re.findall(r"[^\s',]+", choices))

@@ -64,16 +64,21 @@ def inputs_after(end: int, inputs: list[PlannedInput]) -> list[str]:
     ]
 
 
+def inputs_refused(ports: Ports, inputs: list[PlannedInput]) -> list[str]:
+    """A sentence for each that no input port of the model takes."""
+    faults = []
+    for each in inputs:
+        try:
+            ports.arrival(each.port, Raw(each.value))
+        except Refusal as why:
+            faults.append(f"--input: {why}")
+    return faults
+
+
 def plan_inputs(session: Session, inputs: list[PlannedInput], end: int) -> None:
     """Let them arrive when they are due. Raises ConfigError for one that cannot arrive."""
     ports = Ports(session.robot.model)
-    faults = inputs_after(end, inputs)
-    for each in inputs:
-        try:
-            port, value = ports.arrival(each.port, Raw(each.value))
-        except Refusal as why:
-            faults.append(f"--input: {why}")
-        else:
-            session.executive.plan(each.at, port, value)
-    if faults:
+    if faults := [*inputs_after(end, inputs), *inputs_refused(ports, inputs)]:
         raise ConfigError(session.board.name, faults)
+    for each in inputs:
+        session.executive.plan(each.at, *ports.arrival(each.port, Raw(each.value)))

@@ -12,7 +12,9 @@ from firmware_runtime.blackbox.section import Section
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
+from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.verdict import Stretch, Verdict, replay
 from firmware_runtime.status import Status
@@ -90,12 +92,23 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
     if verdict.first is not None:
         yield f"{verdict.differences} differences; the first:"
         yield from difference_in_words(verdict.first)
+        if verdict.has_drawn:
+            yield f"  {UNKEPT}"
+    elif not verdict.is_something:
+        yield "nothing of it was run again: no step and no transfer is in it"
     elif not verdict.faults:
         yield f"identical: {verdict.events} values, {verdict.writes} transfers of {header.run}"
     duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
-    yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {times:.0f} times real time"
+    digits = 0 if times >= 10 else 1
+    speed = f"{times:.{digits}f} times real time"
+    yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {speed}"
+    if verdict.failure is not None:
+        yield f"  it ended so again: {verdict.failure}"
     if verdict.code_changed:
         yield f"  code that has changed since: {', '.join(verdict.code_changed)}"
+    if verdict.versions_changed:
+        said = versions_said(verdict.versions_changed)
+        yield f"  versions that are others than in the run: {said}"
 
 
 def difference_in_words(difference: Difference) -> Iterator[str]:

@@ -106,7 +106,7 @@ class Report:
         outputs_on = session.outputs()
         if outputs_on is not None:
             on = ", ".join(f"{name} {count}" for name, count in outputs_on.items())
-            yield f"outputs still on: {on}"
+            yield f"outputs still on: {on or 'none is known'}"
         yield ""
         yield from statistics_text(session.executive.statistics.figures())
 

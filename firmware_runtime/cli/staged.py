@@ -7,14 +7,24 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.roles import ROBOT
 from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.cli.planned_inputs import inputs_after
+from firmware_runtime.cli.planned_inputs import PlannedInput, inputs_after, inputs_refused
 from firmware_runtime.cli.progress_line import Messages
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, print_line, readers_may_go
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import impairment
-from firmware_runtime.stages.staged_run import Staged, StagedResult, StagedRun, run_staged
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.stages.staged_run import (
+    Staged,
+    StagedResult,
+    StagedRun,
+    ends_of,
+    leads_to,
+    run_staged,
+    whole_model,
+)
 from firmware_runtime.stages.way import WIFI
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
 from firmware_runtime.status import Status
@@ -44,11 +54,9 @@ def run_both_ends(arguments: argparse.Namespace, board: Board) -> int:
 
 
 def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
-    """Raises ConfigError for an input after the end."""
+    """Raises ConfigError for an input that would never arrive."""
     for_s = board.doubles_run_s if arguments.duration_s is None else arguments.duration_s
-    if faults := inputs_after(seconds(for_s), arguments.inputs):
-        raise ConfigError(board.name, faults)
-    return Staged(
+    staged = Staged(
         board=board,
         named=arguments.board,
         stage=arguments.stage,
@@ -61,6 +69,23 @@ def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
         trace=arguments.trace,
         record=arguments.record,
     )
+    if arguments.inputs and (faults := _astray(staged, arguments.inputs)):
+        raise ConfigError(board.name, faults)
+    return staged
+
+
+def _astray(staged: Staged, inputs: list[PlannedInput]) -> list[str]:
+    """A sentence for each input that neither end would take, said before one is started."""
+    faults = inputs_after(seconds(staged.for_s), inputs)
+    faults += inputs_refused(Ports(whole_model(staged.board)), inputs)
+    if staged.peer is not None and not faults:
+        robot = ends_of(staged.board)[ROBOT]
+        faults += [
+            f"--input {each}: leads to the robot end, which runs elsewhere; expected it there"
+            for each in inputs
+            if leads_to(staged.board, str(each), robot)
+        ]
+    return faults
 
 
 def _opening(staged: Staged) -> str:
@@ -135,7 +160,7 @@ def _text(document: Mapping[str, Any]) -> Iterator[str]:
         yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
     if "outputs_on" in document:
         on = ", ".join(f"{name} {count}" for name, count in document["outputs_on"].items())
-        yield f"outputs still on: {on}"
+        yield f"outputs still on: {on or 'none is known'}"
     yield ""
     impaired = link["impairment"]
     how = f", {impaired['how']} by {impaired['by']}" if impaired is not None else ""

@@ -28,6 +28,13 @@ class Certificate:
     runs: Sequence[StageRun]
 
     @property
+    def verdict(self) -> str:
+        """In a word or two."""
+        if not any(each.has_run for each in self.runs):
+            return "no stage was run"
+        return "equal" if self.is_equal else "not equal"
+
+    @property
     def is_equal(self) -> bool:
         """Whether at least one stage was run, and all that were are equal to their replays."""
         run = [each for each in self.runs if each.has_run]

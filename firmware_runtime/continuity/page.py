@@ -42,15 +42,15 @@ def _opening(certificate: Certificate) -> Element:
     board = certificate.plan.board.name
     stages = ", ".join(each.stage for each in certificate.runs if each.has_run) or "no stage"
     if certificate.is_equal:
-        verdict, css = "equal", "verdict good"
+        css = "verdict good"
         sentence = f"The controller of {board} did the same in every stage run: {stages}."
     else:
-        verdict, css = "not equal", "verdict bad"
+        css = "verdict bad"
         sentence = f"That the controller of {board} does the same is not shown by: {stages}."
     return element(
         "header",
         element("h1", f"{board}: one controller, every stage"),
-        element("p", element("strong", verdict, class_=css), sentence),
+        element("p", element("strong", certificate.verdict, class_=css), sentence),
         element(
             "p",
             "What entered the controller in a stage entered a fresh one in virtual time, at the "

@@ -21,6 +21,8 @@ Stop: TypeAlias = tuple[InPort[Any] | Pool, Register, object]
 class FilledBags(list[InPort[Any]]):
     """Those bags of a model with several that hold something: its mark, and its register."""
 
+    __slots__ = ("_number", "_reached")
+
     def __init__(self, number: int, reached: list[int]) -> None:
         super().__init__()
         self._number = number

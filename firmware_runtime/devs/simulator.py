@@ -33,13 +33,12 @@ from firmware_runtime.devs.wiring import Feed
 class Simulator(Engine):
     """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
 
-    round = 0
-    """Which round of the present instant is under way, from 0; a listener may read it."""
-
     def _connect(self, feeds: Iterable[Feed]) -> None:
         self._delivery = Delivery(self._numbers, feeds)
 
     def _initialize(self) -> None:
+        self.round = 0
+        """Which round of the present instant is under way, from 0; a listener may read it."""
         super()._initialize()
         agenda, delivery = self._agenda, self._delivery
         self._transits = self._models, delivery.marks, self._last, agenda, agenda.due_at

@@ -13,9 +13,10 @@ from firmware_runtime.system.whole_file import read_file
 
 T = TypeVar("T")
 
-_COMMENT = re.compile(r"#|//|%")
-_TIME = re.compile(r"(\d{1,6}):([0-5]?\d):([0-5]?\d):(\d{1,3})", re.ASCII)
-_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)", re.ASCII)
+_COMMENT = r"#|//|%"
+_TIME = r"(\d{1,6}):([0-5]?\d):([0-5]?\d):(\d{1,3})"
+_NUMBER = r"[+-]?(\d+(\.\d*)?|\.\d+)"
+"""Compiled when first used: most runs read no such file."""
 
 
 def read_text(path: Path) -> str:
@@ -30,7 +31,7 @@ def read_text(path: Path) -> str:
 def lines_of(text: str) -> Iterator[tuple[int, str]]:
     """Numbered lines, from 1, that hold something besides a comment; without the comment."""
     for number, line in enumerate(text.split("\n"), start=1):
-        content = _COMMENT.split(line, maxsplit=1)[0].strip()
+        content = re.split(_COMMENT, line, maxsplit=1)[0].strip()
         if content:
             yield number, content
 
@@ -40,7 +41,7 @@ def parse_time(text: str) -> int | None:
 
     Fields of one digit are taken, as in `0:0:10:0`, which many a file of CD++ has.
     """
-    match = _TIME.fullmatch(text)
+    match = re.fullmatch(_TIME, text, re.ASCII)
     if match is None:
         return None
     hours, minutes, seconds, milliseconds = map(int, match.groups())
@@ -57,7 +58,7 @@ def format_time(at: int) -> str:
 
 def parse_number(text: str) -> float | None:
     """A whole number or a decimal, or None."""
-    number = float(text) if _NUMBER.fullmatch(text) else math.nan
+    number = float(text) if re.fullmatch(_NUMBER, text, re.ASCII) else math.nan
     return number if math.isfinite(number) else None
 
 

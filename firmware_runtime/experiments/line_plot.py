@@ -16,6 +16,9 @@ Points = Sequence[tuple[float, float]]
 
 WIDTH, HEIGHT = 720.0, 320.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64.0, 16.0, 34.0, 44.0
+_LETTER, _BETWEEN, _ROW = 7.6, 30.0, 18.0
+"""Of a legend: a letter's width, a line with the room beside it, and from one row to the next."""
+_LABEL_AT = 4.0
 _MARKS = 6
 _APART = 40.0
 """Pixels from one mark to the next, at least."""
@@ -76,9 +79,11 @@ class LinePlot:
 
     def svg(self) -> Element:
         """The picture."""
-        across, up = self._ends()
+        rows = _legend_rows(self.curves, self.up, self.width)
+        top = _TOP + _ROW * (len(rows) - 1)
+        across, up = self._ends(top)
         x = _Axis(*across, _LEFT, self.width - _RIGHT)
-        y = _Axis(*up, self.height - _BOTTOM, _TOP)
+        y = _Axis(*up, self.height - _BOTTOM, top)
         return element(
             "svg",
             element("title", self.title),
@@ -87,7 +92,7 @@ class LinePlot:
             *(each for span in self.spans for each in _span(span, x, y)),
             *_grid(x, y, self.across, self.up),
             *(self._curve(number, x, y) for number in range(len(self.curves))),
-            *_legend(self.curves, self.width),
+            *_legend(self.curves, rows, self.width),
             class_="lp",
             xmlns="http://www.w3.org/2000/svg",
             viewBox=f"0 0 {self.width:g} {self.height:g}",
@@ -97,12 +102,12 @@ class LinePlot:
             aria_label=self.title,
         )
 
-    def _ends(self) -> tuple[Ends, Ends]:
+    def _ends(self, top: float) -> tuple[Ends, Ends]:
         """Where the axes end; with equal scales the shorter one shows more on both sides."""
         across, up = self.reach
         if not self.has_equal_scales:
             return across, up
-        wide, high = self.width - _LEFT - _RIGHT, self.height - _BOTTOM - _TOP
+        wide, high = self.width - _LEFT - _RIGHT, self.height - _BOTTOM - top
         unit = max((across[1] - across[0]) / wide, (up[1] - up[0]) / high)
         return _around(across, unit * wide), _around(up, unit * high)
 
@@ -181,7 +186,7 @@ def _grid(x: _Axis, y: _Axis, across: str, up: str) -> list[Element]:
         lines.append(element("line", class_="lp-grid", x1=x.begin, x2=x.end, y1=at, y2=at))
         lines.append(_text(x.begin - 7, at + 4, f"{mark:.6g}", "lp-mark", "end"))
     lines.append(_text((x.begin + x.end) / 2, y.begin + 36, across, "lp-mark", "middle"))
-    lines.append(_text(4, _TOP - 20, up, "lp-mark", "start"))
+    lines.append(_text(_LABEL_AT, _TOP - 20, up, "lp-mark", "start"))
     return lines
 
 
@@ -218,15 +223,34 @@ def _thinned(points: Points) -> Iterator[tuple[float, float]]:
         yield from sorted(dict.fromkeys(ends))
 
 
-def _legend(curves: Sequence[Curve], width: float) -> list[Element]:
-    found, at = [], width - _RIGHT
-    for number, curve in reversed(list(enumerate(curves))):
-        at -= 7.0 * len(curve.name)
-        found.append(
-            element("line", class_=_css(number, curve), x1=at - 22, x2=at - 4, y1=14, y2=14)
-        )
-        found.append(_text(at, 18, curve.name, "lp-name", "start"))
-        at -= 30
+def _legend_rows(curves: Sequence[Curve], label: str, width: float) -> list[list[int]]:
+    """Numbers of the curves that are named in each row: one row, or several below the label."""
+    room = width - _RIGHT - _LABEL_AT
+    lengths = [_LETTER * len(curve.name) + _BETWEEN for curve in curves]
+    if sum(lengths) + _LETTER * len(label) <= room:
+        return [list(range(len(curves)))]
+    rows: list[list[int]] = [[], []]
+    for number, length in enumerate(lengths):
+        if rows[-1] and sum(lengths[each] for each in rows[-1]) + length > room:
+            rows.append([])
+        rows[-1].append(number)
+    return rows
+
+
+def _legend(curves: Sequence[Curve], rows: Sequence[Sequence[int]], width: float) -> list[Element]:
+    found = []
+    for row, numbers in enumerate(rows):
+        at, y = width - _RIGHT, 18 + _ROW * row
+        for number in reversed(numbers):
+            curve = curves[number]
+            at -= _LETTER * len(curve.name)
+            found.append(
+                element(
+                    "line", class_=_css(number, curve), x1=at - 22, x2=at - 4, y1=y - 4, y2=y - 4
+                )
+            )
+            found.append(_text(at, y, curve.name, "lp-name", "start"))
+            at -= _BETWEEN
     return found
 
 

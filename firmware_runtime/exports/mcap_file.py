@@ -90,7 +90,7 @@ class _Export:
             self._sent(sent)
 
     def _step(self, section: Section) -> None:
-        clock = section.clock()
+        clock = section.readings
         entered = [{"port": name, "value": _json(form)} for name, form in section.entered]
         late = max(0, clock[0] - section.at) if clock else 0
         said = {"late_ns": late, "readings_ns": clock, "entered": _text(entered) if entered else ""}

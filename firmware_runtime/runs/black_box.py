@@ -11,7 +11,7 @@ from time import monotonic_ns
 
 from msgspec import to_builtins
 
-from firmware_runtime.blackbox.header import FORMAT, Header
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.ring import Ring
@@ -79,7 +79,6 @@ def header_of(robot: RecordedRobot) -> Header:
     code = code_of(each for each in atomics if each in recorder.own)
     name = board.name if end is None else end.name
     return Header(
-        format=FORMAT,
         run=f"{name}-{monotonic_ns():x}-{os.getpid()}",
         board=name,
         kind=board.kind,
@@ -103,7 +102,7 @@ def header_of(robot: RecordedRobot) -> Header:
 
 def encoded_header(header: Header) -> bytes:
     """The section that begins each chunk."""
-    return encode((Kind.HEADER.value, 0, b"", [], [], [], [], [], [], to_builtins(header)))
+    return encode((Kind.HEADER.value, 0, [], [], [], [], [], [], [], to_builtins(header)))
 
 
 def counts_of(accounts: Iterable[ModelAccount], faults: FaultLog) -> dict[str, dict[str, int]]:

@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ends import BoardEnd
@@ -13,10 +13,12 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import Interlock
-from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.runs.lines import close_lines, open_lines
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
+
+if TYPE_CHECKING:
+    from firmware_runtime.hal.served.client import ServedDoubles
 
 
 class Hardware:

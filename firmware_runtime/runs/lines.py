@@ -14,7 +14,6 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
-from firmware_runtime.hal.linux_gpio import open_enable_line
 from firmware_runtime.hal.on_demand import open_i2c, open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
@@ -132,6 +131,8 @@ def _enable_line(board: Board) -> EnableLine | None:
     wired = board.settings.output_enable
     if wired is None:
         return None
+    from firmware_runtime.hal.linux_gpio import open_enable_line  # noqa: PLC0415 -- few have one
+
     return open_enable_line("output_enable", wired.chip, wired.line, active_low=wired.active_low)
 
 

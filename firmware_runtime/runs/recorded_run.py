@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.of_board import cut_of, header_of
@@ -18,13 +18,13 @@ from firmware_runtime.runs.session import Session
 class RecordedRun:
     """Records what enters and leaves a role's part in the run of a session, into a file.
 
-    Without a role it is the one that the session plays, and the controller in a whole model.
-    Raises ConfigError for a role that the board has not, and a file that cannot be made.
+    Without a role it is the one that the session plays, and in a whole model the one without
+    hardware. Raises ConfigError for a role that the board has not, and a file that cannot be made.
     """
 
     def __init__(self, session: Session, path: Path, role: str | None = None) -> None:
         end = session.end_of_board
-        role = role or (CONTROLLER if end is None else end.role)
+        role = role or (role_without_hardware(session.board) if end is None else end.role)
         executive, board, shown = session.executive, session.board, session.shown
         is_real_time = isinstance(executive.clock, MonotonicClock)
         cut = cut_of(board, role, session.robot.model)

@@ -19,11 +19,11 @@ from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.hal.served.client import ServedDoubles, look
-from firmware_runtime.hal.served.connection import Connection
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
+
+    from firmware_runtime.hal.served.client import ServedDoubles
 
 T = TypeVar("T")
 
@@ -100,12 +100,16 @@ def _entry_point(board: Board) -> "EntryPoint | None":
     return next((each for each in installed(GROUP) if each.name == board.kind), None)
 
 
-def served_doubles(board: Board, path: Path, *, alone: bool = True) -> ServedDoubles:
+def served_doubles(board: Board, path: Path, *, alone: bool = True) -> "ServedDoubles":
     """The board's doubles that are served at a path.
 
     `alone` keeps out every other process that asks for the same. Raises BusAbsent if there are
     none, BusInUse if another process has them alone, ConfigError if they are another board's.
     """
+    # of doubles in another process only
+    from firmware_runtime.hal.served.client import ServedDoubles, look  # noqa: PLC0415
+    from firmware_runtime.hal.served.connection import Connection  # noqa: PLC0415
+
     connection = Connection(path)
     with ExitStack() as undo:
         undo.callback(connection.close)

@@ -23,19 +23,16 @@ from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.ports.ports import Ports
-from firmware_runtime.links.ports.ports_socket import PortsSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
-from firmware_runtime.runs.dover import dover_link
+from firmware_runtime.runs.dover import dover_blocks, dover_link
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.linking import LinkedEnd, LinkedPart, check_end
 from firmware_runtime.runs.overload import watch_load
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.quitting import quitting_is_a_bug
-from firmware_runtime.runs.requests import Requests
 from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
 from firmware_runtime.runs.tuning import Tuning
@@ -44,6 +41,9 @@ from firmware_runtime.statistics.companions import Companion
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
     from firmware_runtime.links.dover.dover import DoverLink
+    from firmware_runtime.links.ports.ports_socket import PortsSocket
+    from firmware_runtime.runs.black_box import RecordedRobot
+    from firmware_runtime.runs.requests import Requests
 
 
 class Session:
@@ -97,7 +97,7 @@ class Session:
             self.replaced = statistics_path and keep_clear_of_other_runs(statistics_path)
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
             self.robot, self.part, ports = self._robot()
-            blocks = DoverBlocks(self.robot.model, clock)
+            blocks = dover_blocks(self.robot.model, clock)
             is_armed = permission is None and self.has_hardware
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
             self._serve(ports)
@@ -112,8 +112,7 @@ class Session:
             if self.recorder is not None:
                 self.recorder.built()
             watch_load(self.executive, board.settings.executive, self.supervision, log)
-            with self._section(Kind.PROBE):
-                self.robot.find_chips()
+            self._find_chips(recording)
             if recording is not None and self.recorder is not None:
                 self._record(self.recorder, recording)
             if permission is None:
@@ -223,16 +222,34 @@ class Session:
 
     # ---------------------------------------------------------------------------------------------
 
+    def _find_chips(self, recording: Path | None) -> None:
+        """Let the chips be asked; where one does not answer, keep what was heard until then."""
+        try:
+            with self._section(Kind.PROBE):
+                self.robot.find_chips()
+        except HalError as error:
+            if recording is not None and self.recorder is not None:
+                # as below
+                from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
+
+                robot = self._recorded_robot(self.recorder)
+                keep_failed_start(robot, recording, text_of(error), self._log)
+            raise
+
     def _record(self, recorder: Recorder, path: Path) -> None:
         """Keep what the recorder hears, once the run begins."""
         # a run that is not recorded starts without all that this takes
-        from firmware_runtime.runs.black_box import RecordedRobot, open_black_box  # noqa: PLC0415
+        from firmware_runtime.runs.black_box import open_black_box  # noqa: PLC0415
+
+        open_black_box(self._recorded_robot(recorder), path, self._log)
+
+    def _recorded_robot(self, recorder: Recorder) -> "RecordedRobot":
+        from firmware_runtime.runs.black_box import RecordedRobot  # noqa: PLC0415 -- as above
 
         lines = self.hardware.lines
-        robot = RecordedRobot(
+        return RecordedRobot(
             recorder, self.executive, self.robot, lines, self.board, self.end_of_board, self.rig
         )
-        open_black_box(robot, path, self._log)
 
     def _section(self, kind: Kind) -> AbstractContextManager[None]:
         """Within the block, what the robot does between two steps is recorded, if anything is."""
@@ -298,6 +315,9 @@ class Session:
     def _serve(self, ports: Ports) -> None:
         """Let other processes put values in and watch, in real time, if they can find it."""
         if self._statistics_path is not None and isinstance(self.executive.clock, MonotonicClock):
+            # virtual time, which nothing reaches, starts without sockets
+            from firmware_runtime.links.ports.ports_socket import PortsSocket  # noqa: PLC0415
+
             path = Companion.PORTS.beside(self._statistics_path)
             self._held.append(PortsSocket(path, ports, self.executive))
 
@@ -320,6 +340,8 @@ class Session:
     def _take_requests(self) -> None:
         """Let other processes arm it, disarm it and change its gains, if they can find it."""
         if self._statistics_path is not None:
+            from firmware_runtime.runs.requests import Requests  # noqa: PLC0415 -- likewise
+
             path = Companion.CONTROL.beside(self._statistics_path)
             requests = Requests(path, self.executive, self.arming, self.tuning, self._log)
             self._held.append(requests)

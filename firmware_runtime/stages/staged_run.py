@@ -166,7 +166,7 @@ def ends_of(board: Board) -> dict[str, str]:
     found = {}
     for role in dict.fromkeys((*roles, CONTROLLER)):
         with suppress(ConfigError):
-            components_of(roles, _model(board), role)
+            components_of(roles, whole_model(board), role)
             found[ROBOT if end_of(board, role).has_hardware else CONTROLLER] = role
     if len(found) < 2:
         first = end_of(board, next(iter(roles)))
@@ -178,12 +178,13 @@ def ends_of(board: Board) -> dict[str, str]:
 def leads_to(board: Board, planned: str, role: str) -> bool:
     """Whether an input of the top model leads to a component of this role."""
     name = planned.partition(":")[2].partition("=")[0]
-    model = _model(board)
+    model = whole_model(board)
     own = set(components_of(board.settings.roles, model, role))
     return any(end.owner.name in own for begin, end in model.couplings if begin.name == name)
 
 
-def _model(board: Board) -> Coupled:
+def whole_model(board: Board) -> Coupled:
+    """The board's top model, without its hardware."""
     return board.build(absent_lines(board.settings.buses, board.ports)).model
 
 

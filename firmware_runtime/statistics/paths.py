@@ -9,8 +9,8 @@
 
 import os
 import stat
-import tempfile
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 from firmware_runtime.statistics.errors import StatisticsFileError
@@ -96,7 +96,18 @@ def _group(path: Path) -> str:
 
 
 def _temporary() -> Path:
-    return Path(tempfile.gettempdir(), f"firmware-runtime-{os.geteuid()}")
+    return Path(_for_temporary_files(), f"firmware-runtime-{os.geteuid()}")
+
+
+def _for_temporary_files() -> str:
+    """As `tempfile.gettempdir`, which takes longer to load than to ask."""
+    for stated in map(os.environ.get, ("TMPDIR", "TEMP", "TMP")):
+        if stated and os.path.isdir(stated) and os.access(stated, os.W_OK | os.X_OK):  # noqa: PTH112
+            return os.path.abspath(stated)  # noqa: PTH100 -- not resolved, as there
+    if os.access("/tmp", os.W_OK | os.X_OK):  # noqa: S108 -- the place that is meant
+        return "/tmp"  # noqa: S108
+    directory: str = import_module("tempfile").gettempdir()
+    return directory
 
 
 def _claim(directory: Path) -> None:

@@ -1,7 +1,8 @@
 """A trace as JSON lines, for other programs: `{"t_ns": ..., "port": "path.port", "value": ...}`.
 
 Numbers, texts, true, false and null are themselves; tuples, lists and numpy arrays are arrays;
-named tuples, dataclasses and dictionaries are objects; a member of an enumeration is its name.
+named tuples, dataclasses, structs and dictionaries are objects; a member of an enumeration is its
+name.
 JSON has no word for numbers that are not finite: they are the texts "nan", "inf" and "-inf".
 Anything else is the text that `str` makes of it.
 """
@@ -88,6 +89,8 @@ def _named(value: object) -> Iterable[tuple[str, object]] | None:
         return zip(value._fields, value, strict=True)
     if is_dataclass(value) and not isinstance(value, type):
         return ((field.name, getattr(value, field.name)) for field in fields(value))
+    if isinstance(value, msgspec.Struct):
+        return ((name, getattr(value, name)) for name in value.__struct_fields__)
     if isinstance(value, dict):
         return ((str(key), each) for key, each in value.items())
     return None

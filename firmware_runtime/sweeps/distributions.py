@@ -118,7 +118,8 @@ def _range(values: Sequence[Value]) -> Distribution:
     first, end = (0, *ends)[-2:]
     if not 1 <= end - first <= MOST_LEVELS:
         raise ValueError(
-            f"there are {max(end - first, 0)} whole numbers from {first} to below {end}"
+            f"there are {max(end - first, 0)} whole numbers from {first} to below {end}, not 1 to "
+            f"{MOST_LEVELS}"
         )
     return Grid(end - first, lambda index: first + index)
 

@@ -6,9 +6,9 @@ was cut short by a kill is left out.
 
 from collections.abc import Iterator
 from fcntl import LOCK_EX, LOCK_NB, flock
+from io import FileIO
 from os import SEEK_END
 from pathlib import Path
-from typing import BinaryIO
 
 import msgspec
 
@@ -45,7 +45,7 @@ class Partial(Closing):
             fault = f"{path} is of a sweep that did not end; expected --resume, or that it is gone"
             raise ConfigError.of_one("sweep", fault)
         try:
-            self._file = path.open("r+b" if lines else "ab")
+            self._file = path.open("r+b" if lines else "ab", buffering=0)
             _lock(path, self._file)
             self._file.truncate(sum(len(line) + 1 for line in lines))
             self._file.seek(0, SEEK_END)
@@ -73,15 +73,16 @@ class Partial(Closing):
         self.path.unlink(missing_ok=True)
 
     def _write(self, content: bytes) -> None:
+        left = memoryview(content)
         try:
-            self._file.write(content)
-            self._file.flush()
+            while left:
+                left = left[self._file.write(left) :]
         except OSError as error:
-            fault = f"{self.path}: {error.strerror}; expected room for the rows"
+            fault = f"{self.path}: {error.strerror}; expected room for more rows, then --resume"
             raise ConfigError.of_one("sweep", fault) from error
 
 
-def _lock(path: Path, file: BinaryIO) -> None:
+def _lock(path: Path, file: FileIO) -> None:
     """Keep other sweeps out until the file is closed. Raises ConfigError while one is at it."""
     try:
         flock(file, LOCK_EX | LOCK_NB)

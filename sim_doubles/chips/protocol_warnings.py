@@ -4,7 +4,7 @@ import re
 
 KEPT = 100
 
-_NUMBER = re.compile(r"0x[0-9a-f]+|\d+(\.\d+)?|\b([0-9a-f]{2}( |\b))+")
+_NUMBER = r"0x[0-9a-f]+|\d+(\.\d+)?|\b([0-9a-f]{2}( |\b))+"
 """What may differ between two warnings of one kind: numbers, and bytes as hex digits."""
 
 
@@ -32,4 +32,4 @@ class ProtocolWarnings(list[str]):
 
 
 def _kind(sentence: str) -> str:
-    return _NUMBER.sub("#", sentence)
+    return re.sub(_NUMBER, "#", sentence)

@@ -29,7 +29,7 @@ def add_fault_to(actions: SubParsers) -> None:
     verb.add_argument(
         "--socket", type=Path, required=True, metavar="PATH", help="where the doubles are served"
     )
-    verb.add_argument("--bus", default="i2c1", help="the bus's name in board.toml (i2c1)")
+    verb.add_argument("--bus", default="", help="the bus's name in board.toml; default: every bus")
     verb.add_argument(
         "--address", type=_address, metavar="0xNN", help="one chip only; default: all on the bus"
     )
@@ -51,7 +51,8 @@ def execute(arguments: argparse.Namespace) -> int:
     strike(connection.ask, asked)
     connection.close()
     where = "" if arguments.address is None else f" 0x{arguments.address:02x}"
-    print(f"{arguments.bus}{where}: {arguments.kind} for {arguments.span_s:g} s from now")
+    which = arguments.bus or "every bus"
+    print(f"{which}{where}: {arguments.kind} for {arguments.span_s:g} s from now")
     return Status.OK
 
 

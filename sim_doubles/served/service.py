@@ -134,8 +134,12 @@ class DoublesService:
         line.set(enabled)
 
     def _strike(self, asked: Strike) -> None:
-        """Let a bus fail for a while. The log has it."""
-        bus, at = line_of(self._rig.buses, asked.bus), self._now()
+        """Let a bus fail for a while, or all of them. The log has it."""
+        for name in [asked.bus] if asked.bus else self._rig.buses:
+            self._strike_one(name, asked)
+
+    def _strike_one(self, name: str, asked: Strike) -> None:
+        bus, at = line_of(self._rig.buses, name), self._now()
         if bus.faults is None:
             bus.faults = FaultScript()
         until = at + asked.span
@@ -145,7 +149,7 @@ class DoublesService:
             )
         )
         self._log.event(
-            at, "fault", bus=asked.bus, errno=asked.errno, address=asked.address, until_ns=until
+            at, "fault", bus=name, errno=asked.errno, address=asked.address, until_ns=until
         )
 
 

@@ -5,16 +5,16 @@ numbers. So the same instant has the same noise however often, and after whateve
 for.
 """
 
-import hashlib
 import struct
 from collections.abc import Callable
+from hashlib import blake2b
 from importlib import import_module
 from typing import TypeAlias
 
 __all__ = ["InstantNoise"]
 
 _CELL = 2.0**-52
-_hash = hashlib.blake2b
+_hash = blake2b
 _words = struct.Struct("<3Q").unpack
 
 

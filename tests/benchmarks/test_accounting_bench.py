@@ -110,8 +110,8 @@ def test_what_stays_is_found_by_line() -> None:
 
 @pytest.mark.slow
 def test_ticks_leave_nothing_behind(tmp_path: Path) -> None:
-    found = measure(tmp_path, 2_000)
-    assert found["ratio"] == found["bytes"] / 2_000
+    found = measure(tmp_path, 8_000)  # it keeps a reading of the counters of some 2 kB now and then
+    assert found["ratio"] == found["bytes"] / 8_000
     assert found["ratio"] < 1, found["places"]
 
 

@@ -1,5 +1,6 @@
 """A board of another package: what its definition may leave out, and how a broken one is named."""
 
+import importlib
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import kinds, registry
+from firmware_runtime.board.described import described
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
@@ -381,3 +383,44 @@ def test_a_rig_without_one_of_the_boards_buses_is_named(heron: Heron) -> None:
     with pytest.raises(ConfigError) as caught:
         rig_for(registry.load("heron"), WorldClock())
     assert "i2c1" in caught.value.faults[0]
+
+
+def test_a_bus_of_which_no_load_is_stated_has_none_that_is_known(
+    heron: Heron, capsys: pytest.CaptureFixture[str]
+) -> None:
+    heron.install(OBJECT)
+    assert main(["check", "heron"]) == 0
+    said = capsys.readouterr().out
+    assert "i2c1: no load is stated at 100000 Hz" in said
+    assert "whether 10 min fit is not known, for no load of i2c1 is stated" in said
+    assert "%" not in said
+
+
+BARE_TABLES = """
+class MotorTable(Settings, frozen=True):
+    speed: float
+    name: str
+    '''What it is called.'''
+
+class LampTable(Settings, frozen=True):
+    '''The lamp.'''
+    volts: float
+"""
+
+
+def test_a_setting_without_a_docstring_is_not_described_by_that_of_another_class(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = f"from firmware_runtime.board.settings import Settings\n{BARE_TABLES}"
+    (tmp_path / "bare_tables.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    tables = importlib.import_module("bare_tables")
+    found = described(
+        {"motor": tables.MotorTable(1.0, "x"), "lamp": tables.LampTable(2.0)}, ["*.*"]
+    )
+    texts = {key: each.text for key, each in found.items()}
+    assert texts == {
+        "motor.speed": "",
+        "motor.name": "What it is called.",
+        "lamp.volts": "The lamp.",
+    }

@@ -1,8 +1,6 @@
 """What a control tick of TachoBot takes: calls of Python functions, and files that have them."""
 
 import sys
-from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 
@@ -10,8 +8,8 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.clocks import S, VirtualClock
 from firmware_runtime.runs.session import Session
+from tests.support.counted_calls import CountingClock
 
 OURS = ("firmware_runtime", "drivers", "boards")
 """The packages that are there on a robot, too: not the doubles, nor what runs the test."""
@@ -20,31 +18,15 @@ MOST_FILES = 38
 CONTROLLED_FROM = 400 * MILLISECOND
 
 
-class CountingClock(VirtualClock):
-    """Counts calls by package and file between two waits, once the robot is under control."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.passes: list[Counter[str]] = []
-
-    def wait(self, until: int, sources: Sequence[S]) -> list[S]:
-        """Begin another pass."""
-        sys.setprofile(None)
-        ready = super().wait(until, sources)
-        if self.now() >= CONTROLLED_FROM:
-            self.passes.append(Counter())
-            sys.setprofile(self._count)
-        return ready
-
-    def _count(self, frame: FrameType, event: str, _argument: object) -> None:
-        package, _, _ = str(frame.f_globals.get("__name__")).partition(".")
-        if event == "call" and package in OURS:
-            self.passes[-1][frame.f_code.co_filename] += 1
+def file_of_ours(frame: FrameType) -> str | None:
+    """The file of a function of ours."""
+    package, _, _ = str(frame.f_globals.get("__name__")).partition(".")
+    return frame.f_code.co_filename if package in OURS else None
 
 
 @pytest.mark.slow
 def test_a_control_tick_takes_few_calls_in_few_files(tmp_path: Path) -> None:
-    clock = CountingClock()
+    clock = CountingClock(CONTROLLED_FROM, file_of_ours)
     session = Session(
         registry.load("tachobot", ["imu.calibration_s=0.1"]),
         clock,

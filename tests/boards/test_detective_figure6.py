@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -72,3 +73,8 @@ def test_inputs_that_no_state_names_change_nothing_in_figure_6(unnamed: list[Eve
     model = Detective()
     events = sorted([*parse_events(EVENTS, "figure 6", model), *unnamed])
     assert [str(line) for line in run_events(model, events)] == LINES
+
+
+def test_the_event_file_that_comes_with_the_board_is_that_of_figure_6() -> None:
+    shipped = Path(__file__).parents[2] / "boards/detective/figure6.ev"
+    assert shipped.read_text(encoding="utf-8") == EVENTS

@@ -40,6 +40,10 @@ def test_each_command_is_one_of_ours(command: str) -> None:
     parsed = parser(words).parse_args(words)
     for word in words:
         assert not word.startswith(("examples/", "boards/")) or (ROOT / word).exists()
+    if getattr(parsed, "events", None):
+        assert (ROOT / parsed.events).exists()
+    if parsed.verb == "try" and "--channel" in words:
+        assert "--duty" in words or "--pulse-us" in words
     if parsed.verb == "experiment":
         _, name, board, *_ = words
         assert name in {*experiments_of(registry.load(board)), ALL}

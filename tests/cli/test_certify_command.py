@@ -66,7 +66,7 @@ def test_an_interpreter_that_cannot_is_named_and_a_cut_recording_is_no_proof(
         (("nowhere.recording",), "nowhere.recording: no file"),
         (("nowhere.json",), "nowhere.json: No such file"),
         (("empty.recording",), "empty.recording"),
-        (("other.recording",), "other.recording: no recording"),
+        (("other.recording",), "other.recording: not a recording of a run"),
         (("empty.recording", "-o", "certificate.pdf"), ".json or .html"),
         (("other.json", "--with", "python3"), "nothing to replay"),
     ],

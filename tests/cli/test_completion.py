@@ -132,3 +132,20 @@ def test_bash_offers_files_where_nothing_is_known() -> None:
     registered, *offered = asked("bash", str(PROGRAM), "run", "tachobot", "--trace", "")
     assert "-o default" in registered
     assert offered == [""]
+
+
+def test_recordings_that_were_kept_are_known_by_their_names(
+    tmp_path: Path, state_directory: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = tmp_path / "kept"
+    monkeypatch.setenv("FIRMWARE_RUNTIME_KEPT_DIRECTORY", str(kept))
+    for path in (state_directory / "yawbot.recording", kept / "yawbot" / "yawbot-0007.recording"):
+        path.parent.mkdir(parents=True)
+        path.touch()
+    both = ["yawbot", "yawbot-0007"]
+    for verb in (("replay",), ("debug",), ("certify",), ("certify", "x"), ("recordings", "keep")):
+        assert ways_on(*verb, "yaw") == both
+    assert ways_on("export", "yaw") == both
+    assert ways_on("doubles", "replay", "yaw") == both
+    assert ways_on("recordings", "re") == ["recover"]
+    assert ways_on("run", "yaw") == []

@@ -154,6 +154,7 @@ def test_folders_of_one_that_was_killed_go_at_the_next_start(
     place.mkdir()
     monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.setattr(tempfile, "tempdir", str(place))
+    monkeypatch.setenv("TMPDIR", str(place))
     words = ["continuity", "tachobot", "--for", "2", "--stages", "simulation"]
     command_ = [
         sys.executable,

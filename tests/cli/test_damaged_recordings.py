@@ -1,5 +1,6 @@
 """Cut, damaged and foreign recordings: every verb gives a sentence, never a traceback."""
 
+import os
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from tests.support.recorded import in_chunks, record
 
 SEEDS = range(12)
@@ -77,3 +78,74 @@ def test_there_is_a_sentence(
         if ended.status == 2:
             assert ended.out == ""
             assert len(ended.error.splitlines()) == 1, ended.error
+
+
+def made_pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def made_device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def made_folder(path: Path) -> None:
+    path.mkdir()
+
+
+def made_sparse(path: Path) -> None:
+    """4 GiB of nothing."""
+    path.touch()
+    os.truncate(path, 1 << 32)
+
+
+def made_closed_in_itself(path: Path) -> None:
+    path.symlink_to(path)
+
+
+STRANGE = [made_pipe, made_device, made_folder, made_sparse, made_closed_in_itself]
+READERS: dict[str, Callable[[Path, Path], list[object]]] = {
+    **VERBS,
+    "certify": lambda path, folder: ["certify", path, "-o", folder / "x.html"],
+    "debug": lambda path, _: ["debug", path, "--at", "0"],
+    "doubles": lambda path, folder: ["doubles", "replay", path, "--socket", folder / "socket"],
+}
+
+
+@pytest.mark.parametrize("made", STRANGE, ids=lambda each: each.__name__)
+@pytest.mark.parametrize("verb", sorted(READERS.keys() - {"recordings"}))
+def test_what_is_no_file_of_a_recording_is_neither_waited_for_nor_read(
+    command: Callable[..., Any], tmp_path: Path, verb: str, made: Callable[[Path], None]
+) -> None:
+    made(path := tmp_path / "x.recording")
+    ended = command(*READERS[verb](path, tmp_path))
+    assert ended.status == 2
+    assert str(path) in ended.error.splitlines()[-1]
+    assert "recording of a run" in ended.error
+
+
+def test_of_a_file_that_goes_on_for_4_gib_behind_a_recording_that_is_read(
+    command: Callable[..., Any], tmp_path: Path, whole: bytes
+) -> None:
+    path = tmp_path / "x.recording"
+    path.write_bytes(whole)
+    os.truncate(path, 1 << 32)
+    assert command("replay", path).status == 0
+    ended = command("recordings", "recover", path, "-o", tmp_path / "saved.recording")
+    assert ended.status == 0
+    assert "lost: nothing" in ended.out
+
+
+@pytest.mark.parametrize("verb", ["replay", "certify", "debug", "mcap"])
+def test_a_recording_of_another_format_is_named_as_one(
+    command: Callable[..., Any], tmp_path: Path, whole: bytes, verb: str
+) -> None:
+    path = tmp_path / "x.recording"
+    path.write_bytes(MAGIC[:-1] + b"1" + whole[len(MAGIC) :])
+    ended = command(*READERS[verb](path, tmp_path))
+    assert (ended.status, ended.out) == (2, "")
+    assert "another format" in ended.error
+
+
+def test_a_name_that_no_file_can_have_is_a_sentence(command: Callable[..., Any]) -> None:
+    ended = command("replay", "a" * 300)
+    assert (ended.status, len(ended.error.splitlines())) == (2, 1)

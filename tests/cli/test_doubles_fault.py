@@ -37,6 +37,17 @@ def test_without_an_address_the_whole_bus_fails() -> None:
                 bus.transaction(address, (b"\x00", 1))
 
 
+def test_without_a_bus_all_fail_whatever_they_are_called(tmp_path: Path) -> None:
+    log = tmp_path / "doubles.log"
+    with served_rig("detective", log=log) as rig:
+        bus = ServedDoubles(rig.ask, ["i2c1"], []).buses["i2c1"]
+        strike(rig.ask, Strike("", 110, SECOND))
+        with pytest.raises(BusTimeout):
+            bus.transaction(0x40, (b"\x00", 1))
+    (fault,) = [json.loads(line) for line in log.read_text().splitlines() if "fault" in line]
+    assert fault["bus"] == "i2c1"
+
+
 def test_a_bus_that_is_not_there_cannot_fail() -> None:
     with served_rig("tachobot") as rig, pytest.raises(BusAbsent, match="i2c7"):
         strike(rig.ask, Strike("i2c7", 110, SECOND))

@@ -9,6 +9,8 @@ import pytest
 
 from firmware_runtime.recording.recording import read_recording
 from firmware_runtime.status import Status
+from firmware_runtime.system.conditions import versions_here
+from tests.support.recorded import record
 
 
 @pytest.fixture
@@ -74,3 +76,38 @@ def test_a_recording_that_cannot_be_made_is_refused(
     path = tmp_path / "absent" / "flight.recording"
     ended = command("run", board, *doubles, *words, "--record", path)
     assert ended.status == Status.BAD_INPUT
+
+
+VERSIONS = "firmware_runtime.recording.versions.versions_here"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["whole", "part"])
+def test_another_python_and_another_package_are_said(
+    command: Callable[..., Any],
+    recording: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    kind: str,
+) -> None:
+    run = recording if kind == "part" else record(tmp_path / "whole.recording", "tachobot", 0.1)
+    assert json.loads(command("replay", run, "--json").out)["versions_changed"] == {}
+    here = versions_here()
+    others = {**here, "python": "CPython 3.99.0", "numpy": None, "kernel": "Linux 99"}
+    monkeypatch.setattr(VERSIONS, lambda: others)
+    ended = command("replay", run, "--json")
+    assert ended.status == Status.OK
+    assert json.loads(ended.out)["versions_changed"] == {
+        "python": {"recorded": here["python"], "here": "CPython 3.99.0"},
+        "numpy": {"recorded": here["numpy"], "here": None},
+    }
+    assert "CPython 3.99.0" in command("replay", run).out
+
+
+def test_a_stretch_that_ends_before_it_begins_is_refused(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    run = record(tmp_path / "whole.recording", "tachobot", 0.1)
+    ended = command("replay", run, "--from", "0.09", "--until", "0.05")
+    assert ended.status == Status.BAD_INPUT
+    assert "--until 0.05: expected an instant after --from 0.09" in ended.error

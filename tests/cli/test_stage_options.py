@@ -44,6 +44,33 @@ def test_what_does_not_fit_a_stage_is_refused(
     assert f"run: {faults} fault" in ended.error
 
 
+@pytest.mark.parametrize(
+    ("planned", "fault"),
+    [
+        ("3:yaw_referense=1", "yaw_referense: no such input port"),
+        ("3:yaw_reference=east", "yaw_reference: not a float"),
+        ("30:yaw_reference=1", "expected an earlier second"),
+    ],
+)
+def test_an_input_that_no_end_would_take_is_refused_before_an_end_is_started(
+    command: Command, planned: str, fault: str
+) -> None:
+    ended = command("run", "tachobot", "--stage", "network", "--for", "9", "--input", planned)
+    assert ended.status == 2
+    assert fault in ended.error
+    assert ended.out == ""
+
+
+def test_an_input_of_a_robot_end_elsewhere_is_refused(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firmware_runtime.cli.staged.leads_to", lambda *_: True)
+    peer = ("--peer", "localhost:7302", "--key", "x")
+    ended = command("run", "tachobot", "--stage", "remote", *peer, "--input", "3:yaw_reference=1")
+    assert ended.status == 2
+    assert "leads to the robot end, which runs elsewhere" in ended.error
+
+
 @pytest.mark.parametrize("option", ["--peer", "--key", "--impair"])
 def test_what_belongs_to_a_stage_is_refused_without_one(command: Command, option: str) -> None:
     ended = command("run", "tachobot", "--doubles", option, "x")

@@ -49,13 +49,15 @@ def test_no_stage_at_all_is_no_pass() -> None:
     of_none = certificate(StageRun(Stage.SIMULATION, "no rig"), StageRun(Stage.EMBEDDED, "no rig"))
     assert not of_none.is_equal
     assert of_none.as_json()["not_run"] == {"simulation": "no rig", "embedded": "no rig"}
-    assert "not equal" in certificate_page(of_none)
+    assert of_none.verdict == "no stage was run"
+    assert "no stage was run" in certificate_page(of_none)
 
 
 def test_a_stage_that_was_not_run_is_said_and_the_others_count(run: StageRun) -> None:
     of_one = certificate(run, StageRun(Stage.EMBEDDED, "left out"))
     said = of_one.as_json()
     assert of_one.is_equal
+    assert of_one.verdict == "equal"
     assert list(said["stages"]) == ["simulation"]
     assert said["stages"]["simulation"]["differences"] == 0
     assert said["stages"]["simulation"]["first_difference"] is None
@@ -122,4 +124,5 @@ def test_a_stage_that_left_nothing_is_shown_with_no_event_and_its_fault() -> Non
     stage = of_none.as_json()["stages"]["network"]
     assert (stage["events"], stage["equal"]) == (0, False)
     assert stage["fault"] == "it did not end within 120 s"
+    assert of_none.verdict == "not equal"
     assert "did not end within 120 s" in certificate_page(of_none)

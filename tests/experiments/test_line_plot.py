@@ -75,3 +75,26 @@ def test_a_map_has_equal_scales() -> None:
     drawn = polyline(LinePlot("t", "m", "m", [Curve("c", square)], has_equal_scales=True))
     places = [tuple(map(float, each.split(","))) for each in (drawn.get("points") or "").split()]
     assert places[1][0] - places[0][0] == pytest.approx(places[1][1] - places[2][1], abs=0.2)
+
+
+@pytest.mark.parametrize(
+    "up", ["rad", "0 stop, 1 clockwise, 2 counterclockwise, 3 anything else there is"]
+)
+@pytest.mark.parametrize("names", [2, 5, 12])
+def test_a_legend_keeps_within_the_picture_and_off_the_label_and_the_curves(
+    up: str, names: int
+) -> None:
+    curves = [
+        Curve(f"a curve with number {each}", [(0.0, 0.0), (1.0, 1.0)]) for each in range(names)
+    ]
+    drawn = LinePlot("t", "s", up, curves, width=600.0)
+    texts = list(drawn.svg().iter("text"))
+    label = next(each for each in texts if each.text == up)
+    named = [each for each in texts if each.get("class") == "lp-name"]
+    assert len(named) == names
+    places = [(float(each.get("x") or 0) - 22, float(each.get("y") or 0)) for each in named]
+    end_of_label = 4 + 7 * len(up)
+    assert all(x >= 0 for x, _ in places)
+    assert all(y > float(label.get("y") or 0) + 8 or x > end_of_label for x, y in places)
+    assert min(heights(drawn)) > max(y for _, y in places)
+    assert len(set(places)) == names

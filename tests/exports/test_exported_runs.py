@@ -207,3 +207,23 @@ def test_values_are_what_their_ports_types_say(
     form: object, kind: object, expected: object
 ) -> None:
     assert json.loads(json.dumps(plain(typed(form, kind)))) == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--from", "1.5"), "--from 1.5: the run ends at 1 s"),
+        (("--from", "0.5", "--until", "0.4"), "--until 0.4: expected an instant after --from 0.5"),
+    ],
+)
+def test_a_stretch_that_the_run_has_not_is_refused(
+    run: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...],
+    said: str,
+) -> None:
+    for path in (tmp_path / "x.csv", tmp_path / "x.mcap", tmp_path / "x.parquet"):
+        assert main(["export", str(run), "-o", str(path), *words]) == 2
+        assert said in capsys.readouterr().err
+        assert not path.exists()

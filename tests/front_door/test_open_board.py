@@ -287,7 +287,8 @@ def test_doubles_that_are_served_are_left_to_others_afterwards(
             with pytest.raises(HalError):
                 open_board("tachobot", **choices)
     assert left == ["left"]
-    assert [each.name for each in tmp_path.iterdir()] == []
+    kept = [] if chip_is_there else ["x.start.recording"]  # what a start that failed has seen
+    assert [each.name for each in tmp_path.iterdir()] == kept
 
 
 def test_a_name_means_the_settings_in_force_on_this_machine(

@@ -12,7 +12,8 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.links.control import Answer, ControlError, ControlSocket, Request, ask
+from firmware_runtime.links.control import Answer, ControlSocket, Request, ask
+from firmware_runtime.links.errors import ControlError
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD

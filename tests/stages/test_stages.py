@@ -195,10 +195,11 @@ def test_the_ends_end_when_the_command_is_killed(tmp_path: Path) -> None:
 
 
 def test_an_error_in_one_end_is_the_sentence_and_the_status(tmp_path: Path) -> None:
-    with started(tmp_path, *LONG, "--input", "1:yaw_referenc=1") as process:
+    (tmp_path / "tachobot.controller.stats").mkdir()
+    with started(tmp_path, *LONG) as process:
         status, document, error = ended(process)
     assert status == 2
-    assert "yaw_referenc: no such input port" in error
+    assert f"{tmp_path}/tachobot.controller.stats: " in error
     assert document["ended"]["by"] == "controller"
     assert document["outputs_on"] == {"thrust_pairs": 0}
 

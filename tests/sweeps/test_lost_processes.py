@@ -62,6 +62,7 @@ def test_a_sweep_that_is_stopped_goes_on_to_the_same_table(
     status = {signal.SIGKILL: -9, signal.SIGINT: 130, signal.SIGTERM: 143}[by]
     assert running.returncode == status, said
     assert b"Traceback" not in said
+    assert (b"--resume goes on" in said) == (by != signal.SIGKILL)
     wait_until(lambda: not any(map(is_running, started)), "the end of its processes")
     kept = finished(output)
     assert 3 <= kept < ROWS

@@ -1,5 +1,7 @@
 """Sweeps of boards: tables that are the same however they were made, resumed, and read again."""
 
+import resource
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -9,7 +11,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.sweeps import Table, sweep
 from firmware_runtime.sweeps.partial import Partial, partial_of
 from firmware_runtime.sweeps.plan import Sweep
-from firmware_runtime.sweeps.row import run_row
+from firmware_runtime.sweeps.row import Row, run_row
 from firmware_runtime.sweeps.sweeping import carry_out
 from firmware_runtime.sweeps.table import read_table, sweep_of, write_table
 
@@ -156,6 +158,34 @@ def test_a_sweep_that_could_not_begin_leaves_no_file(tmp_path: Path) -> None:
     with Partial(partial_of(output), SHORT, "1", resume=False):
         assert partial_of(output).exists()
     assert not partial_of(output).exists()
+
+
+@pytest.fixture
+def little_room() -> Iterator[None]:
+    """No file of this process grows beyond 400 bytes, as on a disk that is full."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.usefixtures("little_room")
+def test_a_disk_without_room_for_a_row_is_a_sentence_and_keeps_those_before(tmp_path: Path) -> None:
+    kept_at = partial_of(tmp_path / "table.csv")
+    rows: list[Row] = [{"row": number, "error": "x" * 30} for number in range(9)]
+
+    def keep_all() -> None:
+        with Partial(kept_at, SHORT, "1", resume=False) as partial:
+            for row in rows:
+                partial.keep(row)
+
+    with pytest.raises(ConfigError, match="expected room for more rows"):
+        keep_all()
+    assert kept_at.stat().st_size == 400
+    with Partial(kept_at, SHORT, "1", resume=True) as again:
+        found = again.rows
+    assert found
+    assert list(found.values()) == rows[: len(found)]
 
 
 def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Figure 6: its event file on the model, in virtual time, line by line beside its output file."""
 
 from itertools import zip_longest
+from pathlib import Path
 from typing import Final
 
 from firmware_runtime.ecdpp.event_file import parse_events
@@ -12,18 +13,7 @@ from firmware_runtime.experiments.line_plot import Curve, LinePlot
 from firmware_runtime.experiments.trial import Trial
 from firmware_runtime.statistics.page.markup import table
 
-EVENTS: Final = """\
-00:00:02:00 In1 1
-00:00:05:00 In2 1
-00:00:06:00 In3 200
-00:00:09:00 In4 50
-00:00:09:50 In4 90
-00:00:10:00 In4 150
-00:00:10:50 In4 180
-00:00:11:00 In4 190
-00:00:11:50 In4 200
-00:00:15:00 In5 2
-"""
+EVENTS: Final = (Path(__file__).parents[1] / "figure6.ev").read_text(encoding="utf-8")
 PUBLISHED: Final = (
     "00:00:02:020 out2 1",
     "00:00:02:020 out3 1",

@@ -31,7 +31,8 @@ def execute(arguments: argparse.Namespace) -> int:
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""
-        print(f"  {load.name}: {load.utilisation:.1%} of its time at {load.bus_hz} Hz{overhead}")
+        share = f"{load.utilisation:.1%} of its time" if load.transactions else "no load is stated"
+        print(f"  {load.name}: {share} at {load.bus_hz} Hz{overhead}")
         recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
         for what, period_ns in recurring:
             print(f"    {what} every {period_ns / 1e6:g} ms")
@@ -52,6 +53,11 @@ def _recording(board: Board) -> str:
     seconds = minutes * 60
     asked = f"{minutes:g} min" if minutes >= 1 else f"{seconds:g} s"
     held = seconds_held(board.loads.values(), minutes)
+    if unstated := [name for name, load in board.loads.items() if not load.transactions]:
+        return (
+            f"{mebibytes:.0f} MiB; whether {asked} fit is not known, for no load of "
+            f"{', '.join(unstated)} is stated"
+        )
     if held < seconds:
         return f"the last {held / 60:.0f} of {asked} in {mebibytes:.0f} MiB, which is the most"
     return f"the last {asked} in {mebibytes:.0f} MiB"

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
+from firmware_runtime.blackbox.found import kept_recordings, last_recordings
+from firmware_runtime.blackbox.listed import name_of
 from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.in_force import known_names
 from firmware_runtime.cli.arguments import SubParsers, add_verb
@@ -140,7 +142,7 @@ class _Place:
             self._wanted = None if option is None or option.nargs in {0, "?"} else option
         elif self._positionals:
             first, *left = self._positionals
-            if first.dest != "compared":  # of `gate`, which takes all
+            if first.dest not in {"compared", "runs"}:  # of `gate` and `certify`: many
                 self._positionals = left
             if first.dest == "board":
                 self._board = word
@@ -151,15 +153,22 @@ class _Place:
     def _values(self, action: argparse.Action) -> Iterable[str]:
         if action.choices is not None:
             return map(str, action.choices)
-        is_run = action.dest == "run" and not action.option_strings  # it may be a board's last
-        if is_run or action.dest in {"board", "compared"}:
-            is_sweep = self._parser.prog.endswith(" sweep")
-            return [*known_names(), *(("show", "rerun") if is_sweep else ())]
+        if not action.option_strings and action.dest in {"run", "runs"}:
+            return _recordings(known_names())
+        if action.dest in {"board", "compared"}:
+            return [*known_names(), *self._beside_boards()]
         if action.dest == "experiment":
             return _experiments()
         if action.dest == "chips":
             return sorted(each.name for each in installed(CHIP_DOUBLES))
         return self._keys() if action.dest in {"assignments", "vary"} else ()
+
+    def _beside_boards(self) -> Iterable[str]:
+        """What may stand where a board may, for this verb."""
+        verb = self._parser.prog.rpartition(" ")[2]
+        if verb == "export":
+            return _recordings(())
+        return {"sweep": ("show", "rerun"), "recordings": ("keep", "recover")}.get(verb, ())
 
     def _keys(self) -> Iterable[str]:
         """The keys of the board that was named."""
@@ -180,6 +189,13 @@ def _experiments() -> list[str]:
         with suppress(ConfigError):
             found.update(experiments_of(chosen_board(name)))
     return sorted(found)
+
+
+def _recordings(boards: Iterable[str]) -> Iterable[str]:
+    """Boards, each for its last run, and the names of recordings; none of them is opened."""
+    with suppress(OSError):
+        boards = [*boards, *map(name_of, [*last_recordings(), *kept_recordings()])]
+    return dict.fromkeys(boards)
 
 
 def _positionals(parser: argparse.ArgumentParser) -> list[argparse.Action]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
@@ -18,7 +18,7 @@ from firmware_runtime.continuity.stage_run import Plan, StageRun, run_stage
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import impairment
-from firmware_runtime.recording.of_board import components
+from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
@@ -94,7 +94,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.impair is not None:
         impairment(arguments.impair)  # what cannot be read is refused before anything runs
     board = chosen_board(arguments.board, arguments.assignments)
-    components(board, CONTROLLER)  # one without roles is refused before anything runs
+    role_without_hardware(board)  # one without roles is refused before anything runs
     duration_s = arguments.duration_s or board.doubles_run_s
     link = None if arguments.link == "udp" else arguments.link
     plan = Plan(board, arguments.board, duration_s, arguments.impair, link)
@@ -102,7 +102,8 @@ def execute(arguments: argparse.Namespace) -> int:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
         _write(certificate, output)
-    print(f"{'equal' if certificate.is_equal else 'NOT EQUAL'}: {output}")
+    verdict = certificate.verdict
+    print(f"{verdict if certificate.is_equal else verdict.upper()}: {output}")
     return Status.OK if certificate.is_equal else Status.MODEL_ERROR
 
 
@@ -145,6 +146,8 @@ def _said(run: StageRun) -> Iterator[str]:
     if comparison.first is not None:
         said = comparison.first.as_json(comparison.state)
         yield f"  first at {format_time(comparison.first.at)}: {json.dumps(said)}"
+        if comparison.has_drawn:
+            yield f"  {UNKEPT}"
 
 
 def _write(certificate: Certificate, output: Path) -> None:

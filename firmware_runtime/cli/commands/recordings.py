@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.file_content import whole_content_of
 from firmware_runtime.blackbox.found import find_recording, kept_recordings, last_recordings
 from firmware_runtime.blackbox.listed import Listed, listed, span_of
 from firmware_runtime.blackbox.reader import read_recording
@@ -118,12 +119,7 @@ def _recover(run: str, output: Path | None) -> int:
     if output is None:
         raise ConfigError.of_one("recordings recover", "expected -o FILE, to write what is saved")
     path = find_recording(run)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        fault = f"cannot be read ({error.strerror}); expected a recording of a run"
-        raise ConfigError.of_one(str(path), fault) from error
-    saved = save(path, content)
+    saved = save(path, whole_content_of(path))
     keep_output(output, saved.content)
     begin, until = (each / SECOND for each in saved.span)
     lost = "; ".join(saved.lost) or "nothing"

@@ -6,17 +6,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from firmware_runtime.blackbox.found import find_recording, is_black_box
+from firmware_runtime.blackbox.file_content import begins_with
+from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second, speed
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.recording.comparison import Comparison
+from firmware_runtime.recording.frames import MAGIC
 from firmware_runtime.recording.of_board import board_of, code_changes, part_code, replay_of
 from firmware_runtime.recording.recording import Recording, read_recording
+from firmware_runtime.recording.versions import changed_versions, versions_said
 from firmware_runtime.status import Status
 
+_EXPECTED = "expected the recording of a run: a board, or a name that `recordings` shows"
 _ABOUT = """
 Every run leaves a recording of what entered it: bytes of its buses and ports, external events, the
 clock. RUN is the file of one, or a board's name for its last run, also of one that was killed. The
@@ -102,9 +107,9 @@ def _add_what_if(verb: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Replay, and print what differs."""
     path = find_recording(arguments.run)
-    if is_black_box(path):
-        return _replay_run(arguments, path)
-    return _replay_part(arguments, path)
+    if begins_with(path, MAGIC):
+        return _replay_part(arguments, path)
+    return _replay_run(arguments, path)  # of what is none of both, its reading says so
 
 
 def _replay_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -138,7 +143,7 @@ def _replay_part(arguments: argparse.Namespace, path: Path) -> int:
     }
     if given := [name for name, is_given in stretch.items() if is_given]:
         fault = f"{given[0]}: a file of `run --record` is replayed as a whole"
-        raise ConfigError.of_one("replay", f"{fault}; expected the recording of a run")
+        raise ConfigError.of_one("replay", f"{fault}; {_EXPECTED}")
     recording = read_recording(path)
     board = _board(arguments, recording)
     changes = code_changes(recording, part_code(board, recording.header.components))
@@ -167,6 +172,7 @@ def _as_json(
         "equal": comparison.is_equal,
         "code_sha256": header.code_sha256,
         "code_changed": changes,
+        "versions_changed": changed_versions(header.versions),
         "settings_changed": board.table != header.table,
     }
 
@@ -179,6 +185,8 @@ def _as_text(
         yield f"not compared as a whole: {comparison.fault}"
     if comparison.differences:
         yield from _difference(comparison)
+        if comparison.has_drawn:
+            yield f"  {UNKEPT}"
     elif comparison.fault is None:
         yield f"equal: {comparison.events} output events of the {header.role} of {header.board}"
     yield f"  {comparison.inputs} values entered, {comparison.events} left"
@@ -186,6 +194,8 @@ def _as_text(
         yield f"  code that has changed since: {', '.join(changes)}"
     if board.table != header.table:
         yield f"  settings are not those of the run: {board.source}"
+    if versions := changed_versions(header.versions):
+        yield f"  versions that are others than in the run: {versions_said(versions)}"
 
 
 def _difference(comparison: Comparison) -> Iterator[str]:

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from time import monotonic_ns
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.blackbox.found import recording_beside, recording_of_virtual_run
 from firmware_runtime.board import registry
@@ -34,7 +34,6 @@ from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
-from firmware_runtime.stages.reports import EndReports
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
@@ -46,6 +45,9 @@ from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.own_environment import refuse_ros
 from firmware_runtime.system.signals import stop_on_signals
+
+if TYPE_CHECKING:
+    from firmware_runtime.stages.reports import EndReports
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -178,12 +180,14 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
     return end
 
 
-def _reports(session: Session, descriptor: int | None) -> EndReports | None:
+def _reports(session: Session, descriptor: int | None) -> "EndReports | None":
     """What reports to the command of a stage how this end of it fares."""
     if descriptor is None:
         return None
     if session.linked is not None:  # the time of a stage is that of its controller
         session.linked.ends_both = True
+    from firmware_runtime.stages.reports import EndReports  # noqa: PLC0415 -- of a stage only
+
     return EndReports(session.executive, descriptor, session.shown, lambda: _standing(session))
 
 

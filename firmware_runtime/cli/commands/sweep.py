@@ -16,6 +16,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 from firmware_runtime.sweeps.distributions import FORMS
 from firmware_runtime.sweeps.page import sweep_page
+from firmware_runtime.sweeps.partial import partial_of
 from firmware_runtime.sweeps.plan import SAMPLINGS, Sweep
 from firmware_runtime.sweeps.row import run_row
 from firmware_runtime.sweeps.summary import summary
@@ -127,8 +128,12 @@ def _sweep(arguments: argparse.Namespace) -> int:
         experiment=arguments.experiment,
         sampling=arguments.sampling,
     )
-    with exit_on_signals():
-        table = _carried_out(sweep, arguments)
+    try:
+        with exit_on_signals():
+            table = _carried_out(sweep, arguments)
+    except SystemExit:
+        _say_what_is_kept(partial_of(arguments.output))
+        raise
     return _told(sweep, table, arguments)
 
 
@@ -145,6 +150,13 @@ def _carried_out(sweep: Sweep, arguments: argparse.Namespace) -> Table:
         )
     finally:
         progress.close()
+
+
+def _say_what_is_kept(kept: Path) -> None:
+    """After a sweep that was stopped by a signal."""
+    if kept.exists():
+        said = f"{kept} has the finished rows; the same command with --resume goes on"
+        print_line(f"firmware-runtime: {said}", sys.stderr)
 
 
 def _told(sweep: Sweep, table: Table, arguments: argparse.Namespace) -> int:

@@ -69,6 +69,7 @@ class Strike(Struct, tag="strike", array_like=True, frozen=True):
     """From now on a bus fails with `errno` for `span` ns, at one address or at all of them."""
 
     bus: str
+    """Its name in board.toml; empty: every bus."""
     errno: int
     span: int
     address: int | None = None

@@ -1,0 +1,32 @@
+"""Garbage collection of a command's own process: none while it loads, none of what it has loaded.
+
+What a start makes stays to the end. Collections would walk through all of it, again and again while
+it grows and once more when the interpreter ends: a third of the processor time of a short command.
+"""
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def no_collection_of_the_start() -> Iterator[None]:
+    """Within the block nothing is collected; what is there at its end never is."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@contextmanager
+def no_collection_at_the_end() -> Iterator[None]:
+    """After the block, the interpreter ends without looking for cycles; what is held is released.
+
+    Whatever must be written or closed is so by then: files are closed by those that open them.
+    """
+    try:
+        yield
+    finally:
+        gc.freeze()

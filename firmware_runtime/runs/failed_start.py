@@ -1,0 +1,31 @@
+"""The recording of a start that failed: what the chips were asked, and what they answered.
+
+It has a file of its own, beside that of the last run, which so is still there. Imported only by
+runs that are recorded, when a chip did not answer.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.found import failed_start_beside
+from firmware_runtime.errors import text_of
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.runs.black_box import RecordedRobot, encoded_header, header_of
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
+
+
+def keep_failed_start(
+    robot: RecordedRobot, recording: Path, reason: str, log: Callable[[str], None]
+) -> None:
+    """Keep it beside the recording that the run would have had; `log` gets why it cannot be."""
+    recorder, clock = robot.recorder, robot.executive.clock
+    try:
+        recorder.finish(Outcome(RunState.FAILED, reason), clock.now())
+        sections = [encoded_header(header_of(robot)), *recorder.before_the_run]
+        recording.parent.mkdir(parents=True, exist_ok=True)
+        content = file_of([Numbered(1, sections)])
+        replace_file(failed_start_beside(recording), content, OWN_AND_GROUP)
+    except Exception as error:  # noqa: BLE001 -- the reason of the failed start is what matters
+        log(f"warning: this start is not recorded: {text_of(error)}")
