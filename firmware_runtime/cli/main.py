@@ -190,9 +190,10 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         help="show program's version number and exit",
     )
     verbs = top.add_subparsers(required=True, metavar="COMMAND", dest="verb", prog=top.prog)
-    for verb in _modules(words):
-        verb.add_to(verbs)
-    _add_others(words, verbs)
+    if words[:1] not in (["-V"], ["--version"]):  # which asks for no verb
+        for verb in _modules(words):
+            verb.add_to(verbs)
+        _add_others(words, verbs)
     return top
 
 

@@ -2,7 +2,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -160,12 +159,6 @@ def test_what_was_probably_meant_is_said(
 def test_what_is_like_nothing_is_not_guessed_at(command: Callable[..., Any]) -> None:
     ended = command("check", "submarine")
     assert "did you mean" not in ended.error
-
-
-@pytest.mark.parametrize("option", ["-V", "--version"])
-def test_the_version_is_printed(command: Callable[..., Any], option: str) -> None:
-    ended = command(option)
-    assert (ended.status, ended.out) == (0, f"firmware-runtime {version('firmware-runtime')}\n")
 
 
 def test_malformed_toml_is_refused_with_its_line(

@@ -1,10 +1,12 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from typing import Any
 
 import pytest
 
+from firmware_runtime.cli import main
 from firmware_runtime.cli.main import VERBS
 
 
@@ -44,9 +46,13 @@ def test_without_a_command_the_usage_is_shown(command: Callable[..., Any]) -> No
     assert command().status == 2
 
 
-def test_version(command: Callable[..., Any]) -> None:
-    ended = command("--version")
-    assert (ended.status, ended.out.split()[0]) == (0, "firmware-runtime")
+@pytest.mark.parametrize("option", ["-V", "--version"])
+def test_the_version_is_printed_without_loading_a_verb(
+    command: Callable[..., Any], option: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(main, "_modules", None)
+    ended = command(option)
+    assert (ended.status, ended.out) == (0, f"firmware-runtime {version('firmware-runtime')}\n")
 
 
 @pytest.mark.slow
