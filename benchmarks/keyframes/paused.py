@@ -5,7 +5,6 @@ from time import thread_time_ns
 from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board import registry
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
@@ -34,7 +33,7 @@ class PausedRun(Closing):
         if self._table is not None:
             return
         session, board, executive = self._session, self._session.board, self._session.executive
-        names = board.build(absent_lines(board.settings.buses, board.ports)).model.components
+        names = board.unconnected().model.components
         atomics = executive.simulator.atomics
         own = frozenset(each for each in atomics if each.path.split(".")[1] in names)
         edges = [self, session, executive, session.rig, session.hardware, board]

@@ -78,6 +78,14 @@ class Board:
     fingerprint: str
     """SHA-256 over the file and the overrides, for the conditions of a run."""
 
+    def absent_lines(self) -> Lines:
+        """Its lines, by name, on which nothing can be sent."""
+        return absent_lines(self.settings.buses, self.ports)
+
+    def unconnected(self) -> Robot:
+        """The robot without its hardware: built on absent lines."""
+        return self.build(self.absent_lines())
+
 
 def is_name(text: str) -> bool:
     """Whether a robot can be called so; a path with a dot or a slash in it is none."""

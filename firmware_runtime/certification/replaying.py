@@ -13,7 +13,6 @@ from firmware_runtime.blackbox.file_content import begins_with
 from firmware_runtime.blackbox.found import is_black_box
 from firmware_runtime.blackbox.models import own_atomics
 from firmware_runtime.blackbox.reader import read_recording as read_run
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.certification.finding import Finding
 from firmware_runtime.certification.found import finding_of, finding_of_run
 from firmware_runtime.recording.code import code_of
@@ -63,7 +62,7 @@ class OfRun:
         header = recording.header
         board = board_of_table(header.source, header.table)
         verdict = replay(recording, board)
-        model = board.build(absent_lines(board.settings.buses, board.ports)).model
+        model = board.unconnected().model
         code = code_of(own_atomics(model))
         if header.role is not None:  # of one end of two: what that end had
             code = {name: code[name] for name in header.code if name in code}

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
+from firmware_runtime.board.ends import ends_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import ROBOT
 from firmware_runtime.cli.own_terminal import OwnTerminal
@@ -20,10 +21,8 @@ from firmware_runtime.stages.staged_run import (
     Staged,
     StagedResult,
     StagedRun,
-    ends_of,
     leads_to,
     run_staged,
-    whole_model,
 )
 from firmware_runtime.stages.way import WIFI
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
@@ -77,7 +76,7 @@ def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
 def _astray(staged: Staged, inputs: list[PlannedInput]) -> list[str]:
     """A sentence for each input that neither end would take, said before one is started."""
     faults = inputs_after(seconds(staged.for_s), inputs)
-    faults += inputs_refused(Ports(whole_model(staged.board)), inputs)
+    faults += inputs_refused(Ports(staged.board.unconnected().model), inputs)
     if staged.peer is not None and not faults:
         robot = ends_of(staged.board)[ROBOT]
         faults += [

@@ -13,9 +13,9 @@ from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports, own_atomics
 from firmware_runtime.blackbox.reader import Recording
 from firmware_runtime.blackbox.section import Kind, Section, decode, sent_of
-from firmware_runtime.board.ends import end_of, robot_of
-from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.recording.values import UnknownValue, made, unpack
@@ -36,7 +36,7 @@ class Sent(NamedTuple):
 
 def model_of(header: Header, board: Board) -> Coupled:
     """The model that ran, built on no lines. Raises ConfigError."""
-    whole = board.build(absent_lines(board.settings.buses, board.ports))
+    whole = board.unconnected()
     if header.role is None:
         return whole.model
     robot, _ = robot_of(end_of(board, header.role), whole)

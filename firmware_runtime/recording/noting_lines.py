@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
@@ -11,7 +11,7 @@ from firmware_runtime.hal.serial import SerialPort
 
 def noting_lines(board: Board, uses: list[str]) -> Lines:
     """Lines of a board on which nothing can be sent; `uses` gets the name of each one used."""
-    absent = absent_lines(board.settings.buses, board.ports)
+    absent = board.absent_lines()
 
     def interlock() -> bool:
         uses.append("the interlock")

@@ -8,7 +8,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from firmware_runtime.board.kept import load_table
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.coupled import Coupled
@@ -116,4 +115,4 @@ def part_code(board: Board, names: Sequence[str]) -> dict[str, str]:
 
 
 def _model(board: Board) -> Coupled:
-    return board.build(absent_lines(board.settings.buses, board.ports)).model
+    return board.unconnected().model

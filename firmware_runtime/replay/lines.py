@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final, NoReturn
 
 from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Transfer
-from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal import errors
 from firmware_runtime.hal.accounted_bus import AccountedBus
@@ -25,7 +25,7 @@ _ERRORS: Final = {
 def replayed_lines(board: Board, feed: Feed, early: Sequence[str]) -> Lines:
     """The board's lines, with retries, counters and times as in a run."""
     if not feed.lines:
-        return absent_lines(board.settings.buses, board.ports)
+        return board.absent_lines()
     time = ReplayedTime(feed)
     buses: dict[str, I2cBus] = {
         name: AccountedBus(

@@ -6,11 +6,12 @@ from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import listen, output_ports, own_atomics
-from firmware_runtime.board.ends import end_of, robot_of
+from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.robot import Robot
@@ -106,5 +106,5 @@ class Hardware:
     def _open_lines(self, interlock: Interlock, recorder: Recorder | None) -> Lines:
         """The robot's lines, or absent ones where the hardware is at the other end."""
         if not self.is_here:
-            return absent_lines(self._board.settings.buses, self._board.ports)
+            return self._board.absent_lines()
         return open_lines(self._board, self.doubles, interlock, self.world_now, recorder)

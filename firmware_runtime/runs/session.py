@@ -11,10 +11,11 @@ from firmware_runtime.blackbox.models import own_atomics
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ending import Ending
-from firmware_runtime.board.ends import BoardEnd, robot_of
+from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of

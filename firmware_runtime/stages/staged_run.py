@@ -1,16 +1,14 @@
 """A stage of two ends, from their start to their one result."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.board.ends import end_of
-from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.ends import ends_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
-from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import Impairment
@@ -154,38 +152,12 @@ def beside(record: Path) -> Path:
     return record.with_name(f"{record.name}.robot")
 
 
-def ends_of(board: Board) -> dict[str, str]:
-    """What a board calls its two ends: `robot` is the one with the hardware.
-
-    Raises ConfigError for a board whose [roles] make no two ends.
-    """
-    roles = board.settings.roles
-    if not roles:
-        fault = "no table [roles] in its board.toml; expected one, for two ends"
-        raise ConfigError(board.name, [fault])
-    found = {}
-    for role in dict.fromkeys((*roles, CONTROLLER)):
-        with suppress(ConfigError):
-            components_of(roles, whole_model(board), role)
-            found[ROBOT if end_of(board, role).has_hardware else CONTROLLER] = role
-    if len(found) < 2:
-        first = end_of(board, next(iter(roles)))
-        fault = f"roles: {first.role} and the rest: expected one with all hardware, and one without"
-        raise ConfigError(board.name, [fault])
-    return found
-
-
 def leads_to(board: Board, planned: str, role: str) -> bool:
     """Whether an input of the top model leads to a component of this role."""
     name = planned.partition(":")[2].partition("=")[0]
-    model = whole_model(board)
+    model = board.unconnected().model
     own = set(components_of(board.settings.roles, model, role))
     return any(end.owner.name in own for begin, end in model.couplings if begin.name == name)
-
-
-def whole_model(board: Board) -> Coupled:
-    """The board's top model, without its hardware."""
-    return board.build(absent_lines(board.settings.buses, board.ports)).model
 
 
 @contextmanager

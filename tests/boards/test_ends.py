@@ -4,17 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board.ends import check_ends, end_of, robot_of
-from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.ends import check_ends, end_of, ends_of
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.errors import ConfigError
 
 BALANCING = Path(__file__).parents[2] / "examples/balancing/balancing/board.toml"
 
 
 def whole(board: Board) -> Robot:
-    return board.build(absent_lines(board.settings.buses, board.ports))
+    return board.unconnected()
 
 
 @pytest.mark.parametrize("name", ["tachobot", "detective", str(BALANCING)])
@@ -84,3 +84,19 @@ def test_any_other_cut_is_possible() -> None:
     mind, rest = end_of(board, "mind"), end_of(board, "controller")
     assert (mind.has_hardware, rest.has_hardware) == (False, True)
     assert rest.components == ("thrust_pairs", "imu")
+
+
+@pytest.mark.parametrize("name", ["controller", "mind"])
+def test_ends_are_told_apart_by_their_hardware_whatever_they_are_called(name: str) -> None:
+    roles = "" if name == "controller" else f'{name} = ["controller"], '
+    board = load("tachobot", [f'roles={{{roles}robot = ["imu", "thrust_pairs"]}}'])
+    assert ends_of(board) == {"robot": "robot", "controller": name}
+
+
+@pytest.mark.parametrize(
+    ("roles", "words"),
+    [("{}", "no table"), ('{left = ["imu"]}', "all of it in one role")],
+)
+def test_a_board_that_has_no_two_ends_is_refused(roles: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        ends_of(load("tachobot", [f"roles={roles}", "link={}"]))

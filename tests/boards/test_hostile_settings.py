@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.strict import DEEPEST
+from firmware_runtime.board.strict import DEEPEST, key_path
 from firmware_runtime.errors import ConfigError
 
 DEEP = 3000
@@ -43,11 +43,12 @@ TREES = st.recursive(
 
 
 def keys_of(table: dict[str, Any], before: str = "") -> list[str]:
-    """Every key of a board's file, dotted."""
+    """Every key of a board's file, dotted; a name with dots of its own is in quotes."""
     found: list[str] = []
-    for key, value in table.items():
-        inner = keys_of(value, f"{before}{key}.") if isinstance(value, dict) else []
-        found += [f"{before}{key}", *inner]
+    for name, value in table.items():
+        key = f'{before}"{name}"' if "." in name else f"{before}{name}"
+        inner = keys_of(value, f"{key}.") if isinstance(value, dict) else []
+        found += [key, *inner]
     return found
 
 
@@ -134,7 +135,7 @@ def test_any_tree_in_kept_settings_is_refused_or_taken(
 ) -> None:
     name, key = where
     table = json.loads(json.dumps(dict(registry.load(name).table)))
-    *parents, leaf = key.split(".")
+    *parents, leaf = key_path(key)
     inner = table
     for parent in parents:
         inner = inner[parent]

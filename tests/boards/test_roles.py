@@ -2,7 +2,6 @@
 
 import pytest
 
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.board.roles import components_of
 from firmware_runtime.devs.coupled import Coupled
@@ -11,7 +10,7 @@ from firmware_runtime.errors import ConfigError
 
 
 def model_of(board: Board) -> Coupled:
-    return board.build(absent_lines(board.settings.buses, board.ports)).model
+    return board.unconnected().model
 
 
 def part_of_role(board: Board, role: str) -> Part:

@@ -2,7 +2,6 @@
 
 import pytest
 
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import load
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.recording.noting_lines import noting_lines
@@ -22,4 +21,4 @@ def test_interlock_buses_and_ports_are_noted() -> None:
             port.read_available()
         port.close()
     assert uses[:2] == ["the interlock", "bus i2c1"]
-    assert len(uses) == 2 + 2 * len(absent_lines(board.settings.buses, board.ports).ports)
+    assert len(uses) == 2 + 2 * len(board.absent_lines().ports)

@@ -10,7 +10,6 @@ from typing import Any, Literal, NamedTuple
 import pytest
 from msgspec import MsgspecError, structs
 
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner
@@ -86,7 +85,7 @@ def chosen(recording: Recording, what: str, count: int, source: Random) -> list[
 
 def replayed_off(recording: Recording, board: Board, spot: Spot) -> tuple[Comparison, Spot]:
     """The comparison of a recording with a replay that is off there, and which float it was."""
-    robot = board.build(absent_lines(board.settings.buses, board.ports))
+    robot = board.unconnected()
     part = part_of(robot.model, recording.header.components)
     off = _Off(recording, part, robot.retune, spot)
     return compare(recording, off.run()), spot._replace(path=off.path)

@@ -6,7 +6,6 @@ from functools import partial
 
 from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.board import registry
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.garbage import GarbageTime
@@ -49,7 +48,7 @@ class RunWithState:
         assert rig is not None
         lines = [*rig.buses.values(), *getattr(rig, "ports", {}).values()]
         board, components = session.board, session.robot.model.components
-        own = board.build(absent_lines(board.settings.buses, board.ports)).model.components
+        own = board.unconnected().model.components
         attached = {name: each for name, each in components.items() if name not in own}
         atomics = [each for each in simulator.atomics if each.path.split(".")[1] in attached]
         return [rig, session.world_now, *lines, *attached.values(), *atomics]

@@ -12,7 +12,6 @@ from typing import Any, Final, TypeAlias
 
 from msgspec import structs
 
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.ros.conventions import (
     Convention,
@@ -100,8 +99,7 @@ class _Port:
 
 def topics_of(board: Board) -> Topics:
     """The topics of a board's robot. Raises ConfigError with every fault of its table `[ros]`."""
-    lines = absent_lines(board.settings.buses, board.ports)
-    found = topics(board.build(lines).model, board.settings.ros)
+    found = topics(board.unconnected().model, board.settings.ros)
     if found.faults:
         raise ConfigError(str(board.source), found.faults)
     return found

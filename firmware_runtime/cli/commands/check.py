@@ -4,7 +4,6 @@ import argparse
 
 from firmware_runtime.blackbox.size import seconds_held, size_for
 from firmware_runtime.board.ends import check_ends
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
@@ -71,5 +70,5 @@ def _put_together(board: Board) -> None:
     if has_rig(board):
         Session(board, VirtualClock(), doubles=True, statistics_path=None).close()
         return
-    lines = absent_lines(board.settings.buses, board.ports)
+    lines = board.absent_lines()
     configuration_of(board, board.build(lines).model, lines)
