@@ -1,10 +1,11 @@
-"""A recording as a file of its own: chunks in order, each as long as it is used."""
+"""A recording as a file of its own: chunks in order, each as long as it is used; then its spare."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 from zlib import crc32
 
-from firmware_runtime.blackbox.layout import CHUNK, SECTION, prefix
+from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
+from firmware_runtime.blackbox.spare import spare_of
 
 
 class Numbered(NamedTuple):
@@ -20,7 +21,9 @@ def file_of(chunks: Sequence[Numbered]) -> bytes:
     size = max(map(len, written))
     *full, last = written
     padded = (each.ljust(size, b"\0") for each in full)
-    return b"".join((prefix(size, len(written)), *padded, last))
+    end = PREFIX_SIZE + size * len(full) + len(last)
+    spare = spare_of(size, len(written), end, chunks[0].contents[0])
+    return b"".join((prefix(size, len(written)), *padded, last, spare))
 
 
 def _chunk(chunk: Numbered) -> bytes:

@@ -10,7 +10,7 @@ from io import FileIO
 from pathlib import Path
 from typing import Final
 
-from firmware_runtime.blackbox.layout import PREFIX_SIZE
+from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_whole
 from firmware_runtime.blackbox.ring_file import sizes_in
 from firmware_runtime.errors import ConfigError
 
@@ -40,9 +40,10 @@ def whole_content_of(path: Path) -> bytes:
     """All that there is, whatever it says of itself, to save what can be saved. As `content_of`."""
     try:
         with _opened(path) as file:
-            size, count = sizes_in(os.pread(file.fileno(), PREFIX_SIZE, 0))
+            said = os.pread(file.fileno(), PREFIX_SIZE, 0)
+            size, count = sizes_in(said)
             length = os.fstat(file.fileno()).st_size
-            stated = PREFIX_SIZE + size * count if size else length
+            stated = PREFIX_SIZE + size * (count + 1) if is_whole(said) else length  # and the spare
             return _read(file, _checked(path, file, min(stated, length)))
     except OSError as error:
         raise _unreadable(path, error) from error

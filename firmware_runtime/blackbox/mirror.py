@@ -25,6 +25,7 @@ class Mirror(Closing):
         flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
         self._descriptor = os.open(path, flags, _MODE)
         os.pwrite(self._descriptor, ring.prefix, 0)
+        os.pwrite(self._descriptor, ring.spare, ring.size)
         sync_folder(path.parent)
 
     def sync(self) -> None:

@@ -12,6 +12,7 @@ from zlib import crc32
 
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
 from firmware_runtime.blackbox.size import Size
+from firmware_runtime.blackbox.spare import spare_of
 from firmware_runtime.errors import ConfigError
 
 _SECTION_SIZE = SECTION.size
@@ -42,7 +43,7 @@ class Ring:
             fault = f"its header of {len(header)} bytes leaves too little room in a chunk"
             expected = "expected more recording.minutes, or fewer ports and models"
             raise ConfigError.of_one(str(path), f"{fault}; {expected}")
-        self._memory, self._descriptor = _mapped(path, size, reserves=reserves)
+        self._memory, self._descriptor = _mapped(path, size, header, reserves=reserves)
         self._used = self._begin = 0
         try:
             self._open_chunk()
@@ -98,7 +99,9 @@ class Ring:
         self.write(self._header)
 
 
-def _mapped(path: Path, size: Size, *, reserves: bool) -> tuple[mmap.mmap, int | None]:
+def _mapped(
+    path: Path, size: Size, header: bytes, *, reserves: bool
+) -> tuple[mmap.mmap, int | None]:
     """Make the file under a name of its own and map it, then give it the name people know.
 
     Returns its descriptor too, if its space has not been taken.
@@ -114,6 +117,8 @@ def _mapped(path: Path, size: Size, *, reserves: bool) -> tuple[mmap.mmap, int |
             else:
                 _make_room(descriptor, size.bytes)
             os.pwrite(descriptor, prefix(size.chunk_bytes, size.chunks), 0)
+            spare = spare_of(size.chunk_bytes, size.chunks, size.bytes, header)
+            os.pwrite(descriptor, spare, size.bytes)
             memory = mmap.mmap(descriptor, size.bytes)
             unfinished.replace(path)
             kept = None if reserves else os.dup(descriptor)

@@ -52,12 +52,17 @@ class RingFile(Closing):
 
     @property
     def size(self) -> int:
-        """Bytes of all of it."""
+        """Bytes of all of it, but for the spare."""
         return self.begin(self.count)
 
     def begin(self, place: int) -> int:
         """Where a chunk begins."""
         return PREFIX_SIZE + place * self.chunk_size
+
+    @property
+    def spare(self) -> bytes:
+        """The second copy of prefix and header, behind the last chunk."""
+        return os.pread(self._descriptor, self.chunk_size, self.size)
 
     def slot(self, place: int) -> Slot:
         """What is in a chunk now; number 0: nothing, or nothing whole."""

@@ -1,8 +1,11 @@
 """What can be saved of a recording that was cut, or in which bytes are wrong.
 
 A section has a checksum, so one that is whole is known wherever it stands. Each chunk begins with
-the recording's header: by these a file is read whose own beginning is lost. A gap stays a gap: what
-follows it gets a chunk of its own, whose number leaves one out.
+the recording's header, and so does its spare: by these a file is read whose own beginning is lost.
+A gap stays a gap: what follows it gets a chunk of its own, whose number leaves one out.
+
+A chunk that does not say how much of it is used, or says it wrongly, is read on as long as its
+sections go on in time: behind them may be those of the ring's lap before.
 """
 
 import itertools
@@ -22,16 +25,20 @@ from firmware_runtime.blackbox.layout import (
     MOST_CHUNKS,
     PREFIX_SIZE,
     SECTION,
+    is_whole,
 )
 from firmware_runtime.blackbox.reader import kind_of
 from firmware_runtime.blackbox.ring_file import sizes_in
 from firmware_runtime.blackbox.section import Kind, Section, decode
+from firmware_runtime.blackbox.spare import spare_in
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 
 _HEADER_BEGINS: Final = bytes((0x9A, Kind.HEADER))
 """A MessagePack array of ten, whose first is the kind of section."""
 _SECTION_BEGINS: Final = _HEADER_BEGINS[:1]
+_IN_ORDER: Final = frozenset({Kind.BUILD, Kind.PROBE, Kind.STEP, Kind.KEYFRAME})
+"""Kinds whose instants are not before that of the step before them."""
 _MOST_PIECES: Final = MOST_CHUNKS // 2
 """Each of them is one chunk, and together they fill so many more."""
 _BEFORE: Final = CHUNK.size + SECTION.size
@@ -62,6 +69,11 @@ class _Piece:
     @property
     def first_at(self) -> int:
         return next(_instants(self.contents), 0)
+
+    @property
+    def is_from_start(self) -> bool:
+        """Whether it has the beginning of the run."""
+        return kind_of(self.contents[0]) == Kind.BUILD
 
 
 def save(path: Path, content: bytes) -> Saved:
@@ -108,29 +120,26 @@ def _is_header(section: bytes) -> bool:
 
 def _chunks(content: bytes, headers: list[int], lost: list[str]) -> Iterator[tuple[int, int]]:
     """Begin and end of each chunk: where a header is, and where one must have been."""
-    begins = [each - _BEFORE for each in headers]
-    stated, _ = sizes_in(content[:PREFIX_SIZE])
-    """0 if the file's own beginning is lost."""
+    spare = spare_in(content)
+    end = len(content) if spare is None else spare.place
+    begins = [each - _BEFORE for each in headers if each < end]
+    origin, (stated, count) = 0, sizes_in(content[:PREFIX_SIZE])
+    """How far all is from where it was written, and 0 if the file's own beginning is lost."""
+    if spare is not None and not is_whole(content[:PREFIX_SIZE]):
+        origin, (stated, count) = spare.shift, sizes_in(content[spare.place :])
     distances = (after - before for before, after in itertools.pairwise(begins))
     size = stated or min(distances, default=len(content))
-    found = sorted({*begins, *_between(content, begins, size)}) if stated else begins
-    if found[0] > PREFIX_SIZE:
+    places = range(origin + PREFIX_SIZE, min(end, origin + PREFIX_SIZE + count * size), size)
+    found = sorted({*begins, *_between(places, begins, size)})
+    if found and found[0] > PREFIX_SIZE:
         lost.append(f"{found[0]} bytes before the first chunk")
-    for begin, following in zip(found, [*found[1:], len(content)], strict=True):
+    for begin, following in zip(found, [*found[1:], end], strict=True):
         yield begin, min(following, begin + size)
 
 
-def _between(content: bytes, begins: list[int], size: int) -> list[int]:
+def _between(places: range, begins: list[int], size: int) -> Iterator[int]:
     """Places of chunks whose own header is not whole."""
-    known = iter((*begins, len(content) + size))
-    before, following = -size, next(known)
-    found = []
-    for place in range(PREFIX_SIZE, len(content), size):
-        while following <= place:
-            before, following = following, next(known)
-        if before + size <= place <= following - size:
-            found.append(place)
-    return found
+    return (place for place in places if all(abs(place - begin) >= size for begin in begins))
 
 
 # Sections -----------------------------------------------------------------------------------------
@@ -141,27 +150,30 @@ class _Reading:
 
     def __init__(self, content: bytes, begin: int, end: int, lost: list[str]) -> None:
         self._content = content
-        self._begin = begin
+        self._begin, self._end = begin, end
         self._lost = lost
         is_there = 0 <= begin <= len(content) - CHUNK.size
-        self._number, self._used = CHUNK.unpack_from(content, begin) if is_there else (0, 0)
-        self._is_empty = is_there and self._number == self._used == 0
-        self._is_sized = CHUNK.size < self._used <= LARGEST_CHUNK
+        self._number, used = CHUNK.unpack_from(content, begin) if is_there else (0, 0)
+        self._is_sized = CHUNK.size < used <= LARGEST_CHUNK
         """Whether it says how much of it is used: behind that may be older sections."""
-        self._is_cut = not self._is_sized or begin + self._used > end
-        self._end = min(begin + self._used, end) if self._is_sized else end
+        self._used = begin + used if self._is_sized else begin
+        self._is_cut = not self._is_sized or self._used > end
+        self._latest = -1
+        """The instant of the last step that was read."""
 
     def pieces(self, header: int) -> Iterator[_Piece]:
         """What is whole, behind a header of that length; nothing of a chunk not written yet."""
-        if self._is_empty:
+        if not self._content[max(0, self._begin) : self._end].strip(b"\0"):
             return
-        if self._is_cut:
-            found, used = self._end - self._begin, self._used if self._is_sized else "unknown"
+        if self._is_cut and self._is_sized:
+            found, used = self._end - self._begin, self._used - self._begin
             self._lost.append(f"chunk {self._number} behind {found} of {used} bytes")
+        elif self._is_cut:
+            self._lost.append("number and length of a chunk")
         place = self._begin + _BEFORE + header
         piece = _Piece(self._number, [], follows=True)
-        while place + SECTION.size <= self._end:
-            section = _section_at(self._content, place, self._end)
+        while place != self._used and place + SECTION.size <= self._end:
+            section = self._read(place)
             if section is not None:
                 piece.contents.append(section)
                 place += SECTION.size + len(section)
@@ -169,23 +181,35 @@ class _Reading:
             piece.is_cut = True
             yield piece
             after = self._next(place)
-            if after < self._end or not self._is_cut:
+            if after is None and place < self._used <= self._end:
+                after = self._used
+            if after is not None:
                 self._lost.append(self._in_words(place, after, piece))
-            piece, place = _Piece(self._number, [], follows=False), after
+            piece, place = _Piece(self._number, [], follows=False), after or self._end
         piece.is_cut = piece.is_cut or self._is_cut
         yield piece
 
-    def _next(self, place: int) -> int:
-        """Where the next section begins that is whole; the end if there is none."""
-        if not self._is_sized:
-            return self._end
+    def _read(self, place: int) -> bytes | None:
+        """The section there; None if it is not whole, or is one of the lap before."""
+        section = _section_at(self._content, place, self._end)
+        if section is None or (kind := kind_of(section)) not in _IN_ORDER:
+            return section
+        at = decode(section).at
+        if place >= self._used and at < self._latest:
+            return None
+        self._latest = at if kind == Kind.STEP else self._latest
+        return section
+
+    def _next(self, place: int) -> int | None:
+        """Where the next section begins that is whole; None if there is none."""
         content, end = self._content, self._end
         begins = content.find(_SECTION_BEGINS, place + 1 + SECTION.size, end)
         while begins >= 0:
-            if _section_at(content, begins - SECTION.size, end) is not None:
-                return begins - SECTION.size
+            after = begins - SECTION.size
+            if _section_at(content, after, end) is not None:
+                return None if self._read(after) is None else after
             begins = content.find(_SECTION_BEGINS, begins + 1, end)
-        return end
+        return None
 
     def _in_words(self, place: int, after: int, piece: _Piece) -> str:
         section = _section_at(self._content, after, self._end)
@@ -193,7 +217,8 @@ class _Reading:
         behind = [] if section is None else [*_instants([section])]
         when = f" after {before[0] / SECOND:.3f} s" if before else ""
         until = f" before {behind[0] / SECOND:.3f} s" if behind else ""
-        return f"{after - place} bytes of chunk {self._number}{when}{until}"
+        chunk = f"chunk {self._number}" if self._is_sized else "it"
+        return f"{after - place} bytes of {chunk}{when}{until}"
 
 
 def _section_at(content: bytes, place: int, end: int) -> bytes | None:
@@ -234,7 +259,7 @@ def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
     number, room = 0, _room(pieces)
     for place, piece in enumerate(pieces):
         if place == 0:
-            number = 1 if piece.number == 1 and piece.follows else 2
+            number = 1 if piece.is_from_start else 2
         else:
             number += 1 if _follows(pieces[place - 1], piece) else 2
         for part, contents in enumerate(_parts(piece.contents, room)):
@@ -266,6 +291,7 @@ def _parts(contents: list[bytes], room: int) -> Iterator[list[bytes]]:
 
 def _gaps(pieces: list[_Piece]) -> Iterator[str]:
     """Whole chunks that are missing."""
-    for before, piece in itertools.pairwise(pieces):
+    numbered = [each for each in pieces if each.number > 0]
+    for before, piece in itertools.pairwise(numbered):
         if 1 < piece.number - before.number < MOST_CHUNKS:
             yield f"chunks {before.number + 1} to {piece.number - 1}"

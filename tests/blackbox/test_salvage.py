@@ -30,10 +30,15 @@ def sections_of(content: bytes) -> list[bytes]:
     return [each for each in every if kind_of(each) != Kind.HEADER]
 
 
+def chunks_of(content: bytes) -> range:
+    """Where each chunk begins."""
+    _, size, count = PREFIX.unpack_from(content)
+    return range(PREFIX_SIZE, PREFIX_SIZE + count * size, size)
+
+
 def places(content: bytes) -> Iterator[tuple[int, int]]:
     """Begin and end of each section but the headers, with what stands before it."""
-    size = PREFIX.unpack_from(content)[1]
-    for begin in range(PREFIX_SIZE, len(content), size):
+    for begin in chunks_of(content):
         used = CHUNK.unpack_from(content, begin)[1]
         place = begin + CHUNK.size
         while place < begin + used:
@@ -86,8 +91,7 @@ def test_a_cut_costs_what_was_cut(whole: bytes) -> None:
 
 
 def test_a_header_that_is_damaged_costs_nothing(whole: bytes) -> None:
-    size = PREFIX.unpack_from(whole)[1]
-    for begin in range(PREFIX_SIZE, len(whole), size):
+    for begin in chunks_of(whole):
         damaged = bytearray(whole)
         damaged[begin + CHUNK.size + 100] ^= 0x40
         done, sections = saved(bytes(damaged))
