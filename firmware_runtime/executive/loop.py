@@ -219,9 +219,9 @@ class Executive:
                     self._has_begun = True
                     end = NEVER if pauses else until
                     self._ledger = self._open_ledger(granted, end, configuration.statistics_path)
-                self._ledger.go_on(until)
-                if self._tap is not None:
+                if self._tap is not None:  # makes its file: that is no usual step's time
                     self._tap.go_on(until)
+                self._ledger.go_on(until)
                 self._paused = None
                 with self._profiler.garbage.measured():
                     outcome = self._loop(until)

@@ -1,11 +1,13 @@
 """What a run in real time leaves of the causes; on another clock it leaves none."""
 
 from collections.abc import Sequence
+from unittest.mock import Mock
 
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock, S
+from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.statistics.blame import CAUSES
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
@@ -59,6 +61,18 @@ def counters_of(run: Run) -> object:
     blamer = run.executive._ledger._blamer
     assert blamer is not None
     return blamer._counters
+
+
+def test_what_a_run_takes_to_begin_is_no_usual_steps_time() -> None:
+    tap = Mock(reading=lambda now: now, instrument=lambda _, functions: functions)
+    tap.exit = lambda exit_models: exit_models()
+    run = Run(Robot(), QuickClock(), Configuration(tap=tap))
+    opened = []
+    tap.go_on = lambda _: opened.append(counters_of(run))
+    run.executive.run_on(20 * PERIOD)
+    run.executive.run_on(40 * PERIOD)
+    run.executive.end()
+    assert opened == [None, None]
 
 
 @pytest.mark.parametrize("pauses", [(), (20, 40)])
