@@ -1,6 +1,7 @@
 """When counters are read, what is taken off them, and whose cause a late activation inherits."""
 
 from collections.abc import Iterator
+from unittest.mock import Mock
 
 import pytest
 from msgspec import structs
@@ -19,6 +20,7 @@ from firmware_runtime.executive.blame.usual import (
     Quiet,
     beyond_usual,
 )
+from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import MonotonicClock, ScaledClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.profiler import Profiler
@@ -30,12 +32,12 @@ class Counters:
     """Stands in for the kernel: what it counts is set by the test."""
 
     def __init__(self) -> None:
-        self.cpu_ns = self.run_delay_ns = self.minor_faults = self.reads = 0
+        self.cpu_ns = self.run_delay_ns = self.minor_faults = self.voluntary = self.reads = 0
 
     def read(self) -> Reading:
         self.reads += 1
         schedule = b"0 %d 1" % self.run_delay_ns
-        usage = (self.minor_faults, 0, 0, 0)
+        usage = (self.minor_faults, 0, self.voluntary, 0)
         return Reading(
             self.cpu_ns, usage, frozenset({0}), 0, 0, schedule, None, None, None, None, []
         )
@@ -176,8 +178,8 @@ def test_a_run_that_is_over_has_its_counters_closed(blamer: Blamer, counters: Co
 
 
 def test_states_and_throttling_have_no_usual_amount() -> None:
-    found = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=10), 10, 0, 0)
-    quiet = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=20), 10, 0, 0)
+    found = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=10), 10, 0)
+    quiet = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=20), 10, 0)
     counted = beyond_usual(found, quiet).counted
     assert (counted.throttled_ns, counted.continued, counted.khz, counted.cpu_ns) == (5, 1, 7, 0)
 
@@ -197,6 +199,28 @@ def test_a_quieter_time_says_what_is_usual_until_it_is_old(blamer: Blamer) -> No
     assert quiet(100 + OLD_STEPS, 100, 5 * MILLISECOND).is_to_replace(calm)
     assert quiet(100, 100, 0).is_to_replace(calm)
     assert not quiet(100, LEAST_STEPS - 1, 0).is_to_replace(calm)
+    start = quiet(0, 13, 0)
+    assert quiet(13, 90, MILLISECOND).is_to_replace(start)
+    assert not quiet(13, 25, MILLISECOND).is_to_replace(start)
+
+
+def test_a_bus_is_blamed_for_what_it_took_of_this_step_beyond_the_mean(counters: Counters) -> None:
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    profiler = Profiler(root, clock.now, Configuration())
+    meter = Mock(spec=BusMeter, retries=0, busy_ns=102 * MILLISECOND)
+    meter.spent = lambda: [(0x40, MILLISECOND), (0x68, 2 * MILLISECOND)]
+    found = Blamer(clock, profiler.step, profiler.accounting.accounts, [meter])
+    found.open(0)
+    counters.pass_steps(100)
+    found.keep(100)
+    counters.pass_steps(2)
+    counters.voluntary = 1
+    row = found.explain(late(step=3300 * MICROSECOND), 102)
+    found.close()
+    assert (cause(row.cause), row.culprit) == (Cause.BUS, 0x68)
+    assert (row.explained_ns, row.of_ns) == (2 * MILLISECOND, 3 * MILLISECOND)
 
 
 def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(
@@ -214,10 +238,10 @@ def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(
 
 def test_waking_up_belongs_to_what_was_slept_for() -> None:
     before = Counted(run_delay_ns=4 * MILLISECOND, voluntary=200)
-    quiet = Grown(before, 100, 0, 0)
+    quiet = Grown(before, 100, 0)
     pages = Counted(run_delay_ns=1400 * MICROSECOND, voluntary=40)
-    assert beyond_usual(Grown(pages, 1, 0, 0), quiet).counted.run_delay_ns == 600 * MICROSECOND
-    slow = Grown(structs.replace(before, run_delay_ns=80 * MILLISECOND), 100, 0, 0)
+    assert beyond_usual(Grown(pages, 1, 0), quiet).counted.run_delay_ns == 600 * MICROSECOND
+    slow = Grown(structs.replace(before, run_delay_ns=80 * MILLISECOND), 100, 0)
     dear = structs.replace(pages, run_delay_ns=10 * MILLISECOND)
-    found = beyond_usual(Grown(dear, 1, 0, 0), slow).counted.run_delay_ns
+    found = beyond_usual(Grown(dear, 1, 0), slow).counted.run_delay_ns
     assert found == 10 * MILLISECOND - 800 * MICROSECOND - 38 * WAKE_NS

@@ -107,7 +107,7 @@ class Blamer:
         mark = self._mark(counters, steps)
         if self._usual is None and self._quiet is not None:
             self._usual = grown(self._quiet.before, self._quiet.after)
-        evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual))
+        evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual), steps)
         if min(evidence.cpu_ns, evidence.in_step_ns) >= ENOUGH * evidence.of_ns:
             evidence = structs.replace(evidence, supply=counters.supply())
         self._before, self._others = mark, 0
@@ -115,10 +115,9 @@ class Blamer:
 
     def _mark(self, counters: ThreadCounters, steps: int) -> Mark:
         retries = sum(meter.retries for meter in self._meters)
-        busy_ns = sum(meter.busy_ns for meter in self._meters)
-        return Mark(counters.read(), steps, retries, busy_ns)
+        return Mark(counters.read(), steps, retries)
 
-    def _evidence(self, late: Late, found: Grown) -> Evidence:
+    def _evidence(self, late: Late, found: Grown, steps: int) -> Evidence:
         counted = found.counted
         faults = (counted.minor_faults + counted.major_faults) * fault_ns()
         same_names = (
@@ -133,7 +132,7 @@ class Blamer:
             before_wait_ns=self._before_wait(late),
             in_step_ns=late.in_step + late.behind,
             garbage_ns=late.garbage,
-            bus_ns=found.busy_ns,
+            bus_ns=self._busy_beyond_mean(steps),
             faults_ns=min(faults, counted.cpu_ns),
             stops=counted.continued,
             retries=found.retries,
@@ -164,6 +163,12 @@ class Blamer:
             for account, own in zip(self._accounts, self._step.own_times, strict=True)
         ]
         return beyond.index(max(beyond)) if beyond else NOT_MEASURED
+
+    def _busy_beyond_mean(self, steps: int) -> int:
+        """Ns that devices had their buses for in this step, beyond the mean of all `steps`."""
+        here = sum(spent for meter in self._meters for _, spent in meter.spent())
+        in_all = sum(meter.busy_ns for meter in self._meters)
+        return max(here - in_all // max(steps, 1), 0)
 
     def _busiest(self) -> int:
         """The device that had its bus the longest in this step, as a `BlameRow` numbers it."""

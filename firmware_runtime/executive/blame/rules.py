@@ -150,12 +150,12 @@ def _garbage(of: Evidence) -> int | None:
 
 
 def _bus(of: Evidence) -> int | None:
-    """Its computed time, but for what the step was awake; with retries, all that it was asleep.
+    """Its computed time, of what the step was asleep; with retries, all that it was asleep.
 
     An adapter does not compute, and before the step it was not asked.
     """
     asleep = of.in_step_ns if of.slept_ns is None else min(of.slept_ns, of.in_step_ns)
-    return asleep if of.retries > 0 else min(_own(of, of.bus_ns), asleep)
+    return asleep if of.retries > 0 else min(of.bus_ns, asleep)
 
 
 def _faults(of: Evidence) -> int | None:

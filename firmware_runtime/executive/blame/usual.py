@@ -13,6 +13,8 @@ from firmware_runtime.system.thread_counters import Counted, Reading, between
 
 LEAST_STEPS = 5
 """A quiet time with fewer says little; it is used only while there is no other."""
+LONGER = 2
+"""A quiet time with so many times the steps says more, also if a few of them were slow."""
 OLD_STEPS = 10_000
 """After so many a quiet time is no longer kept for a less quiet one."""
 WAKE_NS = 50_000
@@ -30,7 +32,6 @@ class Mark(NamedTuple):
     reading: Reading
     steps: int
     retries: int
-    busy_ns: int
 
 
 class Quiet(NamedTuple):
@@ -46,12 +47,13 @@ class Quiet(NamedTuple):
         return self.after.steps - self.before.steps
 
     def is_to_replace(self, other: "Quiet | None") -> bool:
-        """Whether it says better what is usual: it is as quiet as the other, or that is old."""
+        """Whether it says better what is usual: as quiet as the other, much longer, or newer."""
         if other is None:
             return True
         is_as_quiet = self.slow_ns * other.steps <= other.slow_ns * self.steps
+        is_longer = self.steps >= LONGER * other.steps
         is_old = self.before.steps - other.after.steps >= OLD_STEPS
-        return self.steps >= LEAST_STEPS and (is_as_quiet or is_old)
+        return self.steps >= LEAST_STEPS and (is_as_quiet or is_longer or is_old)
 
 
 class Grown(NamedTuple):
@@ -60,7 +62,6 @@ class Grown(NamedTuple):
     counted: Counted
     steps: int
     retries: int
-    busy_ns: int
 
 
 def grown(before: Mark, after: Mark) -> Grown:
@@ -69,7 +70,6 @@ def grown(before: Mark, after: Mark) -> Grown:
         between(before.reading, after.reading),
         after.steps - before.steps,
         after.retries - before.retries,
-        after.busy_ns - before.busy_ns,
     )
 
 
@@ -89,7 +89,6 @@ def beyond_usual(found: Grown, quiet: Grown | None) -> Grown:
         structs.replace(found.counted, **{**counted, **more}),
         found.steps,
         _beyond(found.retries, quiet.retries, found.steps, quiet.steps) or 0,
-        _beyond(found.busy_ns, quiet.busy_ns, found.steps, quiet.steps) or 0,
     )
 
 
