@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
     from firmware_runtime.executive.configuration import Configuration
     from firmware_runtime.executive.deadlines import PathDeadline
+    from firmware_runtime.executive.executive import Executive
     from firmware_runtime.executive.inbox import Inbox, Source
-    from firmware_runtime.executive.loop import Executive
     from firmware_runtime.executive.outcome import Outcome
     from firmware_runtime.executive.policy import ActivationPolicy
     from firmware_runtime.executive.process import ProcessSettings
@@ -134,7 +134,7 @@ _WHERE: Final = {
     "PathDeadline": "executive.deadlines",
     "Inbox": "executive.inbox",
     "Source": "executive.inbox",
-    "Executive": "executive.loop",
+    "Executive": "executive.executive",
     "Outcome": "executive.outcome",
     "ActivationPolicy": "executive.policy",
     "ProcessSettings": "executive.process",

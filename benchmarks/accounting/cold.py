@@ -16,7 +16,7 @@ from benchmarks.accounting.cost import COUNTS
 from benchmarks.accounting.models import S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 
 WARM_UP = 5
 """Steps that are left out at the beginning."""

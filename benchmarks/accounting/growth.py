@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.accounting.models import HastyClock, S, configuration, tickers
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 
 MODELS = 4
 WARM_UP = 2_000

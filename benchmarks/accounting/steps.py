@@ -20,9 +20,9 @@ from time import monotonic_ns
 from benchmarks.accounting.models import HastyClock, S, configuration, tickers
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.executive.clocks import WorldClock
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
-from firmware_runtime.executive.loop import Executive
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 

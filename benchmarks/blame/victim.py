@@ -20,7 +20,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 

@@ -16,7 +16,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.cut import udp
 from firmware_runtime.links.cut.cut import cut_of
 from firmware_runtime.links.cut.link import Link

@@ -24,7 +24,7 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.executive.clocks import MonotonicClock, WorldClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from sim_doubles.rigs.rig import rig_for

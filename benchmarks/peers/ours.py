@@ -6,7 +6,7 @@ from benchmarks.peers.plan import Plan
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy, Policy
 from firmware_runtime.executive.process import ProcessSettings
 

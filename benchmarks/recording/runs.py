@@ -19,7 +19,8 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.executive.clocks import Clock, VirtualClock
-from firmware_runtime.runs import session as sessions
+from firmware_runtime.runs import recorded_edge
+from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.layout import STEPS
 
 BARE, RECORDED, OWN = "bare", "recorded", "own"
@@ -86,8 +87,8 @@ class _OwnRecorder(Recorder):
 def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -> Run:
     """Run a board for a second, then for `span_s`, which is measured."""
     recorder = _OwnRecorder if name == OWN else Recorder
-    with patch.object(sessions, "Recorder", recorder):
-        session = sessions.Session(
+    with patch.object(recorded_edge, "Recorder", recorder):
+        session = Session(
             board_in_force(board, ()),
             clock,
             doubles=True,

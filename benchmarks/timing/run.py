@@ -15,7 +15,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.statistics.histogram import Histogram, empty_cells
 

@@ -16,7 +16,7 @@ from firmware_runtime.ecdpp.experiment import Experiment, end_of
 from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.trace_file import tracing

@@ -11,7 +11,7 @@ from time import monotonic_ns
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.session import Session
 from firmware_runtime.system.sentences import Sentences
 

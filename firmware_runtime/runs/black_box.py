@@ -5,7 +5,6 @@ Imported only by runs that are recorded.
 
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic_ns
 
@@ -13,37 +12,17 @@ from msgspec import to_builtins
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, encode, legible
 from firmware_runtime.blackbox.size import size_for
 from firmware_runtime.blackbox.state_of_run import state_of_run
-from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Rig
-from firmware_runtime.board.robot import Robot
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.fault_log import FaultLog
-from firmware_runtime.executive.loop import Executive
 from firmware_runtime.recording.code import code_of, digest_of
+from firmware_runtime.runs.recorded_edge import RecordedRobot
 from firmware_runtime.system.conditions import versions_here
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedRobot:
-    """What runs here, and what hears it."""
-
-    recorder: Recorder
-    executive: Executive
-    robot: Robot
-    lines: Lines
-    board: Board
-    end: BoardEnd | None
-    rig: Rig | None
-    """Its doubles and their world, where they are in this process."""
 
 
 def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None]) -> None:

@@ -3,7 +3,7 @@
 import sys
 from typing import TYPE_CHECKING
 
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 
 if TYPE_CHECKING:
     from firmware_runtime.devs.component import Component

@@ -16,7 +16,7 @@ from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.statistics import RunState

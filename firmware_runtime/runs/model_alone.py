@@ -12,7 +12,7 @@ from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import DEFAULT, Executive
+from firmware_runtime.executive.executive import DEFAULT, Executive
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.runs.choices import (
     ClockName,

@@ -12,7 +12,7 @@ from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.choices import end_after, positive
 from firmware_runtime.runs.quitting import quitting_is_a_bug

@@ -17,7 +17,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 from firmware_runtime.board.settings import ExecutiveSettings
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.layout import STEP_TIME
 from firmware_runtime.statistics.statistics import RunState

@@ -1,7 +1,7 @@
 """Pre-arm checks: scheduling granted, devices ready, the loop at its rate and not too late."""
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Device
 from firmware_runtime.runs.arming import PrearmCheck
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.system.notices import Notices
 

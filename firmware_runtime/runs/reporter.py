@@ -13,8 +13,8 @@ from collections.abc import Callable
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
-from firmware_runtime.executive.loop import Executive
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.system.journal import WARNING, Journal

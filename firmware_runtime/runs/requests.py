@@ -14,7 +14,7 @@ from pathlib import Path
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.control import Answer, ControlSocket, Request, refuse_more
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.leases import Leases, length

@@ -1,30 +1,24 @@
 """One robot put together for one run: board, buses or rig, model, executive."""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from firmware_runtime.blackbox.models import own_atomics
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
-from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.robot_of_end import robot_of
-from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import text_of
-from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_blocks, dover_link
@@ -34,17 +28,22 @@ from firmware_runtime.runs.linking import LinkedEnd, LinkedPart, check_end
 from firmware_runtime.runs.overload import watch_load
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.quitting import quitting_is_a_bug
+from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.rigs import shown_by
-from firmware_runtime.runs.settings_in_force import forget_settings, keep_settings
+from firmware_runtime.runs.robot_here import robot_here
+from firmware_runtime.runs.settings_in_force import DrivenBy
+from firmware_runtime.runs.sockets import serve_ports, take_requests
 from firmware_runtime.runs.tuning import Tuning
-from firmware_runtime.statistics.companions import Companion
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
-    from firmware_runtime.links.dover.dover import DoverLink
-    from firmware_runtime.links.ports.ports_socket import PortsSocket
-    from firmware_runtime.runs.black_box import RecordedRobot
-    from firmware_runtime.runs.requests import Requests
+
+
+class Held(Protocol):
+    """Something of a run that is open until it is over."""
+
+    def close(self) -> None:
+        """Release it."""
 
 
 class Session:
@@ -78,44 +77,39 @@ class Session:
         self.end_of_board = end
         self._statistics_path = statistics_path
         self._is_safe = False  # by the last attempt to switch off
-        self._held: list[Requests | PortsSocket | LinkedEnd | DoverLink] = []
+        self._held: list[Held] = []
         self._log = log
+        self._edge = RecordedEdge(board, clock, recording, log)
+        self.recorder = recorder = self._edge.recorder
+        self.has_hardware = is_here = end is None or end.has_hardware
         interlock = always_enabled if permission is None else self._may_drive
-        is_recorded = recording is not None and board.settings.recording.minutes > 0
-        self.recorder = Recorder(clock) if is_recorded else None
-        self.has_hardware = end is None or end.has_hardware
         self.hardware = Hardware(
-            board,
-            clock,
-            doubles,
-            interlock,
-            is_here=self.has_hardware,
-            recorder=self.recorder,
+            board, clock, doubles, interlock, is_here=is_here, recorder=recorder
         )
         self.world_now = self.hardware.world_now
+        self._driven_by = DrivenBy(board, statistics_path if self.is_outside else None)
         with ExitStack() as undo:
             undo.callback(self.close)
             self.replaced = statistics_path and keep_clear_of_other_runs(statistics_path)
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
-            self.robot, self.part, ports = self._robot()
+            self.robot, self.part, ports = robot_here(board, self.hardware, end, self._edge)
             blocks = dover_blocks(self.robot.model, clock)
-            is_armed = permission is None and self.has_hardware
+            is_armed = permission is None and is_here
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
-            self._serve(ports)
+            self._hold(serve_ports(statistics_path, ports, self.executive))
             self.dover = dover_link(blocks, self.executive)
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
-            self._held += [] if self.dover is None else [self.dover]
+            self._hold(self.dover)
             self.ending: Ending | None = None
             self.linked = None if link is None else self._linked(link)
             self.arming = None if permission is None else self._arming(permission)
             self.tuning = Tuning(board, self._retune)
-            self._take_requests()
-            if self.recorder is not None:
-                self.recorder.built()
+            control = self.executive, self.arming, self.tuning, log
+            self._hold(take_requests(statistics_path, *control))
+            self._edge.built(self.executive, self.robot, self.hardware, end)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
-            self._find_chips(recording)
-            if recording is not None and self.recorder is not None:
-                self._record(self.recorder, recording)
+            self._find_chips()
+            self._edge.open()
             if permission is None:
                 self.hardware.enable(enabled=True)
             undo.pop_all()
@@ -153,12 +147,12 @@ class Session:
 
         Raises ModelError for a model that would have ended the program without a word.
         """
-        self._keep_settings()
+        self._driven_by.keep()
         try:
             with quitting_is_a_bug(self.robot.model):
                 return self._parted(self.executive.run(until))
         finally:
-            self._forget_settings()
+            self._leave_no_word()
 
     def run_on(self, until: int) -> Outcome:
         """Run to instant `until` and pause there; again, go on to a later one.
@@ -168,12 +162,12 @@ class Session:
         passes, so nothing has to be off.
         """
         if self.executive.reached == 0:
-            self._keep_settings()
+            self._driven_by.keep()
         try:
             outcome = self.executive.run_on(until)
         finally:
             if self.executive.is_over:
-                self._forget_settings()
+                self._leave_no_word()
         if self.executive.is_over:
             return self._parted(outcome)
         if self.arming is not None and self.is_outside and self.arming.pause():
@@ -184,7 +178,7 @@ class Session:
         """End a paused run with all outputs off; None if it never began or is over."""
         outcome = self.executive.end()
         if outcome is not None:
-            self._forget_settings()
+            self._leave_no_word()
             self._parted(outcome)
         return outcome
 
@@ -206,7 +200,7 @@ class Session:
             self.hardware.enable(enabled=False)
         except HalError as error:
             failed.append(text_of(error))
-        with self._section(Kind.SAFE):
+        with self._edge.section(Kind.SAFE):
             failed += self.robot.make_safe()
         self._is_safe = not failed
         return failed
@@ -216,50 +210,18 @@ class Session:
         self.hardware.close()
         for held in self._held:
             held.close()
-        if self.recorder is not None:
-            if (why := self.recorder.warning) is not None:
-                self._log(f"warning: this run cannot be replayed as a whole: {why}")
-            self.recorder.close()
+        self._edge.close()
 
     # ---------------------------------------------------------------------------------------------
 
-    def _find_chips(self, recording: Path | None) -> None:
-        """Let the chips be asked; where one does not answer, keep what was heard until then."""
+    def _find_chips(self) -> None:
+        """Let the chips be asked; where one does not answer, what was heard until then is kept."""
         try:
-            with self._section(Kind.PROBE):
+            with self._edge.section(Kind.PROBE):
                 self.robot.find_chips()
         except HalError as error:
-            if recording is not None and self.recorder is not None:
-                # as below
-                from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
-
-                robot = self._recorded_robot(self.recorder)
-                keep_failed_start(robot, recording, text_of(error), self._log)
+            self._edge.keep_failed_start(text_of(error))
             raise
-
-    def _record(self, recorder: Recorder, path: Path) -> None:
-        """Keep what the recorder hears, once the run begins."""
-        # a run that is not recorded starts without all that this takes
-        from firmware_runtime.runs.black_box import open_black_box  # noqa: PLC0415
-
-        open_black_box(self._recorded_robot(recorder), path, self._log)
-
-    def _recorded_robot(self, recorder: Recorder) -> "RecordedRobot":
-        from firmware_runtime.runs.black_box import RecordedRobot  # noqa: PLC0415 -- as above
-
-        lines = self.hardware.lines
-        return RecordedRobot(
-            recorder, self.executive, self.robot, lines, self.board, self.end_of_board, self.rig
-        )
-
-    def _section(self, kind: Kind) -> AbstractContextManager[None]:
-        """Within the block, what the robot does between two steps is recorded, if anything is."""
-        return nullcontext() if self.recorder is None else self.recorder.section(kind)
-
-    def _keep_settings(self) -> None:
-        """Leave word of the outputs that will be driven; not of those within this process."""
-        if self._statistics_path is not None and self.is_outside:
-            keep_settings(self.board, self._statistics_path)
 
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""
@@ -267,22 +229,15 @@ class Session:
             self.linked.say_goodbye(outcome, self.ending)
         return outcome
 
-    def _forget_settings(self) -> None:
-        """Take that word back if all outputs are off, however the run ended."""
-        if self._is_safe and self._statistics_path is not None and self.is_outside:
-            forget_settings(self._statistics_path)
+    def _leave_no_word(self) -> None:
+        """However the run ended, nothing has to be switched off any more that is off."""
+        if self._is_safe:
+            self._driven_by.forget()
 
-    def _robot(self) -> tuple[Robot, Part | None, Ports]:
-        """The robot that runs here, which part of the whole it is, and its ports for others."""
-        whole = self.board.build(self.hardware.lines)
-        ports = Ports(whole.model)  # the world's own are none of them
-        if self.recorder is not None:
-            self.recorder.own = frozenset(own_atomics(whole.model))
-        self.hardware.attach(whole)
-        if self.end_of_board is None:
-            return whole, None, ports
-        robot, part = robot_of(self.end_of_board, whole)
-        return robot, part, ports.of_part(part)
+    def _hold(self, held: Held | None) -> None:
+        """Release it when the run is over; for nothing there is nothing to do."""
+        if held is not None:
+            self._held.append(held)
 
     def _executive(self, clock: Clock, *, is_armed: bool, has_link: bool) -> Executive:
         model, end = self.robot.model, self.end_of_board
@@ -306,21 +261,12 @@ class Session:
         assert self.part is not None  # noqa: S101 -- likewise
         part = LinkedPart(self.board, self.end_of_board, self.part, self.executive)
         linked = LinkedEnd(part, open_channel, self._end_with, self._log)
-        self._held.append(linked)
+        self._hold(linked)
         return linked
 
     def _may_drive(self) -> bool:
         """Output interlock of a run that may not drive of itself."""
         return self.arming is not None and self.arming.interlock()
-
-    def _serve(self, ports: Ports) -> None:
-        """Let other processes put values in and watch, in real time, if they can find it."""
-        if self._statistics_path is not None and isinstance(self.executive.clock, MonotonicClock):
-            # virtual time, which nothing reaches, starts without sockets
-            from firmware_runtime.links.ports.ports_socket import PortsSocket  # noqa: PLC0415
-
-            path = Companion.PORTS.beside(self._statistics_path)
-            self._held.append(PortsSocket(path, ports, self.executive))
 
     def _arming(self, permission: Permission) -> Arming:
         """What decides whether outputs may be driven."""
@@ -338,20 +284,10 @@ class Session:
             self.linked.arming = arming
         return arming
 
-    def _take_requests(self) -> None:
-        """Let other processes arm it, disarm it and change its gains, if they can find it."""
-        if self._statistics_path is not None:
-            from firmware_runtime.runs.requests import Requests  # noqa: PLC0415 -- likewise
-
-            path = Companion.CONTROL.beside(self._statistics_path)
-            requests = Requests(path, self.executive, self.arming, self.tuning, self._log)
-            self._held.append(requests)
-
     def _retune(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
         """Let the robot take up settings, be it recorded or not."""
         self.robot.retune(settings)
-        if self.recorder is not None:
-            self.recorder.retuned(settings)
+        self._edge.retuned(settings)
 
     def _end(self, _at: int, ending: Ending) -> None:
         if ending.failed and not self.robot.ends_on_failure:

@@ -15,7 +15,7 @@ from typing import Any, Final
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.devs.trace import path_below
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.system.signals import STOPS
 
 EVERY: Final = 200 * MILLISECOND

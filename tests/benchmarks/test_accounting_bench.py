@@ -23,7 +23,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics

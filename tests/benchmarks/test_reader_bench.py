@@ -13,7 +13,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.statistics.histogram import CELLS, Histogram, empty_cells
 from tests.support.periodic_models import Robot
 

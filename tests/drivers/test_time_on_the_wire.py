@@ -8,7 +8,7 @@ import pytest
 from drivers.fault import Fault
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import Clock, OutsideClock, VirtualClock, WorldClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.budget import transaction_ns
 from firmware_runtime.hal.served.client import ServedBus

@@ -11,7 +11,7 @@ import pytest
 from drivers.fault import Fault
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import MonotonicClock, OutsideClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection

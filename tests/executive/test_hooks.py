@@ -87,6 +87,6 @@ class Offered:
 def test_garbage_is_collected_before_the_instant_that_a_hook_asked_for() -> None:
     run, offered = Run(Robot(), VirtualClock()), Offered()
     Prompt(run)
-    run.executive._collector = offered  # type: ignore[assignment]
+    run.executive._loop.collector = offered  # type: ignore[assignment]
     run.until(PERIOD)
     assert offered.lefts == [0, PERIOD // 2, PERIOD // 2, 0]

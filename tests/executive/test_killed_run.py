@@ -19,7 +19,7 @@ from pathlib import Path
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.system.signals import stop_on_signals
 from tests.support.periodic_models import Robot
 

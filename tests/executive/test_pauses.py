@@ -7,7 +7,7 @@ import pytest
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.statistics import overdue
 from firmware_runtime.statistics.layout import HEARTBEAT
 from firmware_runtime.statistics.reader import read_statistics

@@ -27,7 +27,7 @@ from pathlib import Path
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from tests.support.phased_models import Board
 
 board = Board()

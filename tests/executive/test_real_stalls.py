@@ -30,7 +30,7 @@ import json, signal, sys, threading
 from pathlib import Path
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from tests.support.periodic_models import Robot
 from tests.executive.test_real_stalls import PERIOD, busy

@@ -10,7 +10,7 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY, Outcome
 from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT

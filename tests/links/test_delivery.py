@@ -19,8 +19,8 @@ from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
-from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links.cut.cut import cut_of
 from firmware_runtime.links.cut.impairment import Decisions, Impairment
 from firmware_runtime.links.cut.link import Link

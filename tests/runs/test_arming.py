@@ -9,7 +9,7 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.links.control import Answer, ControlSocket, Request, ask

@@ -9,7 +9,7 @@ import pytest
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.control import SLOW_PATIENCE, Answer, ControlSocket, Request
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S, Leases

@@ -9,7 +9,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from tests.support.periodic_models import PERIOD, Robot, Sampler

@@ -11,7 +11,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.retuning import changed_keys, need_restart
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.runs.reporter import Reporter

@@ -11,7 +11,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.control import Answer, ControlSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.requests import SLOW, Requests

@@ -28,7 +28,7 @@ from time import monotonic_ns
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from tests.support.periodic_models import Robot
 

@@ -8,7 +8,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics import overdue
 from firmware_runtime.statistics.figures import Figures

@@ -8,9 +8,9 @@ from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.inbox import Inbox
-from firmware_runtime.executive.loop import Executive
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.file import StatisticsFile
 

@@ -12,7 +12,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.ports_socket import PortsSocket
 from firmware_runtime.models.motion import Motion

@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag, EventSource
-from firmware_runtime.executive.loop import Executive
 from firmware_runtime.links.cut.channel import Channel, ChannelClosed, frames
 from firmware_runtime.links.cut.counts import Counts, report_of
 from firmware_runtime.links.cut.cut import Crossing, Cut

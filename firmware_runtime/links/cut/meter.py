@@ -1,6 +1,6 @@
 """What a link counts, in the statistics of its run."""
 
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.cut.counts import Counts
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import LINK

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any, Final
 
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed, frames
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.links.dover.carrier import HEAD, Counts, counts_of

@@ -24,7 +24,7 @@ from typing import Any, Final
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.executive.loop import Executive
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.ports.datagrams import (
     LONGEST,
     Put,

@@ -1,0 +1,98 @@
+"""What enters a run at its edge, recorded from the first transfer to the last, where it is kept."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from firmware_runtime.blackbox.models import own_atomics
+from firmware_runtime.blackbox.recorder import Recorder
+from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Rig
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.executive import Executive
+from firmware_runtime.runs.hardware import Hardware
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedRobot:
+    """What runs here, and what hears it."""
+
+    recorder: Recorder
+    executive: Executive
+    robot: Robot
+    lines: Lines
+    board: Board
+    end: BoardEnd | None
+    rig: Rig | None
+    """Its doubles and their world, where they are in this process."""
+
+
+class RecordedEdge:
+    """The recording of one run in the file at `path`; None for a run that is not recorded.
+
+    `recorder` is what hears lines, clock and events; it is None, and nothing is done here, too if
+    the board's `recording.minutes` are 0. `log` gets what is wrong with a recording, a sentence.
+    """
+
+    def __init__(
+        self, board: Board, clock: Clock, path: Path | None, log: Callable[[str], None]
+    ) -> None:
+        is_recorded = path is not None and board.settings.recording.minutes > 0
+        self.recorder = Recorder(clock) if is_recorded else None
+        self._board = board
+        self._path = path
+        self._log = log
+        self._robot: RecordedRobot | None = None
+
+    def section(self, kind: Kind) -> AbstractContextManager[None]:
+        """Within the block, what the robot does between two steps is a section of its own."""
+        return nullcontext() if self.recorder is None else self.recorder.section(kind)
+
+    def own(self, model: Coupled) -> None:
+        """Hear what this model has by now: whatever is added to it belongs to a world."""
+        if self.recorder is not None:
+            self.recorder.own = frozenset(own_atomics(model))
+
+    def built(
+        self, executive: Executive, robot: Robot, hardware: Hardware, end: BoardEnd | None
+    ) -> None:
+        """The robot has been put together; no chip has been asked."""
+        if self.recorder is not None:
+            heard = (self.recorder, executive, robot, hardware.lines)
+            self._robot = RecordedRobot(*heard, self._board, end, hardware.rig)
+            self.recorder.built()
+
+    def open(self) -> None:
+        """Keep what is heard, once the run begins."""
+        if self._robot is not None and self._path is not None:
+            # a run that is not recorded starts without all that this takes
+            from firmware_runtime.runs.black_box import open_black_box  # noqa: PLC0415
+
+            open_black_box(self._robot, self._path, self._log)
+
+    def keep_failed_start(self, why: str) -> None:
+        """A chip did not answer, and there will be no run: keep what was heard until then."""
+        if self._robot is not None and self._path is not None:
+            # as above
+            from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
+
+            keep_failed_start(self._robot, self._path, why, self._log)
+
+    def retuned(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
+        """The robot has taken up settings."""
+        if self.recorder is not None:
+            self.recorder.retuned(settings)
+
+    def close(self) -> None:
+        """Write no more; the recording stays where it is."""
+        if self.recorder is not None:
+            if (why := self.recorder.warning) is not None:
+                self._log(f"warning: this run cannot be replayed as a whole: {why}")
+            self.recorder.close()
