@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any, Final, NamedTuple
 
-from firmware_runtime.debugger.debugger import Breakpoint, Debugger, Ended, Event, Goal
+from firmware_runtime.debugger.debugger import Debugger, Ended
 from firmware_runtime.debugger.models import FUNCTIONS
 from firmware_runtime.debugger.predicate import Predicate
 from firmware_runtime.debugger.shown import (
@@ -14,6 +14,7 @@ from firmware_runtime.debugger.shown import (
     where_json,
     where_text,
 )
+from firmware_runtime.debugger.stops import Breakpoint, Event, Goal
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
@@ -116,10 +117,10 @@ class Commands:
         self._say(lines, {"path": path, "ports": ports_of(self.debugger, path)})
 
     def _next(self, count: str) -> None:
-        self.debugger.goal = Goal(events=_count(count))
+        self.debugger.stops.goal = Goal(events=_count(count))
 
     def _step(self, count: str) -> None:
-        self.debugger.goal = Goal(instants=_count(count))
+        self.debugger.stops.goal = Goal(instants=_count(count))
 
     def _back(self, count: str) -> None:
         self.debugger.go_back_events(_count(count))
@@ -139,19 +140,19 @@ class Commands:
 
     def _break(self, text: str) -> None:
         if text:
-            self.debugger.breakpoints.append(self._breakpoint(text, attaches=False))
-        found = {each.number: each.text for each in self.debugger.breakpoints}
+            self.debugger.stops.breakpoints.append(self._breakpoint(text, attaches=False))
+        found = {each.number: each.text for each in self.debugger.stops.breakpoints}
         lines = [f"{number}: {each}" for number, each in found.items()] or ["no breakpoints"]
         self._say(lines, {"breakpoints": {str(each): found[each] for each in found}})
 
     def _pdb(self, text: str) -> None:
         _required(text, "a function of a model, such as controller.yaw.internal")
         self.debugger.models.function(text)
-        self.debugger.breakpoints.append(self._breakpoint(text, attaches=True))
+        self.debugger.stops.breakpoints.append(self._breakpoint(text, attaches=True))
         self.debugger.go_until(None)
 
     def _delete(self, number: str) -> None:
-        points = self.debugger.breakpoints
+        points = self.debugger.stops.breakpoints
         if number and number not in {str(each.number) for each in points}:
             raise ConfigError.of_one(number, "no such breakpoint; `break` lists them")
         points[:] = [each for each in points if number and str(each.number) != number]

@@ -7,12 +7,12 @@ where it has been is set back, and the run is run again up to the event before.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from firmware_runtime.debugger.models import FUNCTIONS, Models
-from firmware_runtime.debugger.predicate import Predicate, Seen
+from firmware_runtime.debugger.predicate import Predicate
+from firmware_runtime.debugger.stops import Event, Goal, Place, Stops
 from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions, Wrapped
@@ -25,47 +25,6 @@ END: Final = "the recording ends here"
 
 class Ended(BaseException):
     """The debugger is left, from wherever it has stopped."""
-
-
-class Place(NamedTuple):
-    """So many sections taken, and so many events of the next."""
-
-    sections: int
-    event: int
-
-
-class Event(NamedTuple):
-    """A function of a model that has been called."""
-
-    path: str
-    function: str
-
-    def __str__(self) -> str:
-        return f"{self.path} {self.function}"
-
-
-@dataclass(slots=True)
-class Goal:
-    """Where to stop next, apart from breakpoints; nothing: at breakpoints alone."""
-
-    place: Place | None = None
-    events: int = 0
-    """So many events further."""
-    instants: int = 0
-    """So many instants further."""
-    until: Predicate | None = None
-
-
-@dataclass(slots=True)
-class Breakpoint:
-    """A predicate, or a function of a model; one that `attaches` an ordinary debugger does once."""
-
-    number: int
-    text: str
-    predicate: Predicate | None = None
-    function: Event | None = None
-    attaches: bool = False
-    held: bool = field(default=False)
 
 
 class Debugger:
@@ -82,8 +41,7 @@ class Debugger:
     ) -> None:
         self.travel = travel
         self.models = Models(travel.player.simulator.root)
-        self.goal = Goal()
-        self.breakpoints: list[Breakpoint] = []
+        self.stops = Stops()
         self.event: Event | None = None
         """What was called last at this instant; None between two."""
         self._count = 0
@@ -91,12 +49,9 @@ class Debugger:
         self._attach = attach
         self._is_muted = False
         self._paths: dict[int, str] = {}
-        self._seen = Seen()
         self._heard = 0
-        self._held = False
         self._is_within = False
         """Whether a section is being taken."""
-        self._ignores_breakpoints = False
 
     # Where it is ----------------------------------------------------------------------------------
 
@@ -118,29 +73,28 @@ class Debugger:
 
     def stay(self) -> None:
         """Stop where it is, between two instants."""
-        self.goal = Goal(place=Place(self.travel.index, 0))
+        self.stops.goal = Goal(place=Place(self.travel.index, 0))
 
     def go_to_instant(self, at: int) -> None:
         """To where all up to and including an instant has happened. Raises ConfigError outside."""
         self.travel.check(at)
-        self.goal = Goal(place=Place(self.travel.index_after(at), 0))
+        self.stops.goal = Goal(place=Place(self.travel.index_after(at), 0))
 
     def go_back_events(self, count: int) -> None:
         """To before the last events."""
         index, event = self.place
-        self.goal = Goal(place=Place(index, event - count))
+        self.stops.goal = Goal(place=Place(index, event - count))
 
     def go_back_instants(self, count: int) -> None:
         """To before the last instants, that of the stop included."""
         index, event = self.place
         for _ in range(count - (1 if event else 0)):
             index = self.travel.step_before(index) or 1
-        self.goal = Goal(place=Place(index, 0))
+        self.stops.goal = Goal(place=Place(index, 0))
 
     def go_until(self, predicate: Predicate | None) -> None:
         """To where the predicate begins to hold, or to a breakpoint."""
-        self._held = predicate is not None and predicate.holds(self._seen)
-        self.goal = Goal(until=predicate)
+        self.stops.go_until(predicate)
 
     # Going there ----------------------------------------------------------------------------------
 
@@ -154,10 +108,10 @@ class Debugger:
 
     def _go_on(self) -> None:
         """To a place; or one section further."""
-        if self.goal.place is not None:
-            index, event = self._resolved(self.goal.place)
+        if self.stops.goal.place is not None:
+            index, event = self._resolved(self.stops.goal.place)
             self._be_at(index)
-            self.goal, self._ignores_breakpoints = Goal(events=event), event > 0
+            self.stops.set(Goal(events=event), ignores_breakpoints=event > 0)
             if event == 0:
                 self._stop(BOUNDARY)
                 return
@@ -178,17 +132,15 @@ class Debugger:
         failure = self.travel.player.failure
         if failure is not None:
             self._stop(f"the robot raised {type(failure).__name__}: {text_of(failure)}")
-        elif self.goal.instants:
-            self.goal.instants -= 1
-            if self.goal.instants == 0:
-                self._stop(BOUNDARY)
+        elif self.stops.count_instant():
+            self._stop(BOUNDARY)
 
     def _be_at(self, index: int) -> None:
         self.travel.go_to(index)
         self.models.update(self.travel.player.simulator.root)
         self._paths.clear()
         self._count, self.event = 0, None
-        self._seen.last, self._seen.sent = self.travel.last, set()
+        self.stops.seen.last, self.stops.seen.sent = self.travel.last, set()
 
     def _resolved(self, place: Place) -> Place:
         """A place whose events are counted from the beginning of a step, not from its end."""
@@ -231,7 +183,7 @@ class Debugger:
         attached = self._before(event)
         if attached:
             self._attach(function, getattr(type(atomic), name), arguments)
-            self.goal = Goal(events=1)  # back to the recording
+            self.stops.goal = Goal(events=1)  # back to the recording
         else:
             function(*arguments)
         self._count += 1
@@ -241,58 +193,38 @@ class Debugger:
 
     def _before(self, event: Event) -> bool:
         """Stop at a breakpoint of this function; return whether a debugger is to be attached."""
-        if self._is_muted or self._ignores_breakpoints:
+        if self._is_muted or self.stops.ignores_breakpoints:
             return False
-        mine = [each for each in self.breakpoints if each.function == event]
+        mine = [each for each in self.stops.breakpoints if each.function == event]
         for each in mine:
             if not each.attaches and not self._is_muted:
                 self._stop(f"breakpoint {each.number}, before {event}")
         attaching = [each for each in mine if each.attaches and not self._is_muted]
-        self.breakpoints[:] = [each for each in self.breakpoints if each not in attaching]
+        for each in attaching:
+            self.stops.breakpoints.remove(each)
         return bool(attaching)
 
     def _after(self, event: Event) -> None:
         self._see()
-        reason = self._reason(event)
+        reason = self.stops.reason(event)
         if reason is not None:
             self._stop(reason)
-        self._seen.sent.clear()
-
-    def _reason(self, event: Event) -> str | None:
-        """Why to stop after an event; None to go on."""
-        goal = self.goal
-        if goal.events:
-            goal.events -= 1
-            if goal.events == 0:
-                return f"after {event}"
-        if goal.until is not None:
-            held, self._held = self._held, goal.until.holds(self._seen)
-            if self._held and (goal.until.of_sending or not held):
-                return f"{goal.until.text}, after {event}"
-        return None if self._ignores_breakpoints else self._broken(event)
-
-    def _broken(self, event: Event) -> str | None:
-        for each in self.breakpoints:
-            if each.predicate is not None:
-                held, each.held = each.held, each.predicate.holds(self._seen)
-                if each.held and (each.predicate.of_sending or not held):
-                    return f"breakpoint {each.number}: {each.text}, after {event}"
-        return None
+        self.stops.seen.sent.clear()
 
     def _see(self) -> None:
         """Take notice of what has been sent since the last event."""
         sent, ports = self.travel.player.sent, self.travel.player.ports
         for number, value in sent[self._heard :]:
             self.travel.last[ports[number]] = value
-            self._seen.sent.add(ports[number])
+            self.stops.seen.sent.add(ports[number])
         self._heard = len(sent)
-        self._seen.last = self.travel.last
+        self.stops.seen.last = self.travel.last
 
     def _stop(self, reason: str) -> None:
-        self.goal, self._ignores_breakpoints = Goal(), False
+        self.stops.set(Goal(), ignores_breakpoints=False)
         self._stopped(reason)
         if self._is_within:
-            self._is_muted = self.goal.place is not None
+            self._is_muted = self.stops.goal.place is not None
 
     def _path(self, atomic: Atomic) -> str:
         path = self._paths.get(id(atomic))

@@ -53,7 +53,7 @@ def test_an_end_written_from_the_page_arms_and_drives_a_robot(tmp_path: Path) ->
     key, port = tmp_path / "link.key", free_port()
     write_key(key)
     with linked(tmp_path, "tachobot", f"udp:127.0.0.1:{port},key={key}") as runs:
-        robot = runs.robot("--for", "600")
+        robot = runs.robot("--for", "600", "--set", "imu.calibration_s=0.1")
         peer = PeerByHand(port, key.read_bytes())
         with closing(peer.socket):
             peer.socket.settimeout(0.05)
