@@ -15,9 +15,9 @@ from firmware_runtime.debugger.predicate import Predicate
 from firmware_runtime.debugger.stops import Event, Goal, Place, Stops
 from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.errors import text_of
-from firmware_runtime.runs.black_box import below_root
 
 BOUNDARY: Final = "between two instants"
 END: Final = "the recording ends here"

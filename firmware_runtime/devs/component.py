@@ -43,6 +43,11 @@ class Component(Owner):
         return f"{where} is declared twice"
 
 
+def below_root(path: str) -> str:
+    """A path without the name of the root model."""
+    return path.partition(".")[2] or path
+
+
 def check_constructed(model: object) -> None:
     """Raise CouplingError for what is no model, or one whose `__init__` skipped `Component`'s."""
     if not isinstance(model, Component):

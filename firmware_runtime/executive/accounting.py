@@ -7,7 +7,7 @@ A model that still waits for its turn is left alone: its late activation runs on
 are further ones dropped.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
@@ -16,6 +16,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.event_account import EventAccount
+from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
 from firmware_runtime.executive.step import Step, relative_path
@@ -122,3 +123,19 @@ class Accounting:
             f"{account.path}: an activation was {late / MICROSECOND:.0f} us late; "
             f"its policy stops the run over {account.stop_after / MICROSECOND:.0f} us"
         )
+
+
+def counts_of(accounts: Iterable[ModelAccount], faults: FaultLog) -> dict[str, dict[str, int]]:
+    """What became of each model's activations so far, and its faults by kind, by path."""
+    counts = {
+        account.path: {
+            "run": account.run,
+            "skipped": account.skipped,
+            "coalesced": account.coalesced,
+            "overruns": account.overruns,
+        }
+        for account in accounts
+    }
+    for fault in faults.counted:
+        counts[fault.path][f"fault {fault.kind}"] = fault.count
+    return counts

@@ -22,6 +22,7 @@ from firmware_runtime.board.ros.conventions import Outgoing
 from firmware_runtime.board.ros.names import ros_name
 from firmware_runtime.board.ros.plain_types import TEXT, plain_convention
 from firmware_runtime.board.ros.topics import Publication, topics_of
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -30,7 +31,6 @@ from firmware_runtime.exports.ros_definitions import MARKER, STEP, TRANSFER, def
 from firmware_runtime.exports.typed_values import Port, Sent, model_of, ports_of, values_in
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.hal.fault import Fault
-from firmware_runtime.runs.black_box import below_root
 from firmware_runtime.statistics.trace_file import plain
 
 LATE: Final = MILLISECOND

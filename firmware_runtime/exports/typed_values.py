@@ -16,10 +16,10 @@ from firmware_runtime.blackbox.section import Kind, Section, decode, sent_of
 from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot_of_end import robot_of
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.recording.values import UnknownValue, made, unpack
-from firmware_runtime.runs.black_box import below_root
 
 Port: TypeAlias = OutPort[Any]
 _WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})

@@ -13,6 +13,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.recording.chance import put
@@ -22,7 +23,6 @@ from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import REPLAYED
 from firmware_runtime.replay.order import is_same_but_for_order
 from firmware_runtime.replay.rebuilt import Rebuilt, rebuilt
-from firmware_runtime.runs.black_box import counts_of
 from firmware_runtime.statistics.statistics import RunState, Statistics
 
 _ENDS: Final = {state.name.lower(): state for state in RunState}

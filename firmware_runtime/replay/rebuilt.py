@@ -13,6 +13,7 @@ from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
 from firmware_runtime.executive.inbox import Inbox
@@ -23,7 +24,6 @@ from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import replayed_lines
 from firmware_runtime.replay.world import PlayedWorld
-from firmware_runtime.runs.black_box import below_root
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.rigs import rig_for
 

@@ -4,7 +4,7 @@ Imported only by runs that are recorded.
 """
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic_ns
 
@@ -16,12 +16,12 @@ from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, encode, legible
 from firmware_runtime.blackbox.size import size_for
 from firmware_runtime.blackbox.state_of_run import state_of_run
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.errors import text_of
-from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.recording.code import code_of, digest_of
-from firmware_runtime.runs.recorded_edge import RecordedRobot
+from firmware_runtime.runs.recorded_robot import RecordedRobot
 from firmware_runtime.system.conditions import versions_here
 
 
@@ -82,24 +82,3 @@ def header_of(robot: RecordedRobot) -> Header:
 def encoded_header(header: Header) -> bytes:
     """The section that begins each chunk."""
     return encode((Kind.HEADER.value, 0, [], [], [], [], [], [], [], to_builtins(header)))
-
-
-def counts_of(accounts: Iterable[ModelAccount], faults: FaultLog) -> dict[str, dict[str, int]]:
-    """What became of each model's activations so far, and its faults by kind, by path."""
-    counts = {
-        account.path: {
-            "run": account.run,
-            "skipped": account.skipped,
-            "coalesced": account.coalesced,
-            "overruns": account.overruns,
-        }
-        for account in accounts
-    }
-    for fault in faults.counted:
-        counts[fault.path][f"fault {fault.kind}"] = fault.count
-    return counts
-
-
-def below_root(path: str) -> str:
-    """A path without the name of the root model."""
-    return path.partition(".")[2] or path

@@ -12,7 +12,7 @@ from firmware_runtime.blackbox.found import failed_start_beside
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.black_box import encoded_header, header_of
-from firmware_runtime.runs.recorded_edge import RecordedRobot
+from firmware_runtime.runs.recorded_robot import RecordedRobot
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
 

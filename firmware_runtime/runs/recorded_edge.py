@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,28 +9,13 @@ from firmware_runtime.blackbox.models import own_atomics
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.hardware import Hardware
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedRobot:
-    """What runs here, and what hears it."""
-
-    recorder: Recorder
-    executive: Executive
-    robot: Robot
-    lines: Lines
-    board: Board
-    end: BoardEnd | None
-    rig: Rig | None
-    """Its doubles and their world, where they are in this process."""
+from firmware_runtime.runs.recorded_robot import RecordedRobot
 
 
 class RecordedEdge:

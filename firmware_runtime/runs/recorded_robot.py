@@ -1,0 +1,25 @@
+"""What of a run its recording is made of: the robot as it was put together, and what hears it."""
+
+from dataclasses import dataclass
+
+from firmware_runtime.blackbox.recorder import Recorder
+from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Rig
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.executive.executive import Executive
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedRobot:
+    """What runs here, and what hears it."""
+
+    recorder: Recorder
+    executive: Executive
+    robot: Robot
+    lines: Lines
+    board: Board
+    end: BoardEnd | None
+    rig: Rig | None
+    """Its doubles and their world, where they are in this process."""
