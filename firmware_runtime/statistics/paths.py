@@ -10,13 +10,13 @@
 import os
 import stat
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 
 from firmware_runtime.statistics.errors import StatisticsFileError
 
 SYSTEM = Path("/run/firmware-runtime")
 SUFFIX = ".stats"
+_ALONE = "FIRMWARE_RUNTIME_STATE_DIRECTORY"
 
 
 def default_path(board: str) -> Path:
@@ -25,10 +25,8 @@ def default_path(board: str) -> Path:
     Raises StatisticsFileError when only the directory for temporary files is left and another user
     has taken our place in it.
     """
-    usable = (each for each in directories() if each != SYSTEM or os.access(each, os.W_OK))
-    directory = next(usable)
-    if directory == _temporary():
-        _claim(directory)
+    usable = (each for each in _stated() if each != SYSTEM or os.access(each, os.W_OK))
+    directory = next(usable, None) or _claimed(_temporary())
     return directory / f"{board}{SUFFIX}"
 
 
@@ -72,7 +70,14 @@ def places(board: str) -> Iterator[Path]:
 
 def directories() -> Iterator[Path]:
     """The directories that are looked in, in that order."""
-    if stated := os.environ.get("FIRMWARE_RUNTIME_STATE_DIRECTORY"):
+    yield from _stated()
+    if not os.environ.get(_ALONE):
+        yield _temporary()
+
+
+def _stated() -> Iterator[Path]:
+    """Those of them that are somebody's choice; the last resort is none."""
+    if stated := os.environ.get(_ALONE):
         yield Path(stated)
         return
     if of_unit := os.environ.get("RUNTIME_DIRECTORY"):
@@ -80,7 +85,6 @@ def directories() -> Iterator[Path]:
     yield SYSTEM
     if of_session := os.environ.get("XDG_RUNTIME_DIR"):
         yield Path(of_session, "firmware-runtime")
-    yield _temporary()
 
 
 def _is_closed(directory: Path) -> bool:
@@ -96,21 +100,13 @@ def _group(path: Path) -> str:
 
 
 def _temporary() -> Path:
-    return Path(_for_temporary_files(), f"firmware-runtime-{os.geteuid()}")
+    # 5 ms to load, and most processes never come to this place
+    from tempfile import gettempdir  # noqa: PLC0415
+
+    return Path(gettempdir(), f"firmware-runtime-{os.geteuid()}")
 
 
-def _for_temporary_files() -> str:
-    """As `tempfile.gettempdir`, which takes longer to load than to ask."""
-    for stated in map(os.environ.get, ("TMPDIR", "TEMP", "TMP")):
-        if stated and os.path.isdir(stated) and os.access(stated, os.W_OK | os.X_OK):  # noqa: PTH112
-            return os.path.abspath(stated)  # noqa: PTH100 -- not resolved, as there
-    if os.access("/tmp", os.W_OK | os.X_OK):  # noqa: S108 -- the place that is meant
-        return "/tmp"  # noqa: S108
-    directory: str = import_module("tempfile").gettempdir()
-    return directory
-
-
-def _claim(directory: Path) -> None:
+def _claimed(directory: Path) -> Path:
     """Make the directory ours, or refuse: any user may have put something of that name there."""
     directory.mkdir(mode=0o700, exist_ok=True)
     status = directory.lstat()
@@ -118,3 +114,4 @@ def _claim(directory: Path) -> None:
         raise StatisticsFileError(f"{directory}: belongs to another user; expected to own it")
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         directory.chmod(0o700)
+    return directory

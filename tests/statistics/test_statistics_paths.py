@@ -1,4 +1,5 @@
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ def nothing_is_set(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for variable in VARIABLES:
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setattr(paths, "SYSTEM", tmp_path / "run")
+    monkeypatch.setattr(tempfile, "tempdir", None)  # read the variable anew
     monkeypatch.setenv("TMPDIR", str(tmp_path))
 
 
