@@ -33,13 +33,18 @@ def add_board(
 ) -> None:
     """Add BOARD and --set."""
     verb.add_argument("board", metavar=metavar, nargs=None if required else "?", help=about)
+    add_set(verb, "override one number of board.toml, such as controller.yaw.kp=0.8")
+
+
+def add_set(verb: argparse.ArgumentParser, about: str) -> None:
+    """Add --set."""
     verb.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="KEY=VALUE",
         dest="assignments",
-        help="override one number of board.toml, such as controller.yaw.kp=0.8; may be repeated",
+        help=f"{about}; may be repeated",
     )
 
 

@@ -10,11 +10,15 @@ Source: Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 5
 
 import math
 import re
-from typing import Final
+from collections.abc import Callable, Iterable
+from typing import Final, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.fault import Fault
+
+Taken = TypeVar("Taken", float, str)
+Turned = TypeVar("Turned", float, str)
 
 LONGEST_SENT: Final = 18
 """Characters; the papers' ROS node reads no more, and a number cut off is another number."""
@@ -83,10 +87,20 @@ class DoverBlock(Atomic):
         self._faults.clear()
         self.passivate("waiting")
 
-    def _refuse(self, why: Refused) -> None:
-        self.refused += 1
-        sentence = f"{self.path}, port {self.udp_port}: {why}"
-        self._faults.append(Fault(why.kind, sentence, self.refused))
+    def _turn(
+        self, taken: Iterable[Taken], turned: Callable[[Taken], Turned], into: list[Turned]
+    ) -> None:
+        """Turn numbers into texts, or back, at once; what is refused is a fault."""
+        for each in taken:
+            try:
+                into.append(turned(each))
+            except Refused as why:
+                self.refused += 1
+                sentence = f"{self.path}, port {self.udp_port}: {why}"
+                self._faults.append(Fault(why.kind, sentence, self.refused))
+            else:
+                self.refused = 0
+        self.activate("passing")
 
 
 class SndDover(DoverBlock):
@@ -112,14 +126,7 @@ class SndDover(DoverBlock):
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- what waits, waits for no time
         """Put values into words."""
-        for value in self.value:
-            try:
-                self._texts.append(text_of_number(value))
-            except Refused as why:
-                self._refuse(why)
-            else:
-                self.refused = 0
-        self.activate("passing")
+        self._turn(self.value, text_of_number, self._texts)
 
 
 class RcvDover(DoverBlock):
@@ -149,11 +156,4 @@ class RcvDover(DoverBlock):
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- what waits, waits for no time
         """Read the texts."""
-        for text in self.text:
-            try:
-                self._values.append(number_of_text(text))
-            except Refused as why:
-                self._refuse(why)
-            else:
-                self.refused = 0
-        self.activate("passing")
+        self._turn(self.text, number_of_text, self._values)

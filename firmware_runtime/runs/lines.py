@@ -1,6 +1,7 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from firmware_runtime.board.lines import Lines
@@ -38,15 +39,16 @@ def open_lines(
     """
     if recorder is not None:
         interlock, time = recorder.interlock(interlock), recorder.time(time)
+    opening = _Opening(board, doubles, time, alone=True, recorder=recorder)
     buses: dict[str, I2cBus] = {}
     ports: dict[str, SerialPort] = {}
     enable: EnableLine | None = None
     try:
         enable = doubles.enable if doubles else _enable_line(board)
         for name in board.settings.buses:
-            buses[name] = _bus(board, doubles, name, time, alone=True, recorder=recorder)
+            buses[name] = opening.bus(name)
         for name in board.ports:
-            ports[name] = _port(board, doubles, name, time, alone=True, recorder=recorder)
+            ports[name] = opening.port(name)
     except BaseException:
         close_lines(Lines(buses, ports, enable=enable))
         raise
@@ -61,19 +63,16 @@ def reach_lines(board: Board, doubles: Doubles | None, held: Lines | None = None
     out, and the enable line belongs to the process that drives.
     """
     held = held or Lines({})
-
-    def bus(name: str) -> I2cBus:
-        return _bus(board, doubles, name, NO_TIME, alone=False)
-
-    def port(name: str) -> SerialPort:
-        return _port(board, doubles, name, NO_TIME, alone=False)
-
+    opening = _Opening(board, doubles, NO_TIME, alone=False)
     return Lines(
         {
-            name: _reached(name, bus, AbsentBus, held.buses.get(name))
+            name: _reached(name, opening.bus, AbsentBus, held.buses.get(name))
             for name in board.settings.buses
         },
-        {name: _reached(name, port, AbsentPort, held.ports.get(name)) for name in board.ports},
+        {
+            name: _reached(name, opening.port, AbsentPort, held.ports.get(name))
+            for name in board.ports
+        },
     )
 
 
@@ -90,41 +89,35 @@ def _reached(
     return line
 
 
-def _bus(  # noqa: PLR0913 -- all that a bus stands on
-    board: Board,
-    doubles: Doubles | None,
-    name: str,
-    time: LineTime,
-    *,
-    alone: bool,
-    recorder: "Recorder | None" = None,
-) -> I2cBus:
-    stated = board.settings.buses[name]
-    inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=alone)
-    return AccountedBus(
-        inner if recorder is None else recorder.bus(inner),
-        round(stated.speed_hz),
-        RetryPolicy(stated.attempts),
-        overhead_ns=stated.overhead_ns,
-        time=time,
-    )
+@dataclass(frozen=True, slots=True)
+class _Opening:
+    """Opens lines of a board or of its doubles; `alone`, every other process is kept out."""
 
+    board: Board
+    doubles: Doubles | None
+    time: LineTime
+    alone: bool
+    recorder: "Recorder | None" = None
 
-def _port(  # noqa: PLR0913 -- likewise
-    board: Board,
-    doubles: Doubles | None,
-    name: str,
-    time: LineTime,
-    *,
-    alone: bool,
-    recorder: "Recorder | None" = None,
-) -> SerialPort:
-    stated = board.ports[name]
-    if doubles:
-        inner = doubles.ports[name]
-    else:
-        inner = open_serial(name, stated.device, stated.baud, alone=alone)
-    return TimedPort(inner if recorder is None else recorder.port(inner), stated.baud, time)
+    def bus(self, name: str) -> I2cBus:
+        stated, doubles = self.board.settings.buses[name], self.doubles
+        inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=self.alone)
+        return AccountedBus(
+            inner if self.recorder is None else self.recorder.bus(inner),
+            round(stated.speed_hz),
+            RetryPolicy(stated.attempts),
+            overhead_ns=stated.overhead_ns,
+            time=self.time,
+        )
+
+    def port(self, name: str) -> SerialPort:
+        stated = self.board.ports[name]
+        if self.doubles:
+            inner = self.doubles.ports[name]
+        else:
+            inner = open_serial(name, stated.device, stated.baud, alone=self.alone)
+        heard = inner if self.recorder is None else self.recorder.port(inner)
+        return TimedPort(heard, stated.baud, self.time)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

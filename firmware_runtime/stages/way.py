@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.links.bridge.route import endpoint, written
 from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.endpoint import endpoint, written
 from firmware_runtime.links.key_file import read_key, write_key
 from firmware_runtime.stages import namespaces
 from firmware_runtime.stages.namespaces import CONTROLLER_AT, ROBOT_AT, NamespaceError, Namespaces

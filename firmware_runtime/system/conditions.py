@@ -81,10 +81,11 @@ def _processors(files: SystemFiles) -> dict[str, Any]:
 @cache
 def _versions() -> dict[str, str | None]:
     """What is installed; looked up once, for a process that has many runs."""
-    return {name: _version(name) for name in PACKAGES}
+    return {name: version_of(name) for name in PACKAGES}
 
 
-def _version(package: str) -> str | None:
+def version_of(package: str) -> str | None:
+    """The version of a package that is installed here; None if it is not."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Final, Literal, get_args
 
 from sim_doubles.worlds.arena_geometry import Circle, Point, Shape, Wall
+from sim_doubles.worlds.number_faults import number_faults
 
 __all__ = ["ArenaParameters", "CompassMounting"]
 
@@ -105,7 +106,10 @@ class ArenaParameters:
     solver: Solver = "exact"
 
     def __post_init__(self) -> None:
-        faults = [*self._number_faults(), *self._choice_faults(), *self._place_faults()]
+        numbers = number_faults(
+            self, positive=_POSITIVE, not_negative=_NOT_NEGATIVE, finite=_FINITE
+        )
+        faults = [*numbers, *self._choice_faults(), *self._place_faults()]
         faults += [] if faults else self._start_faults()
         if faults:
             raise ValueError(f"arena: {'; '.join(faults)}")
@@ -135,17 +139,6 @@ class ArenaParameters:
     def clearance_m(self, centre: Point) -> float:
         """How far the vehicle could move from there in any direction without touching anything."""
         return min(shape.distance(*centre) for shape in self.shapes) - self.body_radius_m
-
-    def _number_faults(self) -> Iterator[str]:
-        for name in _POSITIVE:
-            if not 0.0 < getattr(self, name) < math.inf:
-                yield f"{name} is {getattr(self, name)}, expected a finite number above 0"
-        for name in _NOT_NEGATIVE:
-            if not 0.0 <= getattr(self, name) < math.inf:
-                yield f"{name} is {getattr(self, name)}, expected a finite number, 0 or more"
-        for name in _FINITE:
-            if not math.isfinite(getattr(self, name)):
-                yield f"{name} is {getattr(self, name)}, expected a finite number"
 
     def _choice_faults(self) -> Iterator[str]:
         for name in _INSTANTS:

@@ -1,9 +1,10 @@
 """TachoBot's body in numbers: what it is (parameters) and how it moves (state)."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
+
+from sim_doubles.worlds.number_faults import number_faults
 
 __all__ = ["Mounting", "Solver", "TachobotParameters", "TachobotState"]
 
@@ -23,6 +24,7 @@ _NOT_NEGATIVE = (
     "field_noise_t",
     "accelerometer_noise_m_s2",
 )
+_FINITE = ("gyro_bias_rad_s", "accelerometer_bias_m_s2")
 
 
 class TachobotState(NamedTuple):
@@ -80,15 +82,9 @@ class TachobotParameters:
             raise ValueError(f"TachoBot world: {'; '.join(faults)}")
 
     def _faults(self) -> Iterator[str]:
-        for name in _POSITIVE:
-            if not 0.0 < getattr(self, name) < math.inf:
-                yield f"{name} is {getattr(self, name)}, expected a finite number above 0"
-        for name in _NOT_NEGATIVE:
-            if not 0.0 <= getattr(self, name) < math.inf:
-                yield f"{name} is {getattr(self, name)}, expected a finite number, 0 or more"
-        for name in ("gyro_bias_rad_s", "accelerometer_bias_m_s2"):
-            if not math.isfinite(getattr(self, name)):
-                yield f"{name} is {getattr(self, name)}, expected a finite number"
+        yield from number_faults(
+            self, positive=_POSITIVE, not_negative=_NOT_NEGATIVE, finite=_FINITE
+        )
         if self.static_friction_nm < self.coulomb_friction_nm:
             yield (
                 f"static_friction_nm is {self.static_friction_nm}, expected at least "

@@ -15,8 +15,9 @@ from firmware_runtime.links.bridge import bridge as bridge_module
 from firmware_runtime.links.bridge.acquaintance import Acquaintance
 from firmware_runtime.links.bridge.bridge import POLL_EVERY, Bridge
 from firmware_runtime.links.bridge.broadcast import RENEW_EVERY
-from firmware_runtime.links.bridge.route import Route, endpoint
+from firmware_runtime.links.bridge.route import Route
 from firmware_runtime.links.bridge.senders import MOST, MOST_OF_ADDRESS, QUIET
+from firmware_runtime.links.endpoint import endpoint
 from sim_doubles.clock import ManualClock
 from tests.support.waiting import PATIENCE_S
 

@@ -5,9 +5,9 @@ import socket
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge.route import Endpoint, endpoint
-from firmware_runtime.links.cut.impaired_path import ImpairedPath, bound
+from firmware_runtime.links.cut.impaired_path import ImpairedPath
 from firmware_runtime.links.cut.impairment import Decisions, Impairment
+from firmware_runtime.links.endpoint import Endpoint, bound, endpoint
 from firmware_runtime.stages.path_process import PathProcess
 from tests.support.waiting import PATIENCE_S
 
@@ -22,6 +22,10 @@ def udp() -> socket.socket:
     return made
 
 
+def somewhere() -> socket.socket:
+    return bound("test", ANYWHERE)
+
+
 def at(end: socket.socket) -> Endpoint:
     host, port = end.getsockname()
     return endpoint("test", f"{host}:{port}")
@@ -31,7 +35,7 @@ def test_what_is_lost_is_what_the_seed_says() -> None:
     decisions = Decisions(LOSSY, "out")
     expected = [number for number in range(200) if decisions.next()]
     with udp() as controller, udp() as robot:
-        path = ImpairedPath(bound(ANYWHERE), bound(ANYWHERE), at(robot), LOSSY)
+        path = ImpairedPath(somewhere(), somewhere(), at(robot), LOSSY)
         front = endpoint("test", path.addresses["front"]).where
         for number in range(200):
             controller.sendto(bytes([number]), front)
@@ -45,7 +49,7 @@ def test_what_is_lost_is_what_the_seed_says() -> None:
 
 def test_answers_go_back_to_where_the_last_datagram_came_from() -> None:
     with udp() as controller, udp() as robot:
-        path = ImpairedPath(bound(ANYWHERE), bound(ANYWHERE), at(robot), Impairment())
+        path = ImpairedPath(somewhere(), somewhere(), at(robot), Impairment())
         controller.sendto(b"there", endpoint("test", path.addresses["front"]).where)
         path.work()
         datagram, back = robot.recvfrom(10)
@@ -57,7 +61,7 @@ def test_answers_go_back_to_where_the_last_datagram_came_from() -> None:
 
 def test_an_answer_before_anything_was_said_is_counted_as_not_sent() -> None:
     with udp() as robot:
-        path = ImpairedPath(bound(ANYWHERE), bound(ANYWHERE), at(robot), Impairment())
+        path = ImpairedPath(somewhere(), somewhere(), at(robot), Impairment())
         robot.sendto(b"hello", endpoint("test", path.addresses["back"]).where)
         path.work()
         assert path.counts["back"]["not_sent"] == 1

@@ -9,7 +9,8 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.bridge import Bridge
-from firmware_runtime.links.bridge.route import Route, endpoint
+from firmware_runtime.links.bridge.route import Route
+from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY
 from firmware_runtime.statistics.companions import Companion

@@ -9,7 +9,14 @@ from typing import Any
 from firmware_runtime.blackbox.file_content import begins_with
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second, speed
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_recorded,
+    add_set,
+    add_verb,
+    second,
+    speed,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import ConfigError
@@ -45,14 +52,7 @@ def add_to(verbs: SubParsers) -> None:
         nargs="?",
         help="replay by this board's settings; default: those that the recording holds",
     )
-    verb.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="assignments",
-        help="what if this number had been another; may be repeated",
-    )
+    add_set(verb, "what if this number had been another")
     verb.add_argument(
         "--from",
         type=second,

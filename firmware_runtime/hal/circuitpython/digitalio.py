@@ -5,8 +5,8 @@ play the other side.
 """
 
 from enum import Enum
-from types import TracebackType
-from typing import Self
+
+from firmware_runtime.hal.circuitpython.released import Released
 
 _levels: dict[object, bool] = {}
 
@@ -32,7 +32,7 @@ class DriveMode(Enum):
     OPEN_DRAIN = "open-drain"
 
 
-class DigitalInOut:
+class DigitalInOut(Released):
     """One line; an input from construction on."""
 
     def __init__(self, pin: object) -> None:
@@ -67,14 +67,3 @@ class DigitalInOut:
     def deinit(self) -> None:
         """Let the line go."""
         self.direction = Direction.INPUT
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
-        self.deinit()

@@ -3,11 +3,11 @@
 Source: CircuitPython 9, shared-bindings/busio/I2C.c.
 """
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from array import array
-from types import TracebackType
-from typing import Self, TypeAlias
+from typing import TypeAlias
 
+from firmware_runtime.hal.circuitpython.released import Released
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.scan import ADDRESSES
 
@@ -15,7 +15,7 @@ Readable: TypeAlias = "bytes | bytearray | memoryview | array[int]"
 Writable: TypeAlias = "bytearray | memoryview | array[int]"
 
 
-class CircuitPythonI2c(ABC):
+class CircuitPythonI2c(Released):
     """A bus as `busio.I2C`, to be locked before it is used, as on a microcontroller."""
 
     def __init__(self) -> None:
@@ -41,17 +41,6 @@ class CircuitPythonI2c(ABC):
     def deinit(self) -> None:
         """Close the bus; using it afterwards raises ValueError."""
         self._closed = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
-        self.deinit()
 
     def scan(self) -> list[int]:
         """Return the addresses from 0x08 to 0x77 that acknowledge."""

@@ -2,11 +2,11 @@
 
 import platform
 import sys
-from importlib.metadata import PackageNotFoundError, version
 
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Finding, failure, ok, warning
 from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.system.conditions import version_of
 
 _LEAST, _NOT_YET = (3, 11), (3, 14)
 """The first that it runs on, and the first that its whole suite has not been run on."""
@@ -24,18 +24,11 @@ def _python(_machine: Machine) -> Finding:
 
 
 def _packages(_machine: Machine) -> Finding:
-    found = {name: _version(name) for name in _BUS_PACKAGES}
+    found = {name: version_of(name) for name in _BUS_PACKAGES}
     missing = [name for name, release in found.items() if release is None]
     if missing:
         return failure(f"{', '.join(missing)} missing from {sys.prefix}")
     return ok(", ".join(f"{name} {release}" for name, release in found.items()))
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
 
 
 CHECKS = (

@@ -13,19 +13,18 @@ Besides, the bridge may watch ports itself, for peers (`broadcast`).
 Nothing waits: what does not fit is dropped and counted.
 """
 
-import socket
 from collections.abc import Callable
 from selectors import EVENT_READ, DefaultSelector
 from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.admission import Admission, NotAcquainted, Signed, Unsigned
 from firmware_runtime.links.bridge.broadcast import Broadcast
 from firmware_runtime.links.bridge.envelope import Refused
-from firmware_runtime.links.bridge.route import Carried, Endpoint, Route, written
+from firmware_runtime.links.bridge.route import Carried, Route
 from firmware_runtime.links.bridge.senders import Sender, Senders, UdpAddress
+from firmware_runtime.links.endpoint import bound, written
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.robot_end import AT_ONCE, RobotEnd
 
@@ -40,7 +39,7 @@ class Bridge:
     """
 
     def __init__(self, route: Route, log: Callable[[str], None]) -> None:
-        self._udp = _listening(route.listen)
+        self._udp = bound("--listen", route.listen)
         self._robot = route.robot
         self._admission: Admission = (
             Unsigned() if route.key is None else Signed(route.key, monotonic_ns)
@@ -151,18 +150,6 @@ class Bridge:
     def _forget(self, sender: Sender) -> None:
         self._selector.unregister(sender.end)
         sender.end.close()
-
-
-def _listening(at: Endpoint) -> socket.socket:
-    made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-    try:
-        made.bind(at.where)
-    except OSError as error:
-        made.close()
-        raise ConfigError(
-            "--listen", [f"{at}: {error.strerror}; expected a free address"]
-        ) from error
-    return made
 
 
 def _nothing() -> None:

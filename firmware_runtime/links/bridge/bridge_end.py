@@ -10,7 +10,7 @@ from typing import Final
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.bridge.acquaintance import Acquaintance
 from firmware_runtime.links.bridge.envelope import Refused
-from firmware_runtime.links.bridge.route import Endpoint
+from firmware_runtime.links.endpoint import Endpoint
 from firmware_runtime.links.ports.robot_end import AT_ONCE, NoAnswer
 
 TIMEOUT: Final = 2 * SECOND

@@ -9,7 +9,8 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge.route import Carried, Endpoint, Route
+from firmware_runtime.links.bridge.route import Carried, Route
+from firmware_runtime.links.endpoint import Endpoint
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.robot_end import RobotEnd, why_absent
 

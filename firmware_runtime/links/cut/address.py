@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge.route import endpoint
 from firmware_runtime.links.cut.channel import CarrierChannel, Channel, Interpreter, PathChannel
+from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 
 OPTION: Final = "--link"

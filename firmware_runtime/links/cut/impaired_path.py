@@ -19,9 +19,8 @@ from time import monotonic_ns
 from typing import Any, Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge.route import Endpoint, endpoint, written
 from firmware_runtime.links.cut.impairment import Decisions, Impairment, Way, impairment
+from firmware_runtime.links.endpoint import Endpoint, bound, endpoint, written
 from firmware_runtime.system.until_signal import until_signal
 
 LARGEST: Final = 1 << 16
@@ -146,22 +145,11 @@ class ImpairedPath:
             way.take(datagram, now)
 
 
-def bound(at: Endpoint) -> socket.socket:
-    """A UDP socket at an address, that never blocks. Raises ConfigError if it cannot be had."""
-    made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-    try:
-        made.bind(at.where)
-    except OSError as error:
-        made.close()
-        fault = f"{at}: {error.strerror}; expected a free address"
-        raise ConfigError("impairment", [fault]) from error
-    return made
-
-
 def main(arguments: list[str]) -> int:
     """`FRONT BACK ROBOT IMPAIRMENT`: carry until standard input ends or a signal comes."""
     front_at, back_at, robot = (endpoint("impairment", text) for text in arguments[:3])
-    path = ImpairedPath(bound(front_at), bound(back_at), robot, impairment(arguments[3]))
+    front, back = (bound("impairment", at) for at in (front_at, back_at))
+    path = ImpairedPath(front, back, robot, impairment(arguments[3]))
     with until_signal() as signalled:
         _print(path.addresses)
         is_over = False

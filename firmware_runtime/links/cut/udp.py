@@ -27,12 +27,12 @@ from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge.route import Endpoint, endpoint
 from firmware_runtime.links.cut.counts import Carried, report
 from firmware_runtime.links.cut.greeting import BYES, Farewell, encode
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import Window
 from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, encoded, opened, sealed
+from firmware_runtime.links.endpoint import Endpoint, endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.status import Status
 

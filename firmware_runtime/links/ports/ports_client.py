@@ -22,7 +22,7 @@ from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.bridge_end import BridgeEnd
-from firmware_runtime.links.bridge.route import endpoint
+from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd

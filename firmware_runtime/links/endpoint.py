@@ -1,0 +1,65 @@
+"""Addresses of UDP, `ADDRESS:PORT` on the command line: IPv4, IPv6 in brackets, or a name."""
+
+import socket
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import Any
+
+from firmware_runtime.errors import ConfigError
+
+_HIGHEST_PORT = 0xFFFF
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """Where datagrams go to or come from; `where` is what `bind` and `connect` take."""
+
+    family: socket.AddressFamily
+    where: tuple[Any, ...]
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only processes of this machine can reach it."""
+        return ip_address(self.where[0]).is_loopback
+
+    def __str__(self) -> str:
+        return written(self.where)
+
+
+def written(where: tuple[Any, ...]) -> str:
+    """An address as people write it."""
+    host, port = where[:2]
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def endpoint(option: str, text: str) -> Endpoint:
+    """Read `text`, looking a name up once. Raises ConfigError that names the option."""
+    host, _, port = text.rpartition(":")
+    bare = host.removeprefix("[").removesuffix("]")
+    if not bare or not _is_port(port) or (":" in bare and bare == host):
+        fault = f"{text}: expected ADDRESS:PORT, such as 127.0.0.1:7300 or [::1]:7300"
+        raise ConfigError(option, [fault])
+    try:
+        (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
+    except OSError as error:
+        raise ConfigError(option, [f"{text}: {error.strerror}; expected an address"]) from error
+    except UnicodeError as error:  # a name with an empty part, or one of more than 63 letters
+        raise ConfigError(option, [f"{text}: no host name; expected an address"]) from error
+    return Endpoint(family, where)
+
+
+def _is_port(text: str) -> bool:
+    # ASCII first: there are digits that `int` does not know, such as the superscript two
+    return text.isascii() and text.isdigit() and int(text) <= _HIGHEST_PORT
+
+
+def bound(option: str, at: Endpoint) -> socket.socket:
+    """A UDP socket at an address, that never blocks. Raises ConfigError that names the option."""
+    made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    try:
+        made.bind(at.where)
+    except OSError as error:
+        made.close()
+        fault = f"{at}: {error.strerror}; expected a free address"
+        raise ConfigError(option, [fault]) from error
+    return made
