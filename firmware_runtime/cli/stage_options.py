@@ -110,19 +110,25 @@ def _remote_faults(arguments: argparse.Namespace, stage: Stage) -> Iterator[str]
             if getattr(arguments, option) is not None:
                 yield f"--{option} belongs to --stage remote"
         return
-    if arguments.peer is None and arguments.key is not None:
+    if arguments.peer is not None:
+        yield from _peer_faults(arguments)
+    elif arguments.key is not None:
         yield "--key belongs to --peer: a stand-in on this machine makes its own"
-    if arguments.peer is not None and arguments.key is None:
-        yield "--peer: without a key anything there could drive the robot; expected --key FILE"
-    if arguments.peer is not None and arguments.impair is not None:
-        yield "--impair is for a stand-in on this machine: leave it out where there is a --peer"
-    if arguments.peer is not None and arguments.doubles:
-        yield "--peer: the robot end decides whether it is on doubles; leave --doubles out"
     if arguments.impair is not None:
         try:
             _read_impairment(arguments.impair)
         except ConfigError as error:
             yield from (f"--impair: {fault}" for fault in error.faults)
+
+
+def _peer_faults(arguments: argparse.Namespace) -> Iterator[str]:
+    """The robot end is on another machine."""
+    if arguments.key is None:
+        yield "--peer: without a key anything there could drive the robot; expected --key FILE"
+    if arguments.impair is not None:
+        yield "--impair is for a stand-in on this machine: leave it out where there is a --peer"
+    if arguments.doubles:
+        yield "--peer: the robot end decides whether it is on doubles; leave --doubles out"
 
 
 def _read_impairment(text: str) -> None:

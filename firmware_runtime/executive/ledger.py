@@ -187,11 +187,16 @@ class Ledger:
         if latest.lateness + step_time > self._worst.smallest:
             self._keep(latest, step_time, garbage, blame)
 
+    def _waited(self) -> tuple[int, int]:
+        """How long the step waited to begin: for the loop to wake up, behind the one before."""
+        step = self._step
+        behind = max(self._previous_end - step.at, 0)
+        return max(step.started - step.at - behind, 0), behind
+
     def _blame(self, step_time: int, garbage: int) -> BlameRow:
         """Why the step was late, or took so long."""
         step, previous_end = self._step, self._previous_end
-        behind = max(previous_end - step.at, 0)
-        wake = max(step.started - step.at - behind, 0)
+        wake, behind = self._waited()
         usual = step_time if self._long == NEVER else self._usual
         ended = step.started + step_time
         late = Late(ended, behind, wake, step_time, usual, garbage, previous_end)
@@ -235,9 +240,8 @@ class Ledger:
         if found is not None and found.cause != Cause.UNKNOWN:
             return sentence(found)
         step = self._step
-        behind = max(self._previous_end - step.at, 0)
-        spent = {"wake": max(step.started - step.at - behind, 0), "behind": behind}
-        spent["garbage"] = garbage
+        wake, behind = self._waited()
+        spent = {"wake": wake, "behind": behind, "garbage": garbage}
         earlier = zip(step.paths[: latest.number], step.own_times, strict=False)
         spent.update(dict(earlier))
         return max(spent, key=spent.__getitem__)
@@ -245,8 +249,7 @@ class Ledger:
     def _keep(self, latest: ModelAccount, step_time: int, garbage: int, blame: BlameRow) -> None:
         """Put an activation on the list of the worst, with what the step spent its time on."""
         step = self._step
-        behind = max(self._previous_end - step.at, 0)
-        wake = max(step.started - step.at - behind, 0)
+        wake, behind = self._waited()
         row = [step.at, latest.number, latest.lateness, step_time, wake, behind, garbage]
         row += step.own_times
         for meter in self._counters.meters:

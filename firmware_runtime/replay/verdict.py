@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from firmware_runtime.blackbox.reader import Recording
+from firmware_runtime.blackbox.reader import Recording, Segment
 from firmware_runtime.blackbox.section import Kind, Section
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
@@ -109,22 +109,18 @@ def replay(
     """
     versions = changed_versions(recording.header.versions)
     verdict = Verdict(faults=recording.faults(), versions_changed=versions)
-    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
-    if not segments:
-        raise ConfigError.of_one(str(recording.path), nothing_to_replay(recording, stretch.begin))
-    for segment in segments:
-        if segment.first_at <= stretch.until:
-            sections = segment.from_instant(stretch.begin).sections()
-            player = Player(recording.header, board, first := next(sections))
-            player.listeners.append(listener)
-            stood = places()
-            for section in stretch_of(sections, stretch.until):
-                before(section)
-                verdict.writes += len(section.transfers)
-                player.take(section)
-            verdict.add(player, first.at)
-            verdict.has_drawn |= places() != stood
-            verdict.code_changed = code_changes(recording.header.code, player)
+    for segment in segments_of(recording, stretch):
+        sections = segment.from_instant(stretch.begin).sections()
+        player = Player(recording.header, board, first := next(sections))
+        player.listeners.append(listener)
+        stood = places()
+        for section in stretch_of(sections, stretch.until):
+            before(section)
+            verdict.writes += len(section.transfers)
+            player.take(section)
+        verdict.add(player, first.at)
+        verdict.has_drawn |= places() != stood
+        verdict.code_changed = code_changes(recording.header.code, player)
     return verdict
 
 
@@ -136,7 +132,15 @@ def code_changes(recorded: dict[str, str], player: Player) -> list[str]:
     )
 
 
-def nothing_to_replay(recording: Recording, begin: int) -> str:
+def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:
+    """The segments that a stretch is in. Raises ConfigError where none reaches its beginning."""
+    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
+    if not segments:
+        raise ConfigError.of_one(str(recording.path), _nothing_to_replay(recording, stretch.begin))
+    return [each for each in segments if each.first_at <= stretch.until]
+
+
+def _nothing_to_replay(recording: Recording, begin: int) -> str:
     """Why a recording cannot be replayed from an instant."""
     segments = recording.segments()
     if not segments:

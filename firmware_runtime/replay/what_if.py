@@ -1,7 +1,7 @@
 """What changed code or settings would have said to what entered: an open loop, as numbers."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +24,7 @@ from firmware_runtime.replay.lines import REPLAYED
 from firmware_runtime.replay.open_player import Change, OpenPlayer
 from firmware_runtime.replay.outputs import Curves, OutputDifference, Outputs
 from firmware_runtime.replay.rebuilt import rebuilt
-from firmware_runtime.replay.verdict import WHOLE, Stretch, nothing_to_replay, stretch_of
+from firmware_runtime.replay.verdict import WHOLE, Stretch, segments_of, stretch_of
 
 
 class WhatIf(Struct):
@@ -65,10 +65,7 @@ def what_if(
 
     Raises ConfigError where it cannot begin.
     """
-    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
-    if not segments:
-        fault = nothing_to_replay(recording, stretch.begin)
-        raise ConfigError.of_one(str(recording.path), fault)
+    segments = segments_of(recording, stretch)
     outputs = Outputs(drawn)
     found = WhatIf(
         *(False, 0, 0.0, None, 0, 0, {}, 0, {}, None),
@@ -79,24 +76,30 @@ def what_if(
     )
     structure: Counter[str] = Counter()
     for segment in segments:
-        if segment.first_at > stretch.until or found.failure is not None:
-            continue
         sections = segment.from_instant(stretch.begin).sections()
-        first = next(sections)
-        player = OpenPlayer(recording.header, change, first, outputs)
-        for section in stretch_of(sections, stretch.until):
-            before(section)
-            player.take(section)
-            if player.failure is not None and section.kind is not Kind.ENDED:
-                found.failure = text_of(player.failure)
-                break
+        player = OpenPlayer(recording.header, change, first := next(sections), outputs)
+        found.failure = _played(player, stretch_of(sections, stretch.until), before)
         _add(found, player, first.at)
         structure += player.structure
+        if found.failure is not None:
+            break
     found.structure = dict(structure)
     found.outputs, found.compared = outputs.results(), outputs.compared
     found.curves = outputs.curves
     found.identical = found.steps > 0 and found.differences == 0 and not found.faults
     return found
+
+
+def _played(
+    player: OpenPlayer, sections: Iterable[Section], before: Callable[[Section], None]
+) -> str | None:
+    """Take sections; what the changed code raised before the end of the run, which ended it."""
+    for section in sections:
+        before(section)
+        player.take(section)
+        if player.failure is not None and section.kind is not Kind.ENDED:
+            return text_of(player.failure)
+    return None
 
 
 def _add(found: WhatIf, player: OpenPlayer, begin: int) -> None:

@@ -1,6 +1,6 @@
 """`sweep`: many runs of one board, on this machine's cores or on a cluster, and their table."""
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from os import PathLike
 from pathlib import Path
@@ -83,10 +83,7 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
 ) -> Table:
     """Carry a sweep out as it stands; see `sweep`."""
     faults = faults_of(sweep) + output_faults(output)
-    if workers is not None and workers < 1:
-        faults.append(f"--workers: {workers}; expected 1 or more")
-    if workers is not None and scheduler is not None:
-        faults.append("--workers and --scheduler: a cluster has workers of its own; expected one")
+    faults += _option_faults(workers, scheduler)
     if resume and output is None:
         faults.append("--resume: there is no file to go on with; expected -o FILE")
     if faults:
@@ -109,6 +106,14 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
             write_table(table, output)
             partial.remove()
     return table
+
+
+def _option_faults(workers: int | None, scheduler: str | None) -> Iterator[str]:
+    """What is wrong with where it is to run."""
+    if workers is not None and workers < 1:
+        yield f"--workers: {workers}; expected 1 or more"
+    if workers is not None and scheduler is not None:
+        yield "--workers and --scheduler: a cluster has workers of its own; expected one"
 
 
 def _run(

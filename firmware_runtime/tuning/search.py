@@ -6,7 +6,7 @@ the worst of the plants that the identification leaves possible.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
 
@@ -70,17 +70,7 @@ def tune(task: Task) -> Tuned:
             best.append((cost, gains))
         return math.log(cost) + 10.0 * lacking
 
-    bounds = Bounds(*np.transpose(_bounds(task)))
-    found = differential_evolution(
-        judged, bounds, seed=1, popsize=_POPULATION, maxiter=_GENERATIONS, polish=False, tol=1e-4
-    )
-    minimize(
-        judged,
-        found.x,
-        method="Nelder-Mead",
-        bounds=bounds,
-        options={"maxfev": _TRIES, "xatol": 1e-3},
-    )
+    _search(judged, Bounds(*np.transpose(_bounds(task))))
     if not best:
         fault = f"none found with {GAIN_DB:g} dB and {PHASE_DEG:g} deg; expected a shorter delay"
         raise ConfigError("gains", [fault])
@@ -95,6 +85,20 @@ def tune(task: Task) -> Tuned:
         shipped_margins=_worst(task, task.shipped),
         seen=(_mean(task.body, task.shipped, seen), _mean(task.body, gains, seen)),
         unseen=unseen,
+    )
+
+
+def _search(judged: Callable[[Place], float], bounds: Bounds) -> None:
+    """Have places judged until the least is near: everywhere, then about the best."""
+    found = differential_evolution(
+        judged, bounds, seed=1, popsize=_POPULATION, maxiter=_GENERATIONS, polish=False, tol=1e-4
+    )
+    minimize(
+        judged,
+        found.x,
+        method="Nelder-Mead",
+        bounds=bounds,
+        options={"maxfev": _TRIES, "xatol": 1e-3},
     )
 
 

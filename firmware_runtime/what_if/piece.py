@@ -16,7 +16,7 @@ from firmware_runtime.blackbox.section import Kind, Section, decode, encode
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.replay.player import Player
-from firmware_runtime.replay.verdict import Stretch, nothing_to_replay
+from firmware_runtime.replay.verdict import Stretch, segments_of
 
 Shows: TypeAlias = Callable[[bytes], Mapping[str, Any] | None]
 _IN_TIME: Final = (Kind.STEP, Kind.KEYFRAME)
@@ -71,11 +71,8 @@ class Cutter:
 
     def _sections(self, at: int) -> list[bytes]:
         """Those of the segment that has the instant, from the beginning of it."""
-        segments = [each for each in self._recording.segments() if each.last_at >= at]
-        if not segments:
-            fault = nothing_to_replay(self._recording, at)
-            raise ConfigError.of_one(str(self._recording.path), fault)
-        return [each for each in segments[0].contents if kind_of(each) != Kind.HEADER]
+        segment = segments_of(self._recording, Stretch(at))[0]
+        return [each for each in segment.contents if kind_of(each) != Kind.HEADER]
 
     def _anywhere(self, sections: Sequence[bytes], end: int) -> Iterator[tuple[int, bytes]]:
         """Beginnings 1, 2, 4, ... sections before the end, then the first."""

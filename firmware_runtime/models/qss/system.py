@@ -82,7 +82,8 @@ class System:
         shape = list(shape_faults(self))
         if shape:
             raise ConfigError(self.name, shape)
-        faults = list(dict.fromkeys([*self._name_faults(), *self._number_faults(), *self._texts()]))
+        names, numbers = self._name_faults(), self._number_faults()
+        faults = list(dict.fromkeys([*names, *self._equation_faults(), *numbers, *self._texts()]))
         if faults:
             raise ConfigError(self.name, faults)
         for name in ("states", "discrete", "parameters", "quantum", "relative_quantum"):
@@ -126,6 +127,8 @@ class System:
                 if name in known:
                     yield f"{group}: {name!r} is one of {known[name]} too"
                 known[name] = group
+
+    def _equation_faults(self) -> Iterator[str]:
         yield from (
             f"equations: none for {name}" for name in sorted(self.states.keys() - self.equations)
         )
