@@ -9,11 +9,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
-from time import perf_counter_ns, process_time_ns
+from time import monotonic_ns, perf_counter_ns, process_time_ns
 from typing import Any
 from unittest.mock import patch
 
+from firmware_runtime.blackbox.reader import kind_of, read_recording
 from firmware_runtime.blackbox.recorder import Recorder
+from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
@@ -28,21 +30,28 @@ BARE, RECORDED, OWN = "bare", "recorded", "own"
 
 
 class Unwaiting:
-    """Virtual time that the recorder does not know from real time."""
+    """Virtual time that the recorder does not know from real time.
+
+    A reading asks the system as one of real time does, heard or not, and says what time it is here.
+    """
 
     speed: float = 0
 
     def __init__(self) -> None:
         self._clock = clock = VirtualClock()
-        self.start, self.now, self.wait = clock.start, clock.now, clock.wait
+        self.start, self.wait = clock.start, clock.wait
 
-    def heard(self, hear: Callable[[int], None]) -> Callable[[], int]:
+    def now(self) -> int:
+        """Return the present instant of the run, in ns."""
+        monotonic_ns()
+        return self._clock._now  # noqa: SLF001 -- a real one reads its epoch so
+
+    def heard(self, readings: list[int]) -> Callable[[], int]:
         """What reads as `now`, in one function, as that of a real clock."""
-        clock = self._clock
 
         def heard() -> int:
-            now = clock._now  # noqa: SLF001 -- a real one reads its epoch so
-            hear(now)
+            monotonic_ns()
+            readings.append(now := self._clock._now)  # noqa: SLF001 -- as above
             return now
 
         return heard
@@ -108,7 +117,7 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
         session.close()
     models = session.executive.statistics.figures().models.values()
     busiest = max(models, key=lambda model: model.run)
-    written = 0 if session.recorder is None else session.recorder.written
+    written = 0 if name == BARE else _written(folder / "bench.recording")
     return Run(
         spent / steps / MICROSECOND,
         busiest.lateness_us.p99 or 0.0,
@@ -116,6 +125,12 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
         [end - begin for begin, end in zip(last.at, first.at[1:], strict=False)],
         [end - begin for begin, end in zip(first.at, last.at, strict=True)],
     )
+
+
+def _written(path: Path) -> int:
+    """Bytes of the sections of a recording."""
+    contents = (content for chunk in read_recording(path).chunks for content in chunk.contents)
+    return sum(len(content) for content in contents if kind_of(content) != Kind.HEADER)
 
 
 def least_us(spans: Sequence[Sequence[int]]) -> float:

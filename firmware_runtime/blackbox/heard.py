@@ -1,10 +1,15 @@
 """What has been heard since the last section was written, in lists by kind.
 
-The lists stay the same objects for as long as a run lasts: whoever hears something keeps the
-`append` of one. Within a step nothing else is done.
+The lists stay the same objects for as long as a run lasts: whatever hears something keeps one, not
+its `append`, since CPython does `list.append(value)` without a call. Within a step nothing else is
+done.
 """
 
-from typing import Any
+from typing import Any, Final
+
+from firmware_runtime.blackbox.section import Kind
+
+_STEP: Final = Kind.STEP.value
 
 
 class Heard:
@@ -23,8 +28,8 @@ class Heard:
         self.transfers: list[tuple[Any, ...]] = []
         self.entered: list[tuple[str, Any]] = []
         lists = self.readings, self.times, self.enabled, self.world
-        self.fields: list[Any] = [0, 0, *lists, self.sent, self.transfers, self.entered, None]
-        """What is encoded: a section without making one."""
+        self.fields: list[Any] = [_STEP, 0, *lists, self.sent, self.transfers, self.entered, None]
+        """What is encoded, a section without making one: of a step, if nothing else is said."""
 
     def __bool__(self) -> bool:
         return any(self.fields[2:-1])

@@ -13,8 +13,8 @@ from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
 
-Note: TypeAlias = Callable[[tuple[Any, ...]], None]
-"""Takes the fields of a `section.Transfer`."""
+Transfers: TypeAlias = list[tuple[Any, ...]]
+"""The fields of a `section.Transfer` each."""
 Now: TypeAlias = Callable[[], int]
 
 
@@ -26,23 +26,24 @@ def how_it_failed(error: HalError) -> tuple[str, str]:
 class HeardBus(I2cBus):
     """Any bus; `number` is its place among the lines."""
 
-    def __init__(self, bus: I2cBus, number: int, note: Note, now: Now) -> None:
+    def __init__(self, bus: I2cBus, number: int, transfers: Transfers, now: Now) -> None:
         self.name = bus.name
         self.returns_early = bus.returns_early
         self._bus = bus
         self._number = number
-        self._note = note
+        self._transfers = transfers
         self._now = now
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry it out, and note how it ended."""
+        now = self._now  # as a local, which CPython calls sooner
         try:
             answer = self._bus.transaction(address, messages)
         except HalError as error:
             failed = how_it_failed(error)
-            self._note((self._number, address, tuple(messages), failed, self._now()))
+            self._transfers.append((self._number, address, tuple(messages), failed, now()))
             raise
-        self._note((self._number, address, messages, answer, self._now()))
+        self._transfers.append((self._number, address, messages, answer, now()))
         return answer
 
     def pause(self, span: int) -> None:
@@ -57,11 +58,11 @@ class HeardBus(I2cBus):
 class HeardPort(SerialPort):
     """Any serial port; `number` is its place among the lines."""
 
-    def __init__(self, port: SerialPort, number: int, note: Note, now: Now) -> None:
+    def __init__(self, port: SerialPort, number: int, transfers: Transfers, now: Now) -> None:
         self.name = port.name
         self._port = port
         self._number = number
-        self._note = note
+        self._transfers = transfers
         self._now = now
 
     def write(self, data: bytes) -> None:
@@ -84,23 +85,24 @@ class HeardPort(SerialPort):
         try:
             answer = use() or b""
         except HalError as error:
-            self._note((self._number, what, data, how_it_failed(error), self._now()))
+            failed = how_it_failed(error)
+            self._transfers.append((self._number, what, data, failed, self._now()))
             raise
-        self._note((self._number, what, data, answer, self._now()))
+        self._transfers.append((self._number, what, data, answer, self._now()))
         return answer
 
 
 class HeardTime:
-    """The time of the lines; `hear` gets every instant and span that a line asks for, ns."""
+    """The time of the lines; `times` gets every instant and span that a line asks for, ns."""
 
-    def __init__(self, time: LineTime, hear: Callable[[int], None]) -> None:
+    def __init__(self, time: LineTime, times: list[int]) -> None:
         self._time = time
-        self._hear = hear
+        self._times = times
 
     def __call__(self) -> int:
         """Return the instant."""
-        now = self._time()
-        self._hear(now)
+        time = self._time
+        self._times.append(now := time())
         return now
 
     def reach(self, at: int) -> None:
@@ -109,17 +111,15 @@ class HeardTime:
 
     def elapsed(self) -> int:
         """Return the ns from the instant of the step under way to where the lines are now."""
-        elapsed = self._time.elapsed()
-        self._hear(elapsed)
+        self._times.append(elapsed := self._time.elapsed())
         return elapsed
 
 
-def heard_interlock(interlock: Interlock, hear: Callable[[bool], None]) -> Interlock:
-    """An interlock whose answers are heard."""
+def heard_interlock(interlock: Interlock, answers: list[bool]) -> Interlock:
+    """An interlock whose answers are appended to a list."""
 
     def is_enabled() -> bool:
-        enabled = interlock()
-        hear(enabled)
+        answers.append(enabled := interlock())
         return enabled
 
     return is_enabled

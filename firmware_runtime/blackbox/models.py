@@ -4,7 +4,7 @@ A model of a world, such as a rig's probe, is none of the robot's own. It sees a
 there in a replay, so what it sent and when it wants to be called next is heard.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.heard import Heard
@@ -14,23 +14,24 @@ from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.ports import OutPort, StandIn
 
-Sent: TypeAlias = Callable[[tuple[int, Any]], None]
+Sent: TypeAlias = list[tuple[int, Any]]
+"""Number of the port and value."""
 
 
 class HeardBag(StandIn[Any]):
     """Hears each value with the port's number, and hands it on as the port did."""
 
-    __slots__ = ("_bag", "_entry", "_hear", "_register", "number")
+    __slots__ = ("_bag", "_entry", "_register", "_sent", "number")
 
-    def __init__(self, port: OutPort[Any], number: int, hear: Sent) -> None:
+    def __init__(self, port: OutPort[Any], number: int, sent: Sent) -> None:
         self.number = number
-        self._hear = hear
+        self._sent = sent
         inner = port.taken_over_by(self)
         self._bag, self._register, self._entry = inner.bag, inner.register, inner.entry
 
     def append(self, value: object, /) -> None:
         """Take one value."""
-        self._hear((self.number, value))
+        self._sent.append((self.number, value))
         bag = self._bag  # as `OutPort.send`, without the call
         if not bag:
             self._register.append(self._entry)
@@ -44,7 +45,7 @@ class LastBag(HeardBag):
 
     def append(self, value: object, /) -> None:
         """Take one value."""
-        self._hear((self.number, value))
+        self._sent.append((self.number, value))
 
 
 def own_atomics(component: Component) -> Iterator[Atomic]:
@@ -57,16 +58,16 @@ def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:
     return [port for atomic in atomics for port in atomic.out_ports.values()]
 
 
-def listen(atomics: Iterable[Atomic], hear: Sent, numbers: Iterable[int] | None = None) -> None:
-    """Hear what leaves every output port from now on, by these numbers or in order."""
+def listen(atomics: Iterable[Atomic], sent: Sent, numbers: Iterable[int] | None = None) -> None:
+    """Append what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):
-        (HeardBag if port.leads_somewhere else LastBag)(port, number, hear)
+        (HeardBag if port.leads_somewhere else LastBag)(port, number, sent)
 
 
 def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions:
     """What to call for a world's model, so that it is heard."""
-    sent, hear = heard.sent, heard.world.append
+    sent, world = heard.sent, heard.world
     send, transit, take, confluent = (
         functions.output,
         functions.internal,
@@ -77,18 +78,18 @@ def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions
     def output() -> None:
         before = len(sent)
         send()
-        hear(len(sent) - before)
+        world.append(len(sent) - before)
 
     def internal() -> None:
         transit()
-        hear(atomic.sigma)
+        world.append(atomic.sigma)
 
     def external(elapsed: int) -> None:
         take(elapsed)
-        hear(atomic.sigma)
+        world.append(atomic.sigma)
 
     def both() -> None:
         confluent()  # type: ignore[misc]  # only called where there is one
-        hear(atomic.sigma)
+        world.append(atomic.sigma)
 
     return Wrapped(atomic, output, internal, external, None if confluent is None else both)

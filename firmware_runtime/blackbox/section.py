@@ -4,7 +4,7 @@ A section is MessagePack: an array of the fields of `Section`. Within each list 
 order in which they came, so a replay that asks for the same, in the same order, gets the same.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
 from typing import Any, Final
 
@@ -101,32 +101,28 @@ def _in_words(value: object) -> object:
         return {"unknown": f"{kind.__module__}:{kind.__qualname__}"}
 
 
-encode_at_once: Final = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
-"""As `encode`; raises an exception also where a value that was sent cannot be written."""
+encode: Final[Callable[[Sequence[Any]], bytes]] = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
+"""The fields of a section, in their order, as bytes.
+
+Raises an exception where something cannot be written, such as a text that UTF-8 has not.
+"""
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
 _SENT: Final = msgspec.msgpack.Decoder(list[tuple[int, Any]]).decode
 
 
-def encode(fields: Sequence[Any]) -> bytes:
-    """The fields of a section, in their order, as bytes.
-
-    Raises an exception where something else than a value that was sent cannot be written.
-    """
-    try:
-        return encode_at_once(fields)
-    except Exception:  # noqa: BLE001 -- a value of the model's; the run goes on, whatever it is
-        kind, at, readings, times, enabled, world, sent, transfers, entered, extra = fields
-        return encode_at_once(
-            (kind, at, readings, times, enabled, world, _safely(sent), transfers, entered, extra)
-        )
+def encode_in_words(fields: Sequence[Any]) -> bytes:
+    """As `encode`, but a value that was sent and cannot be written is said to be unknown."""
+    kind, at, readings, times, enabled, world, sent, transfers, entered, extra = fields
+    values = _each(sent)
+    return encode((kind, at, readings, times, enabled, world, values, transfers, entered, extra))
 
 
 def encode_sent(sent: list[tuple[int, Any]]) -> bytes:
     """What was sent in a section, as its bytes have it."""
     try:
-        return encode_at_once(sent)
-    except Exception:  # noqa: BLE001 -- as above
-        return encode_at_once(_safely(sent))
+        return encode(sent)
+    except Exception:  # noqa: BLE001 -- a value of the model's, whatever it is
+        return encode(_each(sent))
 
 
 def sentences(errors: Iterable[Exception]) -> list[str]:
@@ -153,7 +149,7 @@ def sent_of(section: Section) -> list[tuple[int, Any]]:
         raise ConfigError.of_one("recording", fault) from error
 
 
-def _safely(sent: Any) -> list[tuple[int, object]]:  # noqa: ANN401 -- pairs
+def _each(sent: Iterable[tuple[int, Any]]) -> list[tuple[int, object]]:
     """Values each on their own: one that cannot be written does not take the others with it."""
     found: list[tuple[int, object]] = []
     for number, value in sent:

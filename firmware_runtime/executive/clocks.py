@@ -76,12 +76,11 @@ class MonotonicClock:
         """Return the present instant of the run, in ns."""
         return monotonic_ns() - self._epoch
 
-    def heard(self, hear: Callable[[int], None]) -> Callable[[], int]:
-        """What reads as `now`, and lets each reading be heard."""
+    def heard(self, readings: list[int]) -> Callable[[], int]:
+        """What reads as `now`, and appends each reading to a list."""
 
         def heard() -> int:  # without the call of `now`: every function of a model reads it
-            now = monotonic_ns() - self._epoch
-            hear(now)
+            readings.append(now := monotonic_ns() - self._epoch)
             return now
 
         return heard
@@ -141,9 +140,9 @@ class ScaledClock(MonotonicClock):
         """Return the present instant of the run, in ns."""
         return self._at + super().now() * self._gained // self._spent
 
-    def heard(self, hear: Callable[[int], None]) -> Callable[[], int]:
-        """What reads as `now`, and lets each reading be heard."""
-        return _heard(self, hear)
+    def heard(self, readings: list[int]) -> Callable[[], int]:
+        """What reads as `now`, and appends each reading to a list."""
+        return _heard(self, readings)
 
     def _monotonic(self, at: int) -> int:
         # rounded up: a deadline is never early
@@ -176,18 +175,17 @@ class VirtualClock:
         return ready
 
 
-def heard_clock(clock: Clock, hear: Callable[[int], None]) -> Callable[[], int]:
-    """What reads as the clock does, and lets each reading be heard."""
+def heard_clock(clock: Clock, readings: list[int]) -> Callable[[], int]:
+    """What reads as the clock does, and appends each reading to a list."""
     own = getattr(clock, "heard", None)
-    return _heard(clock, hear) if own is None else own(hear)
+    return _heard(clock, readings) if own is None else own(readings)
 
 
-def _heard(clock: Clock, hear: Callable[[int], None]) -> Callable[[], int]:
+def _heard(clock: Clock, readings: list[int]) -> Callable[[], int]:
     read = clock.now
 
     def heard() -> int:
-        now = read()
-        hear(now)
+        readings.append(now := read())
         return now
 
     return heard

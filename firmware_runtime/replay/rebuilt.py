@@ -84,7 +84,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     )
     atomics = profiler.simulator.atomics
     numbers, ports = _numbered(header.ports, output_ports(atomics))
-    listen(atomics, sent.append, numbers)
+    listen(atomics, sent, numbers)
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
     ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
