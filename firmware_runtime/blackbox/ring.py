@@ -1,12 +1,13 @@
 """The ring: chunks in shared memory that a run writes sections into, without a system call.
 
 The pages belong to the kernel, so they outlive the process, `kill -9` included; a disk has no part
-in it. Its space is allocated and mapped at once, before the run.
+in it. In real time its space is allocated, and its pages are mapped, at once, before the run.
 """
 
 import errno
 import mmap
 import os
+from contextlib import suppress
 from pathlib import Path
 from zlib import crc32
 
@@ -17,6 +18,7 @@ from firmware_runtime.errors import ConfigError
 
 _SECTION_SIZE = SECTION.size
 _pack_section, _pack_chunk = SECTION.pack_into, CHUNK.pack_into
+_MADV_POPULATE_WRITE = 23
 _MODE = 0o640
 """The owner writes, the group may read: as with statistics."""
 
@@ -44,7 +46,8 @@ class Ring:
             expected = "expected more recording.minutes, or fewer ports and models"
             raise ConfigError.of_one(str(path), f"{fault}; {expected}")
         self._memory, self._descriptor = _mapped(path, size, header, reserves=reserves)
-        self._used = self._begin = 0
+        self._begin = self._end = self._place = 0
+        """Of the chunk, the first byte and the one after it; where the next section goes."""
         try:
             self._open_chunk()
         except OSError as error:
@@ -57,17 +60,18 @@ class Ring:
         Raises SectionTooLarge, and OSError where there is no room for another chunk.
         """
         # once a step, when nothing of it is in the processor's caches: one function, straight on
-        size, memory, begin = len(content), self._memory, self._begin
-        place = self._used + _SECTION_SIZE
-        used = place + size
-        if used <= self._chunk_size:
-            _pack_section(memory, begin + self._used, size, crc32(content))
-            memory[begin + place : begin + used] = content
-            _pack_chunk(memory, begin, self.chunk, used)
-            self._used = used
-            return False
-        self._go_on_in_next_chunk(content)
-        return True
+        place = self._place
+        begin = place + _SECTION_SIZE
+        end = begin + len(content)
+        if end > self._end:
+            self._go_on_in_next_chunk(content)
+            return True
+        memory = self._memory
+        _pack_section(memory, place, len(content), crc32(content))
+        memory[begin:end] = content
+        _pack_chunk(memory, self._begin, self.chunk, end - self._begin)
+        self._place = end
+        return False
 
     def _go_on_in_next_chunk(self, content: bytes) -> None:
         least = CHUNK.size + SECTION.size + len(self._header)
@@ -93,9 +97,11 @@ class Ring:
         begin = PREFIX_SIZE + self.chunk % self._chunks * self._chunk_size
         if self._descriptor is not None and self.chunk < self._chunks:
             os.posix_fallocate(self._descriptor, begin, self._chunk_size)
+            _populate(self._memory, begin, self._chunk_size)
         CHUNK.pack_into(self._memory, begin, 0, 0)
         self.chunk += 1
-        self._begin, self._used = begin, CHUNK.size
+        self._begin, self._end = begin, begin + self._chunk_size
+        self._place = begin + CHUNK.size
         self.write(self._header)
 
 
@@ -120,6 +126,8 @@ def _mapped(
             spare = spare_of(size.chunk_bytes, size.chunks, size.bytes, header)
             os.pwrite(descriptor, spare, size.bytes)
             memory = mmap.mmap(descriptor, size.bytes)
+            if reserves:
+                _populate(memory, 0, size.bytes)
             unfinished.replace(path)
             kept = None if reserves else os.dup(descriptor)
         finally:
@@ -128,6 +136,13 @@ def _mapped(
     except OSError as error:
         raise _unmade(path, size, error) from error
     return memory, kept
+
+
+def _populate(memory: mmap.mmap, begin: int, size: int) -> None:
+    """Map these pages now: the first write to one that is not would be a fault, in a step."""
+    first = begin - begin % mmap.PAGESIZE
+    with suppress(OSError):  # of a kernel that does not know it, before Linux 5.14
+        memory.madvise(_MADV_POPULATE_WRITE, first, begin + size - first)
 
 
 def _unmade(path: Path, size: Size, error: OSError) -> ConfigError:
