@@ -38,3 +38,5 @@ class Header(Struct, frozen=True, kw_only=True):
     """SHA-256 by module of the source of the model's classes."""
     code_sha256: str
     versions: dict[str, str | None]
+    chance: Any = None
+    """Where the process's generators of random numbers stood before the robot was built."""

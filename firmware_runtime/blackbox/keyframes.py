@@ -13,6 +13,7 @@ such as `bag.append` still lead to the same objects.
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from threading import Lock, RLock
+from typing import Any, Protocol
 
 from firmware_runtime.blackbox.carried import carried
 from firmware_runtime.blackbox.columns import Column, columns_of
@@ -38,16 +39,33 @@ class ForeignState(ConfigError):
     """A file's state that is none of this robot, or is damaged."""
 
 
+class Aside(Protocol):
+    """State that no root leads to, such as a generator of the process."""
+
+    def read(self) -> Any:  # noqa: ANN401 -- plain values
+        """What it is now; None for what it is without a word."""
+
+    def put(self, found: Any) -> None:  # noqa: ANN401 -- as above
+        """Let it be so again."""
+
+
 class StateTable:
     """Captures and restores all that can be reached from `roots`, by name in their paths.
 
     Make it where every process that builds the same robot has it in the same state, such as before
     the first step. Objects, and objects of classes, in `edges` are kept as they are: lines, clocks,
     sockets, functions that print. Raises UnkeepableState for anything else whose state Python
-    cannot read and set. Attributes of classes and names of modules are not part of it.
+    cannot read and set. Attributes of classes and names of modules are not part of it. What is
+    `aside` is kept and set too, and not compared.
     """
 
-    def __init__(self, roots: Mapping[str, object], edges: Iterable[object] = ()) -> None:
+    def __init__(
+        self,
+        roots: Mapping[str, object],
+        edges: Iterable[object] = (),
+        aside: Aside | None = None,
+    ) -> None:
+        self._aside = aside
         self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
         self._columns = columns_of(self._known)
         names = self._columns.attributes.names
@@ -60,9 +78,11 @@ class StateTable:
 
     def capture(self) -> bytes:
         """The state now. Raises UnkeepableState for an object that was made since and has none."""
+        aside = None if self._aside is None else self._aside.read()
+        held = [] if aside is None else [aside]
         try:
             return self._writer.written(
-                [self.fingerprint, *(each.read() for each in self._columns.each)]
+                [self.fingerprint, *(each.read() for each in self._columns.each), *held]
             )
         except NoValue as error:
             raise self._blamed(error) from error
@@ -74,9 +94,9 @@ class StateTable:
         `built`, the state in which the recorded robot was built, what that had not changed since
         then stays as it is here: see `carried`.
         """
-        read = self._read(content)
+        aside, read = self._read(content)
         if built is not None:
-            read = self._carried(read, self._read(built))
+            read = self._carried(read, self._read(built)[1])
         try:
             made = Making(self._known.things, self._known.modules).of(read)
         except (NoValue, IndexError) as error:
@@ -89,13 +109,15 @@ class StateTable:
             raise _foreign(f"{type(error).__name__}: {error}") from error
         del before
         self._columns.fill(made)  # again: what has gone with `before` may have changed others
+        if self._aside is not None:
+            self._aside.put(aside)
 
     def differences(self, content: bytes) -> Iterator[FieldDifference]:
         """Each field that is another now than it was recorded. Raises as `capture` and `restore`.
 
         Floats are the same if they are so to the bit, known objects if they are the same objects.
         """
-        recorded, present = self._read(content), self._read(self.capture())
+        (_, recorded), (_, present) = self._read(content), self._read(self.capture())
         comparison = StateComparison(self._known)
         for column, old, new in zip(self._columns.each, recorded, present, strict=True):
             before, after = _fields(column, old), _fields(column, new)
@@ -110,11 +132,12 @@ class StateTable:
         def same(one: Thing, other: Thing) -> bool:
             return next(comparison.between("", one, other), None) is None
 
-        merged: list[list[Thing]] = carried(recorded, built, self._read(self.capture()), same)
+        _, present = self._read(self.capture())
+        merged: list[list[Thing]] = carried(recorded, built, present, same)
         return merged
 
-    def _read(self, content: bytes) -> list[list[Thing]]:
-        """The columns of a file."""
+    def _read(self, content: bytes) -> tuple[Any, list[list[Thing]]]:
+        """What is aside, and the columns of a file."""
         columns: list[list[Thing]]
         try:
             fingerprint, *columns = self._reader.read(content)
@@ -122,9 +145,10 @@ class StateTable:
             raise _foreign(f"{error}") from error
         if fingerprint != self.fingerprint:
             raise _foreign("it is of another robot; expected one of this board and these settings")
+        aside = columns.pop() if len(columns) == len(self._columns.each) + 1 else None
         if len(columns) != len(self._columns.each):
             raise _foreign(f"{len(columns)} columns; expected {len(self._columns.each)}")
-        return columns
+        return aside, columns
 
     def _blamed(self, error: NoValue) -> UnkeepableState:
         """The error, with the path of the field that cannot be written."""

@@ -43,7 +43,8 @@ class Recorder:
         self._fault: str | None = None
         self._clock = clock
         self._now = clock.now
-        self._places = places()
+        self.chance = places()
+        """Where the process's generators of random numbers stood before the robot was built."""
         self._schedule = KeyframeSchedule()
         self._writer = Writer(self.heard, self._schedule)
         self._make_ring: Callable[[], Ring | None] | None = None
@@ -108,7 +109,7 @@ class Recorder:
 
     def built(self) -> None:
         """The robot has been put together."""
-        self._write(Kind.BUILD, 0, self._places)
+        self._write(Kind.BUILD, 0)
 
     def close(self) -> None:
         """Write no more; the recording stays where it is."""

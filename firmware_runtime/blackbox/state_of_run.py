@@ -13,6 +13,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.delivery import Delivery
 from firmware_runtime.devs.ports import InPort, OutPort, StandIn
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.recording.chance import Places
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.spans import SpanRing
 
@@ -25,16 +26,19 @@ _EDGES: Final = (
 )
 
 
-def state_of_run(
+def state_of_run(  # noqa: PLR0913 -- parts of a run
     robot: Robot,
     lines: Lines,
     executive_state: Mapping[str, Any],
     own: frozenset[Atomic],
     edges: Iterable[object] = (),
+    *,
+    chance: Any = None,  # noqa: ANN401 -- whatever stands in a file
 ) -> StateTable:
     """The table of a robot that is about to make its first step; a world's models are none of it.
 
-    `edges` are what else a replay has of its own. Raises UnkeepableState.
+    `edges` are what else a replay has of its own. `chance` is where the process's own generators of
+    random numbers stood before the robot was built. Raises UnkeepableState.
     """
     parts = {name: executive_state[name] for name in _PARTS}
     accounts, step = parts["accounting"].accounts, executive_state["step"]
@@ -43,7 +47,7 @@ def state_of_run(
     functions = parts["simulator"].own_confluents
     own_edges = (step, step.now, lines.interlock, functions, *strange, *world, *edges)
     parts["began_at"] = step.began_at  # all else of it begins anew with each step
-    return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges))
+    return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges), Places(chance))
 
 
 def _of(account: Any) -> tuple[object, ...]:  # noqa: ANN401 -- a model's account

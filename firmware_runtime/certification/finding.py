@@ -58,6 +58,8 @@ class Finding(Struct, frozen=True, kw_only=True):
     """Of the code that replayed."""
     code_changed: list[str] = []
     """Modules whose source is another than in the recorded run."""
+    has_drawn: bool = False
+    """Whether the replay drew from the process's own generators of random numbers."""
 
     @property
     def is_identical(self) -> bool:

@@ -47,6 +47,7 @@ def finding_of(recording: Recording, comparison: Comparison, code: Mapping[str, 
         fault=comparison.fault,
         code_sha256=digest_of(code),
         code_changed=changed_modules(header.code, code),
+        has_drawn=comparison.has_drawn,
     )
 
 
@@ -69,6 +70,7 @@ def finding_of_run(header: RunHeader, verdict: Verdict, code: Mapping[str, str])
         or (None if verdict.is_something else "nothing was run again"),
         code_sha256=digest_of(code),
         code_changed=changed_modules(header.code, code),
+        has_drawn=verdict.has_drawn,
     )
 
 

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 from firmware_runtime.certification.certificate import Certificate, in_columns
 from firmware_runtime.certification.finding import Finding, Place
 from firmware_runtime.devs.time import format_time
+from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
 
@@ -89,7 +90,8 @@ def _differences(certificate: Certificate) -> Iterator[tuple[str, str, str, str]
                 output = finding.first_output
                 effect = "none" if output is None else place_said(output)
                 where = finding.recording, _letter(number)
-                yield (*where, place_said(finding.first), effect)
+                why = f"; {UNKEPT}" if finding.has_drawn else ""
+                yield (*where, place_said(finding.first) + why, effect)
 
 
 def _machines(certificate: Certificate) -> Element:

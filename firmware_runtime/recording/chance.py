@@ -1,8 +1,9 @@
 """Where the process's own generators of random numbers stand: of `random`, and of `numpy.random`.
 
-A model that draws from them, instead of from a generator that it has, draws the same in a replay
-that begins at the start of the run. Their place is no part of a keyframe. A module that was not
-imported yet has no place; what it draws is not repeated.
+A model that draws from them, instead of from a generator that it has, draws the same in a replay:
+a run says where they stood before its robot was built, and its keyframes where they stand, if that
+is elsewhere by then. A module that was not imported when the robot was built has no place before
+the first keyframe.
 """
 
 import random
@@ -26,10 +27,26 @@ def places() -> list[Any]:
 
 
 UNKEPT: Final = (
-    "a model draws random numbers from the process's own generators (random, numpy.random); "
-    "expected a generator that it has, which is part of its state"
+    "random numbers were drawn from the process's own generators (random, numpy.random), which a "
+    "world or a thread may have drawn from as well; expected a generator that the model has"
 )
 """What to say of a replay that differs, and in which they were drawn from."""
+
+
+class Places:
+    """Where they stand beside a state, given where they stood before the robot was built."""
+
+    def __init__(self, stood: Any) -> None:  # noqa: ANN401 -- as `places`, or what is in a file
+        self._stood = stood
+
+    def read(self) -> list[Any] | None:
+        """Where they stand; None if that is where they stood."""
+        found = places()
+        return None if found == self._stood else found
+
+    def put(self, found: list[Any] | None) -> None:
+        """Let them stand where `read` has found them."""
+        put(self._stood if found is None else found)
 
 
 def put(places: Any) -> None:  # noqa: ANN401 -- whatever stands in a file

@@ -16,7 +16,6 @@ from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.recording.chance import put
 from firmware_runtime.recording.values import UnknownValue, made, unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
@@ -69,7 +68,6 @@ class Player:
         self.feed = self._new_feed()
         if beginning.kind is Kind.BUILD:
             self.feed.load(beginning)
-            put(beginning.extra)
         found = rebuilt(header, board, self.feed)
         self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
         self.lines, self.simulator = found.lines, found.profiler.simulator
@@ -215,7 +213,9 @@ class Player:
         """The table of the robot's state; None if it has one that cannot be kept."""
         try:
             return state_of_run(
-                found.robot, found.lines, found.profiler.state, found.own, (*REPLAYED, found.rig)
+                *(found.robot, found.lines, found.profiler.state, found.own),
+                (*REPLAYED, found.rig),
+                chance=self.header.chance,
             )
         except UnkeepableState:
             return None

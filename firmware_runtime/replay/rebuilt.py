@@ -21,6 +21,7 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.links.dover.blocks import DoverBlocks
+from firmware_runtime.recording.chance import put
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import replayed_lines
 from firmware_runtime.replay.world import PlayedWorld
@@ -60,8 +61,10 @@ class Rebuilt:
 def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     """Build the robot by this board; the feed holds what was heard while it was built then.
 
-    Raises ConfigError for a board that the recording is none of.
+    The process's own generators of random numbers stand where they stood then. Raises ConfigError
+    for a board that the recording is none of.
     """
+    put(header.chance)
     lines = replayed_lines(board, feed, header.early)
     whole = board.build(lines)
     own = frozenset(own_atomics(whole.model))

@@ -134,7 +134,7 @@ def state_as_built(header: Header, board: Board) -> bytes:
     found = rebuilt(header, board, Feed(header, ignored))
     state = found.profiler.state
     return state_of_run(
-        found.robot, found.lines, state, found.own, (*REPLAYED, found.rig)
+        found.robot, found.lines, state, found.own, (*REPLAYED, found.rig), chance=header.chance
     ).capture()
 
 

@@ -45,7 +45,14 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
     recorder.write_into(
         ring,
         executive.simulator.atomics,
-        lambda: state_of_run(robot.robot, robot.lines, executive.state, recorder.own, [robot.rig]),
+        lambda: state_of_run(
+            robot.robot,
+            robot.lines,
+            executive.state,
+            recorder.own,
+            [robot.rig],
+            chance=recorder.chance,
+        ),
         lambda: counts_of(executive.accounts, executive.faults),
         is_real_time=is_real_time,
     )
@@ -76,9 +83,11 @@ def header_of(robot: RecordedRobot) -> Header:
         code=code,
         code_sha256=digest_of(code),
         versions=versions_here(),
+        chance=recorder.chance,
     )
 
 
 def encoded_header(header: Header) -> bytes:
     """The section that begins each chunk."""
-    return encode((Kind.HEADER.value, 0, [], [], [], [], [], [], [], to_builtins(header)))
+    extra = to_builtins(header, builtin_types=[bytes])
+    return encode((Kind.HEADER.value, 0, [], [], [], [], [], [], [], extra))

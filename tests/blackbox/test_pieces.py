@@ -18,7 +18,7 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 from tests.support.recorded import every_section, record
 
 PID = os.getpid()
-CHUNK_SIZE = 16_384
+CHUNK_SIZE = 32_768
 STEPS_IN_A_CHUNK = 4
 
 

@@ -1,6 +1,8 @@
 """A model that draws from the process's own generators draws the same in its replay."""
 
+import json
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,33 +11,74 @@ import pytest
 
 from boards.tachobot.allocation import Allocation
 from drivers.thrust_pairs import Forces
+from firmware_runtime.blackbox import keyframe_schedule
 from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Kind, sent_of
+from firmware_runtime.blackbox.section import Kind, decode, sent_of
+from firmware_runtime.cli.main import main
+from firmware_runtime.debugger.travel import Travel
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.recording import chance
 from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import replay
-from tests.support.recorded import record
-from tests.support.replayed import check_identical
+from firmware_runtime.replay.verdict import Stretch, replay
+from tests.support.recorded import every_section, record
+from tests.support.replayed import check_identical, replayed
 
-SPAN_S = 1.0
+_WORDS = b"B" + (625 * 4).to_bytes(4, "little")
+"""How the state of `random` begins where it is pickled."""
+SPAN_S = 1.6
+EVERY = 300 * MILLISECOND
+BEGINS = (0.35, 0.95, 1.25, 1.55)
+"""Seconds, each behind another keyframe."""
+
+
+@pytest.fixture(autouse=True)
+def keyframes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some keyframes in a short run."""
+    monkeypatch.setattr(keyframe_schedule, "KEYFRAME_EVERY", EVERY)
 
 
 @pytest.fixture
 def uncertain(monkeypatch: pytest.MonkeyPatch) -> None:
     """TachoBot's allocation is off by chance: as it was built, and each time it answers."""
-    build, output = Allocation.__init__, Allocation.output
+    building(monkeypatch, "offset", random.random)
+    drawing(
+        monkeypatch,
+        lambda model: random.gauss(0, 0.01) + float(np.random.normal(0, 0.01)) + model.offset,  # noqa: NPY002
+    )
 
-    def built(self: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
-        build(self, name, thrust, timeout)
-        self.offset = random.random()  # noqa: S311
 
-    def sent(self: Any) -> None:  # noqa: ANN401
-        noise = random.gauss(0, 0.01) + float(np.random.normal(0, 0.01))  # noqa: NPY002
-        self.forces = Forces(*(each + noise + self.offset for each in self.forces))
-        output(self)
+def building(monkeypatch: pytest.MonkeyPatch, name: str, made: Callable[[], object]) -> None:
+    """Let TachoBot's allocation have another attribute."""
+    build = Allocation.__init__
+
+    def built(self: Any, name_: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
+        build(self, name_, thrust, timeout)
+        setattr(self, name, made())
 
     monkeypatch.setattr(Allocation, "__init__", built)
+
+
+def drawing(monkeypatch: pytest.MonkeyPatch, drawn: Callable[[Any], float]) -> None:
+    """Let TachoBot's forces be off by that, each time they are sent."""
+    output = Allocation.output
+
+    def sent(self: Any) -> None:  # noqa: ANN401
+        off = drawn(self)
+        self.forces = Forces(*(each + off for each in self.forces))
+        output(self)
+
     monkeypatch.setattr(Allocation, "output", sent)
+
+
+def check_from_keyframes(path: Path) -> None:
+    """Assert that the run is its replay from each of its keyframes."""
+    recording = read_recording(path)
+    board = board_of_table(recording.header.source, recording.header.table)
+    for begin_s in BEGINS:
+        random.seed(begin_s)
+        verdict = replay(recording, board, Stretch(begin=round(begin_s * SECOND)))
+        assert (verdict.first, verdict.is_identical) == (None, True)
+        assert 0 < verdict.duration < (SPAN_S - begin_s) * SECOND + 2 * EVERY
 
 
 @pytest.mark.slow
@@ -45,12 +88,90 @@ def test_what_a_model_drew_is_drawn_again(tmp_path: Path) -> None:
     path = record(tmp_path / "run", "tachobot", SPAN_S)
     random.seed(1)
     np.random.seed(8)  # noqa: NPY002
-    check_identical(path)
-    recording = read_recording(path)
-    board = board_of_table(recording.header.source, recording.header.table)
-    assert replay(recording, board).has_drawn
+    assert check_identical(path).has_drawn
+    check_from_keyframes(path)
     other = record(tmp_path / "other", "tachobot", SPAN_S)
     assert _sent(path) != _sent(other)
+
+
+@pytest.mark.slow
+def test_what_is_first_drawn_behind_a_keyframe_is_drawn_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    building(monkeypatch, "sent", lambda: 0)
+
+    def late(model: Any) -> float:  # noqa: ANN401
+        model.sent += 1
+        return random.random() if model.sent > 40 else 0.0  # noqa: S311 -- of some 80
+
+    drawing(monkeypatch, late)
+    path = record(tmp_path / "run", "tachobot", SPAN_S)
+    drawn_from = _drawn_from(path)
+    assert (drawn_from[0], drawn_from[-1]) == (False, True)
+    assert check_identical(path).has_drawn
+    check_from_keyframes(path)
+
+
+@pytest.mark.slow
+def test_of_a_run_in_which_nothing_was_drawn_that_is_said(tmp_path: Path) -> None:
+    path = record(tmp_path / "run", "tachobot", SPAN_S)
+    random.seed(1)
+    assert not check_identical(path).has_drawn
+    assert set(_drawn_from(path)) == {False}
+
+
+@pytest.mark.slow
+def test_a_generator_of_a_model_without_a_seed_is_in_its_keyframes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    building(monkeypatch, "generator", np.random.default_rng)
+    drawing(monkeypatch, lambda model: float(model.generator.normal(0, 0.01)))
+    path = record(tmp_path / "run", "tachobot", SPAN_S)
+    check_from_keyframes(path)
+    assert not replayed(path).has_drawn
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("uncertain")
+def test_going_back_in_the_debugger_draws_the_same_again(tmp_path: Path) -> None:
+    path = record(tmp_path / "run", "tachobot", SPAN_S)
+    recording = read_recording(path)
+    board = board_of_table(recording.header.source, recording.header.table)
+    travel = Travel(recording, board, None)
+    for second in (0.95, 0.4, 0.7):
+        travel.go_to(travel.index_after(round(second * SECOND)))
+        assert travel.player.first is None
+
+
+@pytest.mark.slow
+def test_a_certificate_says_that_they_were_drawn_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "run.recording"
+    with monkeypatch.context() as patched:
+        drawing(patched, lambda _: 0.0)
+        record(path, "tachobot", 1.0)
+        assert _certified(path, capsys)["has_drawn"] is False
+    drawing(monkeypatch, lambda _: random.random())  # noqa: S311
+    assert _certified(path, capsys)["has_drawn"] is True
+    main(["certify", str(path)])
+    assert chance.UNKEPT in capsys.readouterr().out
+    main(["certify", str(path), "-o", str(tmp_path / "page.html")])
+    assert chance.UNKEPT in (tmp_path / "page.html").read_text()
+
+
+def _certified(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    main(["certify", str(path), "--json"])
+    certificate = json.loads(capsys.readouterr().out)
+    (finding,) = certificate["machines"][0]["findings"]
+    return dict(finding)
+
+
+def _drawn_from(path: Path) -> list[bool]:
+    """Of each keyframe whether it says where the generators stood."""
+    keyframes = [each for each in map(decode, every_section(path)) if each.kind is Kind.KEYFRAME]
+    assert len(keyframes) > 3
+    return [_WORDS in each.extra for each in keyframes]
 
 
 def _sent(path: Path) -> list[object]:

@@ -22,6 +22,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_output
 
@@ -116,6 +117,8 @@ def _lines(certificate: Certificate) -> Iterator[str]:
             yield f"  {said(each)}  on {name}"
             if each is not None and each.first is not None:
                 yield f"    first: {place_said(each.first)}"
+                if each.has_drawn:
+                    yield f"    {UNKEPT}"
     yield from certificate.lacking()
 
 
