@@ -190,7 +190,9 @@ class Recorder:
         """The run is over."""
         ended = {"state": outcome.state.name.lower(), "reason": legible(outcome.reason)}
         missing = {"fault": self._missing, "no_keyframe": self._schedule.fault}
-        self._write(Kind.ENDED, at, {**ended, **missing, "counts": self._counts()})
+        has_begun = self._make_ring is None
+        counts = self._counts() if has_begun else {}
+        self._write(Kind.ENDED, at, {**ended, **missing, "counts": counts})
 
     @property
     def warning(self) -> str | None:

@@ -104,6 +104,8 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
     yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {speed}"
     if verdict.failure is not None:
         yield f"  it ended so again: {verdict.failure}"
+    elif verdict.end is not None:
+        yield f"  the run had failed: {verdict.end}"
     if verdict.code_changed:
         yield f"  code that has changed since: {', '.join(verdict.code_changed)}"
     if verdict.versions_changed:

@@ -15,7 +15,6 @@ from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.recording.values import UnknownValue, made, unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
@@ -59,6 +58,8 @@ class Player:
         self.first: Difference | None = None
         self.at = 0
         self.steps = 0
+        self.end: str | None = None
+        """Why the run had failed, as it says; None for one that had not."""
         self.missing: str | None = None
         """What the run could not record, in a sentence."""
         self.failure: Exception | None = None
@@ -130,7 +131,7 @@ class Player:
     def _probe(self, _section: Section) -> None:
         try:
             self.robot.find_chips()
-        except HalError as error:
+        except Exception as error:  # noqa: BLE001 -- as the run did: it is over then
             self.failure = error
 
     def _go_on(self, section: Section) -> None:
@@ -204,6 +205,7 @@ class Player:
             raise ConfigError.of_one("recording", fault) from error
         self.missing = end.fault
         outcome = Outcome(_ENDS.get(end.state, RunState.FAILED), end.reason)
+        self.end = end.reason if outcome.state is RunState.FAILED else None
         self._ledger.finish(outcome.state, section.at, outcome.reason)
         self._compare_end(section, outcome, end.counts)
 

@@ -39,6 +39,8 @@ class Verdict:
     """Whether the process's own generators of random numbers were drawn from."""
     failure: str | None = None
     """What ended it, in a sentence: what the robot raised as it was run again."""
+    end: str | None = None
+    """Why the run had failed, as it says; None for one that had not."""
 
     @property
     def is_identical(self) -> bool:
@@ -58,6 +60,7 @@ class Verdict:
         self.differences += player.differences
         self.first = self.first or player.first
         self.failure = None if player.failure is None else text_of(player.failure)
+        self.end = player.end
         self.faults += [] if player.missing is None else [player.missing]
 
     def as_json(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The recording of a start that failed: what the chips were asked, and what they answered.
 
 It has a file of its own, beside that of the last run, which so is still there. Imported only by
-runs that are recorded, when a chip did not answer.
+runs that are recorded, when they are over before their first step.
 """
 
 from collections.abc import Callable
@@ -9,6 +9,8 @@ from pathlib import Path
 
 from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.found import failed_start_beside
+from firmware_runtime.blackbox.reader import kind_of
+from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.black_box import encoded_header, header_of
@@ -20,10 +22,16 @@ from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
 def keep_failed_start(
     robot: RecordedRobot, recording: Path, reason: str, log: Callable[[str], None]
 ) -> None:
-    """Keep it beside the recording that the run would have had; `log` gets why it cannot be."""
+    """Keep it beside the recording that the run would have had, if a chip was asked anything.
+
+    `log` gets why it cannot be kept.
+    """
     recorder, clock = robot.recorder, robot.executive.clock
     try:
-        recorder.finish(Outcome(RunState.FAILED, reason), clock.now())
+        if not any(decode(each).transfers for each in recorder.before_the_run):
+            return
+        if kind_of(recorder.before_the_run[-1]) != Kind.ENDED:
+            recorder.finish(Outcome(RunState.FAILED, reason), clock.now())
         sections = [encoded_header(header_of(robot)), *recorder.before_the_run]
         recording.parent.mkdir(parents=True, exist_ok=True)
         content = file_of([Numbered(1, sections)])

@@ -1,7 +1,7 @@
 """What enters a run at its edge, recorded from the first transfer to the last, where it is kept."""
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.hardware import Hardware
@@ -61,13 +62,14 @@ class RecordedEdge:
 
             open_black_box(self._robot, self._path, self._log)
 
-    def keep_failed_start(self, why: str) -> None:
-        """A chip did not answer, and there will be no run: keep what was heard until then."""
-        if self._robot is not None and self._path is not None:
-            # as above
-            from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
-
-            keep_failed_start(self._robot, self._path, why, self._log)
+    @contextmanager
+    def start(self) -> Iterator[None]:
+        """Within the block chips are found; if it raises, what was heard until then is kept."""
+        try:
+            yield
+        except BaseException as error:
+            self._keep_start(text_of(error) or type(error).__name__)
+            raise
 
     def retuned(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
         """The robot has taken up settings."""
@@ -80,3 +82,13 @@ class RecordedEdge:
             if (why := self.recorder.warning) is not None:
                 self._log(f"warning: this run cannot be replayed as a whole: {why}")
             self.recorder.close()
+
+    def _keep_start(self, why: str) -> None:
+        """Keep what was heard of a run that has not begun, and will not; once."""
+        robot, path = self._robot, self._path
+        if robot is not None and path is not None and robot.recorder.before_the_run:
+            self._robot = None
+            # as above
+            from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
+
+            keep_failed_start(robot, path, why, self._log)

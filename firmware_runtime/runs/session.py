@@ -108,10 +108,12 @@ class Session:
             self._hold(take_requests(statistics_path, *control))
             self._edge.built(self.executive, self.robot, self.hardware, end)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
-            self._find_chips()
-            self._edge.open()
-            if permission is None:
-                self.hardware.enable(enabled=True)
+            with self._edge.start():
+                with self._edge.section(Kind.PROBE):
+                    self.robot.find_chips()
+                self._edge.open()
+                if permission is None:
+                    self.hardware.enable(enabled=True)
             undo.pop_all()
 
     @property
@@ -213,15 +215,6 @@ class Session:
         self._edge.close()
 
     # ---------------------------------------------------------------------------------------------
-
-    def _find_chips(self) -> None:
-        """Let the chips be asked; where one does not answer, what was heard until then is kept."""
-        try:
-            with self._edge.section(Kind.PROBE):
-                self.robot.find_chips()
-        except HalError as error:
-            self._edge.keep_failed_start(text_of(error))
-            raise
 
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""

@@ -7,15 +7,20 @@ from typing import Any
 
 import pytest
 
+from boards.tachobot.allocation import Allocation
+from drivers.chips.mpu9250 import Mpu9250
 from firmware_runtime.blackbox.found import (
     find_recording,
     recording_of_virtual_run,
 )
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import replay
+from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.runs.hardware import Hardware
 from sim_doubles.chips.mpu9250_registers import power_up
 from tests.support.recorded import record
 
@@ -60,6 +65,77 @@ def test_the_run_before_it_is_still_there(state: Path, monkeypatch: pytest.Monke
         "tachobot.start.recording",
         "tachobot.virtual.recording",
     ]
+
+
+def raise_in_bring_up(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Let the IMU's driver fail when it has asked its chip."""
+    identify = Mpu9250.identify
+
+    def identified(self: Mpu9250) -> None:
+        identify(self)
+        raise error
+
+    monkeypatch.setattr(Mpu9250, "identify", identified)
+
+
+def verdict_of(path: Path) -> Verdict:
+    recording = read_recording(path)
+    return replay(recording, board_of_table(recording.header.source, recording.header.table))
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("range 7"), KeyError("gain"), ModelError("a bug"), BusFault("i2c1 stuck")]
+)
+def test_whatever_a_driver_raises_in_its_bring_up_is_replayed(
+    state: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    raise_in_bring_up(monkeypatch, error)
+    with pytest.raises(FirmwareRuntimeError) as caught:
+        record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
+    verdict = verdict_of(find_recording("tachobot"))
+    said = text_of(caught.value)
+    assert (verdict.is_identical, verdict.failure, verdict.end) == (True, said, said)
+    assert verdict.writes > 0
+    assert [each.name for each in state.iterdir()] == ["tachobot.start.recording"]
+
+
+def test_a_start_that_is_broken_off_is_replayed(
+    state: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with monkeypatch.context() as patched:
+        raise_in_bring_up(patched, KeyboardInterrupt())
+        with pytest.raises(KeyboardInterrupt):
+            record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
+    assert main(["replay", "tachobot"]) == 0
+    assert "the run had failed: KeyboardInterrupt" in capsys.readouterr().out
+    assert (state / "tachobot.start.recording").exists()
+
+
+def test_an_enable_line_that_cannot_be_set_leaves_a_recording(
+    state: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def enable(_: Hardware, *, enabled: bool) -> None:
+        raise BusFault(f"gpio 17 cannot be set to {enabled}")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Hardware, "enable", enable)
+        with pytest.raises(BusFault):
+            record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
+    verdict = verdict_of(state / "tachobot.start.recording")
+    assert (verdict.first, verdict.faults) == (None, [])
+    assert (verdict.is_identical, verdict.end) == (True, "gpio 17 cannot be set to True")
+
+
+def test_a_model_whose_initial_state_raises_leaves_none_since_no_chip_was_asked(
+    state: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def initialize(_: Allocation) -> None:
+        raise ValueError("no state")
+
+    monkeypatch.setattr(Allocation, "initialize", initialize)
+    with pytest.raises(Exception, match="no state"):
+        record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
+    assert not state.exists()
 
 
 def test_verbs_take_it(
