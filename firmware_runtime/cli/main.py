@@ -85,6 +85,8 @@ GROUP = "firmware_runtime.commands"
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 _NAME_SHOWN = 80
+_NO_NAME = re.compile(r"[^/\s]{256,}")
+"""What is longer than any file's name."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """For numpy, whose import starts a pool of threads else: the thread of the loop is the only one."""
 
@@ -145,8 +147,7 @@ def _executed(parsed: argparse.Namespace) -> int:
     except OSError as error:
         if error.errno != errno.ENAMETOOLONG:
             raise
-        name = f"{str(error.filename)[:_NAME_SHOWN]}..."
-        raise ConfigError(name, ["file name too long"]) from error
+        raise ConfigError(str(error.filename), ["file name too long"]) from error
     return status
 
 
@@ -231,7 +232,8 @@ def _hint(error: Exception, parsed: argparse.Namespace) -> str:
 
 
 def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
-    print_line(f"firmware-runtime: {error}{hint}", sys.stderr)
+    said = _NO_NAME.sub(lambda found: f"{found[0][:_NAME_SHOWN]}...", str(error))
+    print_line(f"firmware-runtime: {said}{hint}", sys.stderr)
     return status
 
 

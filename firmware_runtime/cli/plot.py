@@ -1,5 +1,6 @@
 """`run --plot FILE`: the picture of a run, where a board's bench can draw one."""
 
+import errno
 import os
 from pathlib import Path
 
@@ -18,6 +19,8 @@ def check_plot(session: Session, path: Path) -> None:
         faults.append("--plot: no picture of this run; expected doubles whose rig draws one")
     if path.suffix not in ENDINGS:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
+    if _is_too_long(path):
+        faults.append(f"--plot: {path}: file name too long")
     if path.is_dir():
         faults.append(f"--plot: {path} is a directory, expected a file that can be written")
     if not os.access(path.absolute().parent / ".", os.W_OK | os.X_OK):
@@ -28,6 +31,14 @@ def check_plot(session: Session, path: Path) -> None:
         faults.append(f"--plot: {error}")
     if faults:
         raise ConfigError(session.board.name, faults)
+
+
+def _is_too_long(path: Path) -> bool:
+    try:
+        path.lstat()
+    except OSError as error:
+        return error.errno == errno.ENAMETOOLONG
+    return False
 
 
 def write_plot(session: Session, path: Path, reason: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.host.doctor import clock, scheduling
+from firmware_runtime.host.doctor import clock, installation, scheduling
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Severity, worst
 from firmware_runtime.host.doctor.machine import Demands, Machine
@@ -19,6 +19,7 @@ CHECKS = [check for checks in GROUPS.values() for check in checks]
 @pytest.fixture(autouse=True)
 def own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path / "state"))
+    monkeypatch.setattr(installation, "_NOT_YET", (4, 0))
     monkeypatch.setattr(scheduling, "try_fifo", lambda _priority: 1)
     monkeypatch.setattr(clock, "is_synchronised", lambda: True)
 

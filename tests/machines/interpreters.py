@@ -20,7 +20,7 @@ from typing import Final
 from tests.machines.roots import Root, root_of
 
 OLDEST: Final = 11
-SUITES: Final = ("bookworm", "trixie")
+SUITES: Final = ("bookworm", "trixie", "forky")
 EMULATED: Final = "aarch64"
 EMULATOR: Final = f"qemu-{EMULATED}-static"
 _ROOTS: Final = tuple(product(SUITES, dict.fromkeys((platform.machine(), EMULATED))))

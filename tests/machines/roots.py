@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 LIMIT_S: Final = 900.0
+MAY_BE_OLD: Final = 'Acquire::Check-Valid-Until "false"'
+"""A mirror's list of a suite that still changes expires when it is not renewed; it stays signed."""
 PACKAGES: Final = ("python3-minimal", "libpython3-stdlib", "libstdc++6", "libgcc-s1")
 ARCHITECTURES: Final = {"x86_64": "amd64", "aarch64": "arm64"}
 _LOADERS: Final = {"x86_64": "ld-linux-x86-64.so.2", "aarch64": "ld-linux-aarch64.so.1"}
@@ -51,7 +53,7 @@ def root_of(suite: str, machine: str, folder: Path) -> Root | str:
     unfinished = root.folder.with_suffix(".unfinished")
     shutil.rmtree(unfinished, ignore_errors=True)
     folder.mkdir(parents=True, exist_ok=True)
-    words = ["mmdebstrap", "--quiet", "--variant=extract"]
+    words = ["mmdebstrap", "--quiet", "--variant=extract", f"--aptopt={MAY_BE_OLD}"]
     words += [f"--architectures={ARCHITECTURES[machine]}", f"--include={','.join(PACKAGES)}"]
     made = subprocess.run(
         [*words, suite, str(unfinished)],
