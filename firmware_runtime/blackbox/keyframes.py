@@ -13,7 +13,7 @@ such as `bag.append` still lead to the same objects.
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from threading import Lock, RLock
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from firmware_runtime.blackbox.carried import carried
 from firmware_runtime.blackbox.columns import Column, columns_of
@@ -141,10 +141,12 @@ class StateTable:
         columns: list[list[Thing]]
         try:
             fingerprint, *columns = self._reader.read(content)
-        except (NoValue, TypeError, ValueError) as error:
+        except TypeError as error:  # an object took the place of another
+            raise _foreign(_OTHER_ROBOT) from error
+        except (NoValue, ValueError) as error:
             raise _foreign(f"{error}") from error
         if fingerprint != self.fingerprint:
-            raise _foreign("it is of another robot; expected one of this board and these settings")
+            raise _foreign(_OTHER_ROBOT)
         aside = columns.pop() if len(columns) == len(self._columns.each) + 1 else None
         if len(columns) != len(self._columns.each):
             raise _foreign(f"{len(columns)} columns; expected {len(self._columns.each)}")
@@ -169,6 +171,9 @@ def _fields(column: Column, read: list[Thing]) -> dict[str, Thing]:
         return dict(column.fields(read))
     except (TypeError, ValueError, AttributeError) as error:
         raise _foreign(f"{type(error).__name__}: {error}") from error
+
+
+_OTHER_ROBOT: Final = "it is of another robot; expected one of this board and these settings"
 
 
 def _foreign(fault: str) -> ForeignState:
