@@ -14,7 +14,7 @@ YAW: Final = Plant(
     title="yaw on the platform",
     structure="rotation",
     input=Signal(
-        ("controller.forces", "controller.allocation.forces"),
+        ("controller.forces",),
         {"f1": 1.0, "f2": -1.0, "f3": 1.0, "f4": -1.0},
         scale=_lever_arm,
     ),

@@ -4,6 +4,7 @@ import argparse
 import json
 from collections.abc import Sequence
 
+from drivers.catalogue.table import GROUP, identities
 from drivers.commands.probing import Fit, ProbedBus, fit, probe_bus, probe_device, probe_machine
 from drivers.commands.single import device_of
 from firmware_runtime.board.faults import Device
@@ -129,7 +130,16 @@ def _sentence(fitted: Fit) -> str:
         with_settings = f", with{settings}" if settings else ""
         return f"{fitted.board} fits {places}: {chips}{with_settings}{unasked}"
     total = len(fitted.present) + len(fitted.missing)
-    return f"{fitted.board} does not fit: {len(fitted.missing)} of {total} chips missing: {chips}"
+    missing = f"{len(fitted.missing)} of {total} chips missing: {chips}"
+    return f"{fitted.board} does not fit: {missing}{_unknown(fitted.missing)}"
+
+
+def _unknown(missing: Sequence[Device]) -> str:
+    """What nothing here could recognise, wherever it is."""
+    known = {identity.chip for identity in identities()}
+    unknown = ", ".join(sorted({each.chip for each in missing} - known))
+    how = f"expected an entry point of the group {GROUP} that does"
+    return f"; nothing here recognises {unknown}, {how}" if unknown else ""
 
 
 def _document(probed: Sequence[ProbedBus], fits: Sequence[Fit]) -> dict[str, object]:

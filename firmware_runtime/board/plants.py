@@ -1,15 +1,15 @@
 """What a board says of the body that it moves: enough to identify it from a recording, and to tune.
 
     PLANT = Plant(
-        title="yaw on the platform",
+        title="the wheel",
         structure="rotation",
         input=Signal(("controller.forces",), {"f1": 1.0, "f2": -1.0}, scale=lever_arm),
-        output=Signal(("imu.sample",), {"rate.2": 1.0}),
+        output=Signal(("gyro.sample",), {"rate.2": 1.0}),
         measures="rate",
     )
 
-A signal is a sum of numbers in the values of a port, each with a weight. A port goes by the name
-that a recording has it under, or a trace; the first that is there is taken.
+A signal is a sum of numbers in the values of a port, each with a weight. Of several ports the first
+that is there is taken; a coupled model's port means what is sent through it.
 """
 
 from collections.abc import Callable, Mapping, Sequence

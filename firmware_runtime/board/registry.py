@@ -17,6 +17,7 @@ from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.faults import Device, device_faults, executive_faults
+from firmware_runtime.board.holding import holders
 from firmware_runtime.board.kinds import (
     FILE,
     blamed_on,
@@ -233,6 +234,9 @@ def _built(defined: BoardDefinition[Any], settings: BoardSettings, lines: Lines)
         raise broken(entry_point, f"{found}; expected a firmware_runtime.board.robot.Robot")
     if (fault := robot.fault()) is not None:
         raise broken(entry_point, f"build: {fault}")
+    if not robot.stop and (driving := holders(robot.model, [lines.interlock])):
+        fault = f"{', '.join(driving)} may drive, and nothing would switch it off"
+        raise broken(entry_point, f"build: stop: {fault}; expected a function for each chip")
     return robot
 
 

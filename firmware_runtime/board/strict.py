@@ -62,7 +62,7 @@ def override(table: Table, assignments: Sequence[str], faults: list[str]) -> Non
     for assignment in assignments:
         key, separator, value = assignment.partition("=")
         if not (key.strip() and separator):
-            faults.append(f"{_set(assignment)}: expected KEY=VALUE, such as controller.yaw.kp=0.8")
+            faults.append(f"{_set(assignment)}: expected KEY=VALUE, such as controller.kp=0.8")
         elif not _is_text(assignment):
             faults.append(f"{_set(assignment)}: not valid UTF-8; expected KEY=VALUE as text")
         elif key.count(".") >= DEEPEST:

@@ -33,7 +33,7 @@ def add_board(
 ) -> None:
     """Add BOARD and --set."""
     verb.add_argument("board", metavar=metavar, nargs=None if required else "?", help=about)
-    add_set(verb, "override one number of board.toml, such as controller.yaw.kp=0.8")
+    add_set(verb, "override one number of board.toml, such as controller.kp=0.8")
 
 
 def add_set(verb: argparse.ArgumentParser, about: str) -> None:

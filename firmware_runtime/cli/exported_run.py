@@ -2,13 +2,14 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.blackbox.listed import span_of
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.written import check_output
+from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.exports.mcap_file import mcap_of
@@ -47,12 +48,14 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
             raise ConfigError.of_one("export", "--port: has no effect on MCAP; expected a table")
         content = mcap_of(header, board, sections)
     else:
-        ports = ports_of(model_of(header, board))
+        model = model_of(header, board)
+        ports = ports_of(model)
         sent = (each for section in sections for each in values_in(section, header.ports, ports))
         if arguments.port is None:
             columns = long_table(sent)
         else:
-            columns = wide_table(_of_port(sent, arguments.port, header.ports))
+            senders = Senders(model).of(arguments.port)
+            columns = wide_table(_of_port(sent, arguments.port, senders, header.ports))
         content = csv_of(columns) if output.suffix == ".csv" else parquet_of(columns)
     keep_output(output, content)
     for fault in recording.faults():
@@ -61,9 +64,11 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
     return Status.OK
 
 
-def _of_port(sent: Iterator[Sent], port: str, ports: list[str]) -> Iterator[Sent]:
+def _of_port(
+    sent: Iterator[Sent], port: str, senders: Collection[str], ports: list[str]
+) -> Iterator[Sent]:
     """What left one port. Raises ConfigError for one that the recording has not."""
-    if port not in ports:
+    if not set(senders) <= set(ports):
         fault = f"{port!r}: no such port in the recording{did_you_mean(port, ports)}"
         raise ConfigError.of_one("--port", f"{fault}; expected one such as {ports[0]}")
-    return (each for each in sent if each.port == port)
+    return (each for each in sent if each.port in senders)

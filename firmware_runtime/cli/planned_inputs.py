@@ -12,7 +12,7 @@ from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.runs.session import Session
 
-EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:yaw_reference=1.0"
+EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,7 +83,7 @@ def _add_files(verb: argparse.ArgumentParser) -> None:
         "--plot",
         type=Path,
         metavar="FILE.svg",
-        help="draw the run of the detective in its arena; FILE.png needs the extra `plot`",
+        help="draw the run, where the rig can; FILE.png needs the extra `plot`",
     )
 
 

@@ -146,7 +146,7 @@ class Commands:
         self._say(lines, {"breakpoints": {str(each): found[each] for each in found}})
 
     def _pdb(self, text: str) -> None:
-        _required(text, "a function of a model, such as controller.yaw.internal")
+        _required(text, "a function of a model, such as controller.pid.internal")
         self.debugger.models.function(text)
         self.debugger.stops.breakpoints.append(self._breakpoint(text, attaches=True))
         self.debugger.go_until(None)

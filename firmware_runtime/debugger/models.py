@@ -7,6 +7,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.senders import Senders
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.spelling import did_you_mean
 
@@ -19,6 +20,7 @@ class Models:
 
     def __init__(self, root: Component) -> None:
         self.by_path: dict[str, Component] = {}
+        self._senders = Senders(root)
         self.update(root)
 
     def update(self, root: Component) -> None:
@@ -35,6 +37,18 @@ class Models:
         if path not in self.by_path:
             raise unknown(path, self.by_path)
         return self.by_path[path]
+
+    def sender(self, name: str, port: str) -> str:
+        """The port whose values leave this one; a coupled model only passes them on.
+
+        Raises ConfigError where several do: which of their values was the last is not known.
+        """
+        path = f"{name}.{port}"
+        sender, *others = self._senders.of(path)
+        if others:
+            names = ", ".join((sender, *others))
+            raise ConfigError.of_one(path, f"several send through it; expected one of {names}")
+        return sender
 
     def split(self, path: str) -> tuple[str, list[str]]:
         """The longest path that a dotted name begins with, and the rest. Raises ConfigError."""

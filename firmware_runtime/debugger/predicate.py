@@ -22,7 +22,7 @@ _COMPARE: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], bool]]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
 }
-_EXPECTED: Final = "expected such as `imu.fault` or `controller.yaw.command_n > 0.5`"
+_EXPECTED: Final = "expected such as `sensor.fault` or `controller.pid.command_n > 0.5`"
 _LONGEST: Final = 1000
 
 Term = Callable[["Seen"], Any]
@@ -136,7 +136,7 @@ class Predicate:
         return lambda _: value_of(models[name], words, path)
 
     def _port(self, node: ast.expr) -> tuple[str | None, list[str]]:
-        """The path of the output port that a name begins with, and what follows it."""
+        """The port that sends what leaves the one a name begins with, and what follows it."""
         path = _dotted(node)
         if path is None:
             if isinstance(node, ast.Subscript | ast.Constant | ast.Attribute | ast.Call):
@@ -144,7 +144,7 @@ class Predicate:
             raise self._refused(f"{ast.unparse(node)}: not understood")
         name, words = self._models.split(path)
         if words and words[0] in self._models.by_path[name].out_ports:
-            return f"{name}.{words[0]}", words[1:]
+            return self._models.sender(name, words[0]), words[1:]
         return None, []
 
     def _refused(self, why: str) -> ConfigError:

@@ -70,7 +70,8 @@ def ports_of(debugger: Debugger, path: str) -> dict[str, Any]:
     """The last value of each output port; null where nothing is known to have left it."""
     component = debugger.models.component(path)
     last = debugger.travel.last
-    return {name: as_json(last.get(f"{path}.{name}")) for name in component.out_ports}
+    keys = {name: _sender(debugger, path, name) for name in component.out_ports}
+    return {name: as_json(None if key is None else last.get(key)) for name, key in keys.items()}
 
 
 def ports_text(debugger: Debugger, path: str) -> Iterator[str]:
@@ -79,7 +80,7 @@ def ports_text(debugger: Debugger, path: str) -> Iterator[str]:
     for name in component.in_ports:
         yield f"{name}?"
     for name in component.out_ports:
-        key, last = f"{path}.{name}", debugger.travel.last
+        key, last = _sender(debugger, path, name), debugger.travel.last
         yield f"{name}! {as_text(last[key]) if key in last else '-'}"
 
 
@@ -106,13 +107,21 @@ def _each_as_json(state: dict[str, object]) -> dict[str, Any]:
 
 def _value(debugger: Debugger, name: str, words: list[str]) -> Any:  # noqa: ANN401 -- any
     component = debugger.models.component(name)
-    key = f"{name}.{words[0]}"
     if words[0] in component.out_ports:
+        key = debugger.models.sender(name, words[0])
         if key not in debugger.travel.last:
             fault = "has sent nothing since the keyframe before; expected a port that has"
             raise ConfigError.of_one(key, fault)
         return value_of(debugger.travel.last[key], words[1:], key)
     return value_of(component, words, f"{name}.{'.'.join(words)}")
+
+
+def _sender(debugger: Debugger, path: str, port: str) -> str | None:
+    """The one port whose values leave this one; None where several do."""
+    try:
+        return debugger.models.sender(path, port)
+    except ConfigError:
+        return None
 
 
 def _span(value: object) -> str:

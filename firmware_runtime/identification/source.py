@@ -1,12 +1,13 @@
 """Where a series comes from: a recording, a trace, or a table of numbers, told apart by content.
 
+A signal's port may be a coupled model's: what left it goes by the atomic that sent it.
+
 A table is CSV with a head line that has `time_s`, `input` and `output`, all in SI; an instant
 without a new input, or without a measurement, has an empty cell there.
 """
 
 import csv
-import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -14,11 +15,18 @@ import numpy as np
 
 from firmware_runtime.board.plants import Plant, Signal
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.senders import Senders
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.identification.events import (
+    Event,
+    file_of,
+    is_kept_recording,
+    kept,
+    recorded,
+    traced,
+)
 from firmware_runtime.identification.series import Quantity, Series, checked
 from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.recording import read_recording
-from firmware_runtime.recording.records import Entered, Left
 from firmware_runtime.recording.values import UnknownValue, made
 
 COLUMNS: Final = ("time_s", "input", "output")
@@ -29,9 +37,9 @@ class _Pair(NamedTuple):
     measured: dict[float, float]
 
 
-def read_series(path: Path, board: Board, since_s: float | None = None) -> Series:
-    """What a file says of the board's plant. Raises ConfigError with every fault."""
-    plant = plant_of(board)
+def read_series(run: str | Path, board: Board, since_s: float | None = None) -> Series:
+    """What a run says of the board's plant. Raises ConfigError with every fault."""
+    plant, path = plant_of(board), file_of(str(run))
     try:
         with path.open("rb") as file:
             begin = file.read(len(MAGIC))
@@ -39,9 +47,11 @@ def read_series(path: Path, board: Board, since_s: float | None = None) -> Serie
         fault = f"cannot be read ({error.strerror}); expected a recording, a trace or a table"
         raise ConfigError.of_one(str(path), fault) from error
     if begin == MAGIC:
-        pair = _of_events(path, list(_recorded(path)), board, plant)
+        pair = _of_events(path, list(recorded(path)), board, plant)
+    elif is_kept_recording(path):
+        pair = _of_events(path, list(kept(path)), board, plant)
     elif begin[:1] == b"{":
-        pair = _of_events(path, list(_traced(path)), board, plant)
+        pair = _of_events(path, list(traced(path)), board, plant)
     else:
         pair = _of_table(path)
     series = _series(pair, plant.measures)
@@ -67,51 +77,34 @@ def _series(pair: _Pair, quantity: Quantity) -> Series:
     )
 
 
-def _recorded(path: Path) -> Iterator[tuple[float, str, Any]]:
-    recording = read_recording(path)
-    header = recording.header
-    entering, leaving = list(header.entering), list(header.leaving)
-    for record in recording.records:
-        if isinstance(record, Entered | Left):
-            names = entering if isinstance(record, Entered) else leaving
-            yield record.at / 1e9, names[record.name], record.value
-
-
-def _traced(path: Path) -> Iterator[tuple[float, str, Any]]:
-    with path.open() as file:
-        for number, line in enumerate(file, 1):
-            try:
-                message = json.loads(line)
-                yield message["t_ns"] / 1e9, message["port"], message["value"]
-            except (ValueError, KeyError, TypeError) as error:
-                fault = f"line {number} is no message of a trace; expected t_ns, port and value"
-                raise ConfigError.of_one(str(path), fault) from error
-
-
-def _of_events(
-    path: Path, events: Sequence[tuple[float, str, Any]], board: Board, plant: Plant
-) -> _Pair:
+def _of_events(path: Path, events: Sequence[Event], board: Board, plant: Plant) -> _Pair:
     """Both signals; of several values at one instant the last counts."""
-    ports = {port for _, port, _ in events}
-    chosen = [_present(signal, ports) for signal in (plant.input, plant.output)]
+    sent = {each.port for each in events}
+    chosen = [_present(signal, sent, board) for signal in (plant.input, plant.output)]
     faults = [
         f"nothing of {' or '.join(signal.ports)}, which {plant.title} is identified by; expected it"
-        for signal, port in zip((plant.input, plant.output), chosen, strict=True)
-        if port is None
+        for signal, names in zip((plant.input, plant.output), chosen, strict=True)
+        if not names
     ]
     if faults:
         raise ConfigError(str(path), faults)
     found: tuple[dict[float, float], ...] = ({}, {})
-    for signal, port, values in zip((plant.input, plant.output), chosen, found, strict=True):
+    for signal, names, values in zip((plant.input, plant.output), chosen, found, strict=True):
         scale = signal.scale(board.settings)
-        for at, name, value in events:
-            if name == port:
-                values[at] = scale * _number(path, signal, value)
+        for each in events:
+            if each.port in names:
+                values[each.at_s] = scale * _number(path, signal, each.value)
     return _Pair(*found)
 
 
-def _present(signal: Signal, ports: set[str]) -> str | None:
-    return next((port for port in signal.ports if port in ports), None)
+def _present(signal: Signal, sent: set[str], board: Board) -> set[str]:
+    """The names under which the first of the signal's ports is there, if any is."""
+    for port in signal.ports:
+        if port in sent:
+            return {port}
+    senders = Senders(board.unconnected().model)
+    found = ({name for name in sent if senders.carry(port, name)} for port in signal.ports)
+    return next(filter(None, found), set())
 
 
 def _number(path: Path, signal: Signal, value: Any) -> float:  # noqa: ANN401 -- any port's

@@ -5,8 +5,10 @@ back exactly, and a text that would come back as something else stands in quotes
 """
 
 import csv
+import errno
 import io
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -93,7 +95,9 @@ def read_table(path: Path) -> Table:
     try:
         rows = _from_parquet(path) if path.suffix == ".parquet" else _from_csv(path)
     except OSError as error:
-        fault = f"{error.strerror or error}; expected a sweep's table"
+        absent = os.strerror(errno.ENOENT) if isinstance(error, FileNotFoundError) else None
+        why = error.strerror or absent or error
+        fault = f"cannot be read ({why}); expected a sweep's table"
         raise ConfigError.of_one(str(path), fault) from error
     except (ValueError, KeyError, TypeError) as error:
         raise ConfigError.of_one(str(path), f"no sweep's table ({error})") from error

@@ -10,6 +10,7 @@ import pytest
 
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.described import described
+from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
@@ -183,6 +184,27 @@ def test_a_build_that_breaks_is_named(heron: Heron, build: str) -> None:
     with pytest.raises(ConfigError) as caught:
         registry.load("heron").build(None)  # type: ignore[arg-type]
     assert caught.value.where == "board heron of the package heron"
+
+
+DRIVEN = """
+from drivers.chips.pca9685 import Pca9685
+from drivers.esc import Esc, EscSettings
+
+def build(settings, lines):
+    model = Coupled("heron")
+    chip = Pca9685(lines.buses["i2c1"])
+    model.add(Esc("wing", chip, EscSettings(0, 50.0, 1000.0, 2000.0, 0), lines.interlock))
+    return Robot(model=model, probe=(), stop=())
+"""
+
+
+def test_a_robot_that_drives_and_that_nothing_would_switch_off_is_refused(heron: Heron) -> None:
+    heron.install(f"{MODULE}{DRIVEN}", BARE)
+    board = registry.load("heron")
+    with pytest.raises(ConfigError) as caught:
+        board.build(absent_lines(board.settings.buses))
+    assert caught.value.where == "board heron of the package heron"
+    assert "stop: wing may drive" in caught.value.faults[0]
 
 
 @pytest.mark.parametrize("defect", [lambda: 1 / 0, lambda: 3])

@@ -128,7 +128,9 @@ def test_as_json_it_is_the_entry_of_the_worst_and_who_ran(command: Command) -> N
 @pytest.mark.usefixtures("untraced")
 def test_of_a_run_that_is_over_nothing_is_followed_or_traced(command: Command, run: Run) -> None:
     run.file.cells[STATE] = RunState.ENDED
-    assert command("blame", "robot") == (0, "", "")
+    ended = command("blame", "robot")
+    assert (ended.status, ended.out) == (0, "")
+    assert "this run has ended; expected one under way" in ended.error
 
 
 def test_without_a_run_it_says_so(command: Command) -> None:

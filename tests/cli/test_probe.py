@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from drivers.catalogue import recognition
+from drivers.catalogue.table import identities
 from drivers.commands import probe, probing
 from firmware_runtime.hal.errors import AddressInUse, BusAbsent, BusInUse
 from firmware_runtime.hal.i2c import I2cBus, Message
@@ -82,6 +84,17 @@ def test_a_board_of_ones_own_is_compared_by_its_file(
     assert "tachobot does not fit" in ended.out
     assert "detective" not in ended.out.partition("\n\n")[2]
     assert command("probe", "--doubles", own, "--board", tmp_path / "none.toml").status == 2
+
+
+def test_a_chip_that_nothing_here_recognises_is_called_so(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = tuple(each for each in identities() if each.chip != "MPU-9250")
+    for module in (probe, recognition):
+        monkeypatch.setattr(module, "identities", lambda: known)
+    ended = command("probe", "--doubles", "tachobot")
+    assert "tachobot does not fit: 1 of 2 chips missing: imu MPU-9250 0x68; nothing" in ended.out
+    assert "nothing here recognises MPU-9250, expected an entry point" in ended.out
 
 
 def test_a_board_on_another_bus_comes_with_what_to_set(

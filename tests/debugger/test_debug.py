@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from drivers.thrust_pairs import Forces
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
 from firmware_runtime.debugger.models import Models
@@ -226,6 +227,13 @@ def test_a_predicate_looks_at_what_was_sent_at_values_and_attributes(travel: Tra
     assert not above.holds(seen)
     models.by_path["controller.yaw"].phase = "x"  # type: ignore[attr-defined]
     assert above.holds(seen)
+
+
+def test_a_coupled_model_s_port_is_the_one_that_sends_through_it(travel: Travel) -> None:
+    models, seen = Models(travel.player.simulator.root), Seen()
+    seen.last = {"controller.allocation.forces": Forces(0.5, 0.0, 0.0, 0.0)}
+    assert Predicate("controller.forces.f1 > 0.4", models).holds(seen)
+    assert not Predicate("controller.forces.f1 > 0.6", models).holds(seen)
 
 
 class Gate(Enum):

@@ -156,6 +156,16 @@ def test_a_port_alone_has_a_column_for_each_field(
     assert [float(row["acceleration.2"]) for row in rows] == [each[0][2] for _, each in samples]
 
 
+@pytest.mark.slow
+def test_a_coupled_model_s_port_has_what_is_sent_through_it(run: Path, tmp_path: Path) -> None:
+    tables = [
+        exported(run, tmp_path, ".csv", "--port", port).read_text()
+        for port in ("controller.forces", "controller.allocation.forces")
+    ]
+    assert tables[0] == tables[1]
+    assert tables[0].count("\n") > 20
+
+
 @pytest.mark.parametrize(
     "case",
     [

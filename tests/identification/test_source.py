@@ -9,7 +9,9 @@ import pytest
 
 from firmware_runtime.board.plants import Plant, Signal, plant_fault
 from firmware_runtime.board.registry import Board, load
+from firmware_runtime.cli.main import main
 from firmware_runtime.identification.source import read_series
+from firmware_runtime.status import Status
 
 
 @dataclass(frozen=True)
@@ -74,3 +76,30 @@ def test_what_is_no_plant_is_a_fault_of_its_definition(plant: object) -> None:
 def test_a_plant_and_none_are_sound() -> None:
     assert plant_fault(CART) is None
     assert plant_fault(None) is None
+
+
+@pytest.mark.slow
+def test_a_run_is_the_same_by_its_board_s_name_by_its_trace_and_by_run_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    trace, recording = tmp_path / "run.trace", tmp_path / "run.part"
+    words = ["run", "tachobot", "--doubles", "--clock", "virtual", "--for", "3", "--json"]
+    assert main([*words, "--trace", str(trace), "--record", str(recording)]) == 0
+    board = load("tachobot")
+    by_name = read_series("tachobot", board)
+    assert len(by_name.measured) > 200
+    for path in (trace, recording):
+        other = read_series(path, board)
+        assert np.array_equal(by_name.given, other.given)
+        assert np.array_equal(by_name.given_at, other.given_at)
+        assert np.array_equal(by_name.measured, other.measured)
+        assert np.array_equal(by_name.at, other.at)
+
+
+def test_a_run_that_is_none_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    assert main(["identify", "tachobot", "--from", "tachobot"]) == Status.BAD_INPUT
+    assert "tachobot: no file, and no run of a board" in capsys.readouterr().err

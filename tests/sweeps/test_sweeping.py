@@ -135,8 +135,9 @@ def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
         (tmp_path / name).write_text(content)
         with pytest.raises(ConfigError, match=name):
             read_table(tmp_path / name)
-    with pytest.raises(ConfigError, match="No such file"):
-        read_table(tmp_path / "none.csv")
+    for name in ("none.csv", "none.parquet"):
+        with pytest.raises(ConfigError, match="No such file"):
+            read_table(tmp_path / name)
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, sw
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 LOOK_EVERY_S = 0.2
+_ENDED = "this run has ended; expected one under way; `stats` has its late activations"
 MARGIN_NS = 500_000
 """How inexactly the run's clock is known beside the trace's, ns."""
 _ABOUT = """
@@ -52,7 +53,11 @@ def execute(arguments: argparse.Namespace) -> int:
     ends_at = monotonic() + (arguments.seconds or float("inf"))
     with ExitStack() as open_:
         signal = open_.enter_context(until_signal())
-        trace = _trace(open_, statistics) if _is_under_way(statistics) else None
+        trace = None
+        if _is_under_way(statistics):
+            trace = _trace(open_, statistics)
+        else:
+            print(f"firmware-runtime: {kept}: {_ENDED}", file=sys.stderr)
         follower = Follower(kept, statistics, trace)
         while _is_under_way(statistics) and monotonic() < ends_at and not _waited(signal):
             statistics = read_statistics(kept)

@@ -22,8 +22,8 @@ from firmware_runtime.system.until_signal import UntilSignal, until_signal
 LISTEN = "127.0.0.1:7300"
 STATUS_EVERY = 2 * SECOND
 _ABOUT = """
-A datagram is one JSON object: {"port": "yaw_reference", "value": 1.0} puts a value into an input
-port of the model, {"watch": ["imu.sample"], "every": 10} has output ports sent to its sender for
+A datagram is one JSON object: {"port": "target", "value": 1.0} puts a value into an input
+port of the model, {"watch": ["sensor.value"], "every": 10} has output ports sent to its sender for
 ten seconds, {"list": true} answers with the ports there are. It waits for a run, and for the next.
 With --key only datagrams that are signed with it are taken: `firmware-runtime send` and `watch`
 sign them. Without a key it listens on a loopback address only.
@@ -56,7 +56,7 @@ def add_to(verbs: SubParsers) -> None:
         help="where the ports of --watch go unasked; nothing is taken from there; may be repeated",
     )
     verb.add_argument(
-        "--watch", metavar="PORT[,PORT]", help="output ports for the peers, such as imu.sample"
+        "--watch", metavar="PORT[,PORT]", help="output ports for the peers, such as sensor.value"
     )
     verb.add_argument(
         "--every", type=_count, metavar="N", help="every N-th message of each; default every one"

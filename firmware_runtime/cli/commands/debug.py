@@ -38,7 +38,7 @@ def add_to(verbs: SubParsers) -> None:
         "--at", type=second, metavar="T", help="second of the run; default: where it begins"
     )
     verb.add_argument(
-        "--until", metavar="PREDICATE", help="go on to where it begins to hold: 'imu.fault'"
+        "--until", metavar="PREDICATE", help="go on to where it begins to hold: 'sensor.fault'"
     )
     verb.add_argument(
         "--print",

@@ -25,7 +25,7 @@ def add_to(verbs: SubParsers) -> None:
         "-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.svg or FILE.mmd"
     )
     verb.add_argument(
-        "--state", metavar="MODEL", help="draw this model's states, such as radar_controller"
+        "--state", metavar="MODEL", help="draw this model's states, such as controller.mode"
     )
     verb.add_argument(
         "--whole", action="store_true", help="draw the robot with its hardware, not the model alone"

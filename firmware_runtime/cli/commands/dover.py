@@ -19,7 +19,7 @@ from firmware_runtime.system.until_signal import until_signal
 _ABOUT = """
 Each number has a UDP port of this computer, and is the text that C's %f prints, six decimals: what
 sndDOVER sends and rcvDOVER takes. A number of a value that has parts is named by them, such as
-imu.sample.rate.2. There is no key and no time in it, so it stays on this computer.
+sensor.value.x. There is no key and no time in it, so it stays on this computer.
 """
 
 
@@ -76,7 +76,7 @@ def _ports(option: str, stated: Sequence[str]) -> dict[str, int]:
     for text in stated:
         name, _, port = text.partition("=")
         if not (name and port.isascii() and port.isdigit() and 0 < int(port) <= HIGHEST_PORT):
-            faults.append(f"{text}: expected NAME=PORT, such as yaw_reference=62001")
+            faults.append(f"{text}: expected NAME=PORT, such as target=62001")
         elif name in found:
             faults.append(f"{name}: stated twice; expected one port")
         else:

@@ -28,16 +28,12 @@ def add_to(verbs: SubParsers) -> None:
     """Add both verbs to the command line."""
     verb = add_verb(verbs, "get", "Show the gains and limits that a run is driven by.", _get)
     _add_run(verb)
-    verb.add_argument(
-        "keys", metavar="KEY", nargs="*", help="only these, such as controller.yaw.kp"
-    )
+    verb.add_argument("keys", metavar="KEY", nargs="*", help="only these, such as controller.kp")
     verb.add_argument("--json", action="store_true", help="print their values as JSON")
     verb = add_verb(verbs, "set", "Change gains and limits of a run under way.", _set)
     verb.epilog = _ABOUT
     _add_run(verb)
-    verb.add_argument(
-        "values", metavar="KEY=VALUE", nargs="+", help="such as controller.yaw.kp=0.8"
-    )
+    verb.add_argument("values", metavar="KEY=VALUE", nargs="+", help="such as controller.kp=0.8")
 
 
 def _add_run(verb: argparse.ArgumentParser) -> None:
@@ -111,6 +107,6 @@ def _assignments(texts: Iterable[str]) -> Iterator[tuple[str, object]]:
         if key.strip() and separator:
             yield assigned(text)
         else:
-            faults.append(f"{text}: expected KEY=VALUE, such as controller.yaw.kp=0.8")
+            faults.append(f"{text}: expected KEY=VALUE, such as controller.kp=0.8")
     if faults:
         raise ConfigError("set", faults)

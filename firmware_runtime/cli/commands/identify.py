@@ -21,9 +21,10 @@ if TYPE_CHECKING:
     from firmware_runtime.identification.series import Series
 
 _ABOUT = """
-RUN is a recording (`run --record FILE`), a trace (`run --trace FILE`), or a CSV table with the
-columns time_s, input (N, or N m) and output. What the board's input and output are, its definition
-says. The run should push the body both ways, quickly and slowly, and let it come to rest.
+RUN is a recording, as `replay` takes it: a file, or a board for its last run; or a file of
+`run --record` or `run --trace`; or a CSV table with the columns time_s, input (N, or N m) and
+output. What the board's input and output are, its definition says. The run should push the body
+both ways, quickly and slowly, and let it come to rest.
 """
 _SUFFIXES = (".json", ".html")
 
@@ -35,7 +36,11 @@ def add_to(verbs: SubParsers) -> None:
     verb.epilog = _ABOUT
     add_board(verb)
     verb.add_argument(
-        "--from", type=Path, required=True, metavar="RUN", dest="run", help="what to identify from"
+        "--from",
+        required=True,
+        metavar="RUN",
+        dest="run",
+        help="what to identify from: a file, or a board for its last run",
     )
     add_since(verb)
     verb.add_argument(
@@ -76,7 +81,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def identified_from(
-    run: Path, board: Board, since_s: float | None
+    run: str, board: Board, since_s: float | None
 ) -> "tuple[Series, Identified, Fit]":
     """What a run shows of a board's plant. Raises ConfigError, also without scipy."""
     source = module_of_extra("firmware_runtime.identification.source", "tuning")

@@ -36,11 +36,11 @@ def add_to(verbs: SubParsers) -> None:
         "values",
         nargs="+",
         metavar="PORT=VALUE",
-        help="such as yaw_reference=0.5; a value is JSON, or the name of an enumeration's member",
+        help="such as target=0.5; a value is JSON, or the name of an enumeration's member",
     )
     watch = add_verb(verbs, "watch", "Print what ports of a running robot send, as JSON.", _watch)
     _add_place(watch)
-    watch.add_argument("ports", nargs="+", metavar="PORT", help="such as imu.sample")
+    watch.add_argument("ports", nargs="+", metavar="PORT", help="such as sensor.value")
     watch.add_argument(
         "--every", type=_count, default=1, metavar="N", help="every N-th message of each port"
     )
@@ -105,7 +105,7 @@ def _pair(text: str) -> tuple[str, Any]:
     """A port's name and the value for it. Raises ConfigError."""
     port, equals, value = text.partition("=")
     if not (port and equals):
-        raise ConfigError.of_one(text, "expected PORT=VALUE, such as yaw_reference=0.5")
+        raise ConfigError.of_one(text, "expected PORT=VALUE, such as target=0.5")
     try:
         return port, msgspec.json.decode(value)
     except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError):

@@ -78,7 +78,7 @@ def _add_values(verb: argparse.ArgumentParser) -> None:
         help="how long each run takes; default: what the board or the experiment says",
     )
     verb.add_argument(
-        "--experiment", metavar="NAME", help="a step of the board, such as yaw-step: its figures"
+        "--experiment", metavar="NAME", help="a step of the board, such as step: its figures"
     )
 
 

@@ -36,9 +36,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.epilog = _ABOUT
     add_board(verb)
     plant = verb.add_mutually_exclusive_group(required=True)
-    plant.add_argument(
-        "--from", type=Path, metavar="RUN", dest="run", help="identify the plant from this run"
-    )
+    plant.add_argument("--from", metavar="RUN", dest="run", help="identify the plant from this run")
     plant.add_argument(
         "--plant",
         metavar="PLANT",
