@@ -1,7 +1,7 @@
 """kill -9 of each part of a robot at random instants, and another started each time.
 
-    firmware-runtime bench kills [--rounds N] [--what PART,...] [--one-machine] [--seed N]
-        [--json] [--save]
+    firmware-runtime bench kills [--rounds N] [--what PART,...] [--one-machine] [--drives S]
+        [--seed N] [--json] [--save]
 
 TachoBot on served doubles, which outlive what is killed and log what their outputs did, with its
 guard. One is two processes with a link over UDP between them; of the other the ROS 2 node is
@@ -33,11 +33,12 @@ from benchmarks.kills.kills import GOAL_MS
 from benchmarks.kills.linked_robot import LinkedRobot
 from benchmarks.kills.machines import Machines, machines, one_machine
 from benchmarks.kills.noded_robot import NodedRobot
-from benchmarks.kills.rounds import TURNS, Rounds
+from benchmarks.kills.rounds import TURNS, WITHIN_S, Rounds
 from benchmarks.kills.standstill import Standstills
 from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
+from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.links.ros2.interpreter import find_environment
 from firmware_runtime.status import Status
 
@@ -67,6 +68,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="let controller and robot share all processors; else each has half of them",
     )
+    parser.add_argument(
+        "--drives",
+        type=positive_number,
+        default=WITHIN_S,
+        metavar="S",
+        help="the robot drives for up to so long before a kill; with little, the steps that "
+        "switch off and arm again are more than 1 of 100, and the p99 is theirs; default "
+        f"{WITHIN_S:g}",
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the instants of the kills")
 
 
@@ -74,7 +84,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Kill, start again, print; the verdict comes last. Raises ConfigError without rclpy."""
     if "node" in arguments.what:
         find_environment(None)
-    rounds, stopping = Rounds(arguments.seed), Event()
+    rounds, stopping = Rounds(arguments.seed, arguments.drives), Event()
     placed = (one_machine if arguments.one_machine else machines)(os.sched_getaffinity(0))
     with ExitStack() as stack:
         try:

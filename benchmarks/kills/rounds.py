@@ -18,18 +18,19 @@ from firmware_runtime.statistics.statistics import Statistics
 TURNS: Final = 3
 """How often spans of each kind take turns."""
 WITHIN_S: Final = 0.25
-"""A kill comes within this after the robot drives."""
+"""A kill comes within this after the robot drives, unless it is said otherwise."""
 
 
 class Rounds:
     """Kills of each part so far, at instants that a seed decides, and what was compared."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, drives_s: float = WITHIN_S) -> None:
         self.standstills: Standstills | None = None
         """Watches the machine, where nothing is compared that it would disturb."""
         self.kills: dict[str, Kills] = {}
         self.lateness: dict[str, dict[str, Any]] = {}
         self._seed = seed
+        self._drives_s = drives_s
         self._randoms: dict[str, Random] = {}
 
     def of(
@@ -40,7 +41,7 @@ class Rounds:
         random = self._randoms.setdefault(what, Random(f"{self._seed} {what}"))  # noqa: S311
         for _ in range(count):
             robot.wait_until_driving()
-            robot.pause(random.uniform(0, WITHIN_S))
+            robot.pause(random.uniform(0, self._drives_s))
             killed = kill()
             off_at = _off_at(robot, killed.before)
             robot.wait_until_driving()

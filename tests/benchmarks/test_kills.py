@@ -13,6 +13,7 @@ import pytest
 from benchmarks.kills.killed import Killed, kill_now
 from benchmarks.kills.kills import Kills
 from benchmarks.kills.record import FLICKER, OutputRecord
+from benchmarks.kills.rounds import Rounds
 from benchmarks.kills.standstill import Standstills
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
@@ -94,6 +95,16 @@ def test_the_longest_standstill_that_touches_a_span_counts(
     assert found.longest_ms(2_000_000, 10_000_000) == 3.0
     assert found.longest_ms(2_000_000, 21_000_000) == 9.0
     assert found.longest_ms(50_000_000, 60_000_000) == 0.0
+
+
+def test_a_kill_comes_within_the_span_that_a_robot_may_drive() -> None:
+    robot = Mock()
+    robot.record.off_since.return_value, robot.record.on_after.return_value = 0, None
+    robot.wait_until.side_effect = lambda is_off, _what: is_off()
+    Rounds(seed=1, drives_s=6.0).of("controller", robot, lambda: Killed(0, 0), count=20)
+    pauses = [call.args[0] for call in robot.pause.call_args_list]
+    assert len(pauses) == 20
+    assert 3.0 < max(pauses) <= 6.0
 
 
 @pytest.mark.slow
