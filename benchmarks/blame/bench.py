@@ -78,7 +78,7 @@ def judged(cause: str, found: Sequence[WorstActivation | None]) -> dict[str, Any
     named = Counter(_name(each) for each in found)
     late = len(found) - named[NOT_LATE]
     right, unknown = named[INJECTED[cause].right], named[Cause.UNKNOWN]
-    as_it_should = {INJECTED[cause].right, Cause.UNKNOWN, NOT_LATE}
+    as_it_should = {INJECTED[cause].right, NOT_LATE}
     return {
         "named": dict(named),
         "late": late,
@@ -86,7 +86,7 @@ def judged(cause: str, found: Sequence[WorstActivation | None]) -> dict[str, Any
         "unknown": unknown,
         "wrong": late - right - unknown,
         "share": right / late if late > 0 else None,
-        "named_wrong": [
+        "not_right": [
             {"t_s": each.t_ns / SECOND, **to_builtins(each.blame)}
             for each in found
             if each is not None and _name(each) not in as_it_should

@@ -24,7 +24,7 @@ def report_text(report: Mapping[str, Any]) -> str:
             if "named" not in row
         ),
         f"  named right, of those that were late: {report['wanted']:.0%} or more is wanted of each",
-        *(line for cause, row in run.items() for line in _wrong_ones(cause, row)),
+        *(line for cause, row in run.items() for line in _not_right_ones(cause, row)),
     ]
     least = report["least_share"]
     return "\n".join([*lines, "ratio none" if least is None else f"ratio {least:.2f} (the least)"])
@@ -56,11 +56,11 @@ def _table(run: Mapping[str, Any], names: list[str]) -> list[str]:
     ]
 
 
-def _wrong_ones(cause: str, row: Mapping[str, Any]) -> list[str]:
-    """What was named wrong, each with the evidence for it."""
+def _not_right_ones(cause: str, row: Mapping[str, Any]) -> list[str]:
+    """What was not named right, each with the evidence for it."""
     return [
         f"  {cause} at {each['t_s']:.3f} s was named {each['cause']}, "
         f"{each['explained_us'] / 1000:.2f} ms of {each['of_us'] / 1000:.2f} ms: "
         + ", ".join(f"{name} {value:g}" for name, value in each["evidence"].items() if value)
-        for each in row["named_wrong"]
+        for each in row["not_right"]
     ]

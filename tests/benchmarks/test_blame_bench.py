@@ -69,7 +69,8 @@ def test_right_unknown_and_wrong_add_up_to_what_was_late() -> None:
     assert (found["late"], found["right"], found["unknown"], found["wrong"]) == (50, 47, 2, 1)
     assert found["share"] == 0.94
     assert found["named"][NOT_LATE] == 5
-    assert [each["cause"] for each in found["named_wrong"]] == [Cause.MODEL]
+    named = [Cause.UNKNOWN, Cause.UNKNOWN, Cause.MODEL]
+    assert [each["cause"] for each in found["not_right"]] == named
     assert judged("stop", [None] * 5)["share"] is None
 
 
