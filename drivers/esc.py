@@ -5,7 +5,8 @@ some seconds. Full-off is "no signal": the ESC stops by itself and must be armed
 """
 
 import math
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from drivers.actuator import POLL_EVERY, Actuator
 from drivers.chips.pca9685 import Pca9685
@@ -13,8 +14,7 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 
 
-@dataclass(frozen=True, slots=True)
-class EscSettings:
+class EscSettings(Struct, frozen=True):
     """Pulses and arming of one ESC."""
 
     channel: int

@@ -6,8 +6,9 @@ is what this model falls back to when forces stop coming, are not numbers, or ca
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from drivers.actuator import Actuator
 from drivers.chips.pca9685 import Pca9685
@@ -29,8 +30,7 @@ class Forces(NamedTuple):
     f4: float
 
 
-@dataclass(frozen=True, slots=True)
-class ThrustSettings:
+class ThrustSettings(Struct, frozen=True):
     """What a pair can do and how fast it may change."""
 
     pair_thrust_n: float

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
+    from importlib.metadata import EntryPoint, EntryPoints
 
 
 @cache
@@ -18,15 +18,21 @@ def installed(group: str) -> "tuple[EntryPoint, ...]":
 
     Looked up once a process: what is installed while it runs, the next one sees.
     """
-    return tuple({each.name: each for each in reversed(_all(group))}.values())[::-1]
+    return tuple({each.name: each for each in reversed(_of(group))}.values())[::-1]
 
 
 def providers(group: str, name: str) -> list[str]:
     """The packages that have an entry point of that name; more than one contradict each other."""
-    found = (each.dist for each in _all(group) if each.name == name)
+    found = (each.dist for each in _of(group) if each.name == name)
     return list(dict.fromkeys("?" if dist is None else dist.name for dist in found))
 
 
+def _of(group: str) -> "list[EntryPoint]":
+    return list(_all().select(group=group))
+
+
 @cache
-def _all(group: str) -> "tuple[EntryPoint, ...]":
-    return tuple(import_module("importlib.metadata").entry_points(group=group))
+def _all() -> "EntryPoints":
+    """Of every group: to find those of one, the files of every package are read as well."""
+    found: EntryPoints = import_module("importlib.metadata").entry_points()
+    return found

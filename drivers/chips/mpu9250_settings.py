@@ -1,8 +1,9 @@
 """What a user may set on an MPU-9250, and the five registers 0x19 to 0x1D that hold it."""
 
 import math
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from drivers.chips.ak8963 import MEASUREMENT_HZ
 from drivers.chips.mounting import parse_mounting
@@ -15,8 +16,7 @@ BANDWIDTHS_HZ: Final = (184, 92, 41, 20, 10, 5)
 """Gyroscope bandwidths of DLPF_CFG 1 to 6, the settings at which the chip samples at 1 kHz / n."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Mpu9250Settings:
+class Mpu9250Settings(Struct, frozen=True, kw_only=True):
     """Sample rate, filter, ranges and mounting; any may be wrong until `faults` was checked.
 
     The rate wants a margin over the reader's: the chip's clock and the PC's drift, and a reader as

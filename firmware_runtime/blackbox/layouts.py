@@ -23,11 +23,11 @@ import sys
 import types
 import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final, TypeAlias
 
 import msgspec
+from msgspec import Struct
 
 from firmware_runtime.blackbox.attributes import attributes_of
 from firmware_runtime.blackbox.contents import Content, content_of
@@ -89,8 +89,7 @@ _MADE_IN_C: Final = 1 << 8 | 1 << 7
 _POINTER: Final = struct.calcsize("P")
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
+class Layout(Struct, frozen=True):
     """How objects of one class are read: `base` is the built-in class underneath.
 
     `content` reads and sets what that holds; None where it holds nothing, or nothing that changes.

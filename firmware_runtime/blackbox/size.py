@@ -5,8 +5,9 @@ and the values that its models send; a model that computes alone is not seen in 
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from firmware_runtime.blackbox.layout import LARGEST_CHUNK, PREFIX_SIZE, SMALLEST_CHUNK
 from firmware_runtime.devs.time import SECOND
@@ -21,8 +22,7 @@ MOST: Final = 256 << 20
 CHUNKS: Final = 32
 
 
-@dataclass(frozen=True, slots=True)
-class Size:
+class Size(Struct, frozen=True):
     """The chunks of a recording."""
 
     chunk_bytes: int

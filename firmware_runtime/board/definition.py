@@ -9,12 +9,11 @@ module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`,
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
-from msgspec import Struct, ValidationError, convert
+from msgspec import Struct, ValidationError, convert, field
 
 from firmware_runtime.board.experiments import Experiment, experiment_faults
 from firmware_runtime.board.faults import Device, SerialDevice
@@ -51,8 +50,7 @@ def _no_loads(settings: Any) -> dict[str, BusLoad]:  # noqa: ANN401 -- any board
     return bus_loads(settings.buses, ())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoardDefinition(Generic[S]):
+class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
     """A kind of robot. `settings` and `build` are demanded; the rest has defaults.
 
     The functions are called with the settings as read from board.toml. Raises SettingError for what

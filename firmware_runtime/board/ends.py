@@ -6,8 +6,9 @@ off; the other one opens none. Where a cut would part the hardware, it is refuse
 
 from collections.abc import Collection, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from firmware_runtime.board.holding import holders
 from firmware_runtime.board.registry import Board
@@ -17,8 +18,7 @@ from firmware_runtime.devs.part import part_of
 from firmware_runtime.errors import ConfigError
 
 
-@dataclass(frozen=True, slots=True)
-class BoardEnd:
+class BoardEnd(Struct, frozen=True):
     """What one of the two processes runs."""
 
     role: str

@@ -9,8 +9,9 @@ Nothing here imports what runs an experiment: a robot's own start reads its defi
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from firmware_runtime.board.assignments import assignments_of
 
@@ -20,8 +21,7 @@ _NAME: Final = r"[a-z0-9]+(-[a-z0-9]+)*"
 _FUNCTION: Final = r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Experiment:
+class Experiment(Struct, frozen=True, kw_only=True):
     """What every experiment says of itself."""
 
     title: str
@@ -43,8 +43,7 @@ class Experiment:
         return assignments_of(self.settings)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StepExperiment(Experiment):
+class StepExperiment(Experiment, frozen=True, kw_only=True):
     """A reference that jumps at `at_s` of the controller's run, and the value that answers."""
 
     port: str
@@ -71,8 +70,7 @@ class StepExperiment(Experiment):
         return self.at_s + self.watched_s
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OwnExperiment(Experiment):
+class OwnExperiment(Experiment, frozen=True, kw_only=True):
     """One that a function runs: `package.module:function`, imported when the experiment is run.
 
     It is called with a `firmware_runtime.experiments.trial.Trial` and returns a

@@ -1,7 +1,8 @@
 """What a robot is connected to: I2C buses, serial ports and enable line, named by board.toml."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.enable_line import EnableLine
@@ -10,8 +11,7 @@ from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.serial import SerialPort
 
 
-@dataclass(frozen=True, slots=True)
-class Lines:
+class Lines(Struct, frozen=True):
     """Real ones, doubles, or absent ones: a board's wiring sees no difference."""
 
     buses: Mapping[str, I2cBus]

@@ -13,8 +13,9 @@ that is there is taken; a coupled model's port means what is sent through it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeAlias
+
+from msgspec import Struct
 
 Number: TypeAlias = Callable[[Any], float]
 """Of a board's settings."""
@@ -31,8 +32,7 @@ def _nothing(_settings: object) -> float:
     return 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(Struct, frozen=True):
     """`scale` times the sum of the weighted numbers; a number goes by its place in the value.
 
     A place is a field's name or a position, and what is in it behind a dot, such as `rate.2`; the
@@ -44,8 +44,7 @@ class Signal:
     scale: Number = _one
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PidLoop:
+class PidLoop(Struct, frozen=True, kw_only=True):
     """The loop that `tune` finds gains for: a `models.pid` block, and what its command does."""
 
     kp: str
@@ -63,8 +62,7 @@ class PidLoop:
     """What the settings put between the command and the actuators, beside the plant's own."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plant:
+class Plant(Struct, frozen=True, kw_only=True):
     """A body that is pushed or turned against friction."""
 
     title: str

@@ -7,11 +7,12 @@ point, see `definition` and `kinds`. The boards that come with the project are f
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
@@ -43,8 +44,7 @@ from firmware_runtime.system.whole_file import read_file
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
 
 
-@dataclass(frozen=True, slots=True)
-class Board:
+class Board(Struct, frozen=True):
     """A board whose settings were read and found sound."""
 
     name: str

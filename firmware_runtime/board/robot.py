@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any, Final
+
+from msgspec import Struct
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.component import Component
@@ -38,8 +39,7 @@ _PARTS: Final[Mapping[str, tuple[Callable[[object], bool], str]]] = {
 """What each part of a robot has to be, and how a sentence says so."""
 
 
-@dataclass(frozen=True, slots=True)
-class Robot:
+class Robot(Struct, frozen=True):
     """What a board's wiring makes of settings and buses: a model, probes and stops, and more."""
 
     model: Coupled

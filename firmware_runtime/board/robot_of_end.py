@@ -6,8 +6,9 @@ other: a result that takes one of those is none, rather than made up.
 
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
+
+from msgspec.structs import replace
 
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.robot import Robot

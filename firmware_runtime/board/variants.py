@@ -12,17 +12,16 @@ The keys of one variant are no keys of another. The choice has to be stated, unl
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
 from types import NoneType
 from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
+from msgspec import Struct
 
 Table = dict[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Variants:
+class Variants(Struct, frozen=True):
     """The variants of one table by their tags, in order of declaration."""
 
     choice: str

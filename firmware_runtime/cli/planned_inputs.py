@@ -1,10 +1,9 @@
 """`run --input SECONDS:PORT=VALUE`: values for input ports of the model at known instants."""
 
 import argparse
-from dataclasses import dataclass
 from math import isfinite
 
-from msgspec import Raw
+from msgspec import Raw, Struct
 
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
@@ -15,8 +14,7 @@ from firmware_runtime.runs.session import Session
 EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
 
 
-@dataclass(frozen=True, slots=True)
-class PlannedInput:
+class PlannedInput(Struct, frozen=True):
     """One value for one port, as the command line has it."""
 
     at: int

@@ -10,16 +10,16 @@ statistics and settings name them as in the whole.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(Struct, frozen=True):
     """Some components of a model, in a coupled model of the same name.
 
     `entering` and `leaving` are the ports at which the cut crossed couplings, in their order, by

@@ -1,9 +1,10 @@
 """What a run is given besides its model and its clock: settings, and hooks."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
+
+from msgspec import Struct, field
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
@@ -26,8 +27,7 @@ class Hook(Protocol):
         """Do what cannot wait; and what can, if it fits into the `left` ns to the next event."""
 
 
-@dataclass(frozen=True, slots=True)
-class Configuration:
+class Configuration(Struct, frozen=True):
     """All of it may be left out: then no setting is requested, and statistics stay in memory."""
 
     policies: Mapping[str, ActivationPolicy] = field(default_factory=dict)

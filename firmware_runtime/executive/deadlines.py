@@ -16,8 +16,9 @@ a miss; a path that never was enabled has samples and no answer.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
@@ -26,8 +27,7 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 
 
-@dataclass(frozen=True, slots=True)
-class PathDeadline:
+class PathDeadline(Struct, frozen=True):
     """A sample that leaves `from_port` is to be in effect at `to_model` within `within_ns`."""
 
     name: str

@@ -11,8 +11,10 @@ has worked once; then none is polled any more.
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from typing import Protocol, Self, runtime_checkable
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, format_time
@@ -24,8 +26,7 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.statistics.statistics import RunState
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Struct, frozen=True):
     """The end of a run, after its outputs were made safe.
 
     `state` is ENDED (at the instant asked for, or nothing was due any more), STOPPED (on request),

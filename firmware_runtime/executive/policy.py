@@ -1,8 +1,9 @@
 """What happens when an activation of a periodic model comes late."""
 
-from dataclasses import dataclass
 from math import inf
 from typing import Literal, TypeAlias, get_args
+
+from msgspec import Struct
 
 from firmware_runtime.devs.time import MICROSECOND, NEVER
 
@@ -10,8 +11,7 @@ Policy: TypeAlias = Literal["skip", "catch-up", "stop"]
 POLICIES: tuple[str, ...] = get_args(Policy)
 
 
-@dataclass(frozen=True, slots=True)
-class ActivationPolicy:
+class ActivationPolicy(Struct, frozen=True):
     """The policy of one periodic model.
 
     - `skip`: the late activation runs once, the periods missed meanwhile are dropped, the phase is

@@ -5,10 +5,10 @@ Figures 12 and 13: a ramp from a source in the simulator, sent back by a node of
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Final
 
 from msgspec import structs
+from msgspec.structs import replace
 
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.lines import Lines

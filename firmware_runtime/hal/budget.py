@@ -9,9 +9,10 @@ the budget, the counters of a bus, the doubles, and the waits of drivers.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
+
+from msgspec import Struct
 
 from firmware_runtime.hal.i2c import Message
 
@@ -52,8 +53,7 @@ def transaction_ns(messages: Sequence[Message], bus_hz: int, overhead_ns: int = 
     return overhead_ns + wire_ns(bits(messages), bus_hz)
 
 
-@dataclass(frozen=True, slots=True)
-class PeriodicTransaction:
+class PeriodicTransaction(Struct, frozen=True):
     """A transaction a board repeats for as long as it runs; `what` names it for people."""
 
     what: str

@@ -5,8 +5,9 @@ fault. A timeout does not pass: a line is held, and each further attempt would h
 whole adapter timeout. So `BusTimeout` is never retried.
 """
 
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from firmware_runtime.hal.errors import (
     ArbitrationLost,
@@ -17,8 +18,7 @@ from firmware_runtime.hal.errors import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class RetryPolicy:
+class RetryPolicy(Struct, frozen=True):
     """At most `attempts` tries of a transaction, the first included, on errors of the kinds `on`.
 
     Retries follow one another at once; nothing sleeps. A retried read repeats its side effects: a

@@ -5,15 +5,15 @@ kick. The integral uses the time that really passed between measurements.
 """
 
 import math
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.motion import Motion
 
 
-@dataclass(frozen=True, slots=True)
-class PidGains:
+class PidGains(Struct, frozen=True):
     """Gains for a coordinate in m or rad and a command in N."""
 
     kp: float

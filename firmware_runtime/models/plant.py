@@ -6,8 +6,9 @@ model needs to go on, such as a motor that still spins up.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
+
+from msgspec import Struct
 
 from firmware_runtime.elementary import exp, expm1
 
@@ -27,8 +28,7 @@ class PlantModel(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class SecondOrderPlant:
+class SecondOrderPlant(Struct, frozen=True):
     """A body that a lagging actuator pushes or turns against viscous damping, in closed form.
 
         d(drive)/dt = (gain * command - drive) / lag,  d(rate)/dt = drive - damping * rate

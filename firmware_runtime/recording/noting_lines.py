@@ -1,7 +1,8 @@
 """Absent lines that note what is used: a part that is replayed must have none to use."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board

@@ -1,8 +1,10 @@
 """The robot of a recording, built again on lines that answer as they did then."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeAlias
+
+from msgspec.structs import replace
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import listen, output_ports, own_atomics

@@ -9,10 +9,11 @@ next write, makes its outputs safe itself, acknowledges, and stays disarmed unti
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic_ns
 from typing import TypeAlias
+
+from msgspec import Struct
 
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
@@ -33,8 +34,7 @@ PrearmCheck: TypeAlias = Callable[[int], str | None]
 """A pre-arm check: why outputs must not be driven at this instant of the run; None if they may."""
 
 
-@dataclass(frozen=True, slots=True)
-class Permission:
+class Permission(Struct, frozen=True):
     """The terms on which a run may drive its outputs."""
 
     at_start: bool

@@ -1,8 +1,9 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec import Struct
 
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
@@ -89,8 +90,7 @@ def _reached(
     return line
 
 
-@dataclass(frozen=True, slots=True)
-class _Opening:
+class _Opening(Struct, frozen=True):
     """Opens lines of a board or of its doubles; `alone`, every other process is kept out."""
 
     board: Board

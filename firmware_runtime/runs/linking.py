@@ -5,9 +5,10 @@ the task of one end is over, both end; an end that was stopped is waited for.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
@@ -63,8 +64,7 @@ def idle_options(end: BoardEnd | None, **given: object) -> list[str]:
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class LinkedPart:
+class LinkedPart(Struct, frozen=True):
     """The part of a board's model that one end runs, in the executive's loop."""
 
     board: Board

@@ -1,10 +1,11 @@
 """A model alone on any clock: no board, no chips, nothing to switch off."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from os import PathLike
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast
+
+from msgspec.structs import replace
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.listening import Listener

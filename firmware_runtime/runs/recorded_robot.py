@@ -1,6 +1,6 @@
 """What of a run its recording is made of: the robot as it was put together, and what hears it."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ends import BoardEnd
@@ -11,8 +11,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.executive.executive import Executive
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedRobot:
+class RecordedRobot(Struct, frozen=True):
     """What runs here, and what hears it."""
 
     recorder: Recorder

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+from msgspec.structs import replace
 
 from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.executive.clocks import MonotonicClock

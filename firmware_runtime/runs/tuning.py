@@ -1,8 +1,9 @@
 """The settings that a run is driven by, and those of them that change while it does."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (

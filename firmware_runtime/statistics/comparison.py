@@ -8,11 +8,11 @@ the moment.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 from msgspec import structs
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.statistics import fault_table

@@ -13,8 +13,9 @@ The header of the file carries `describe()`, so a program that knows nothing of 
 every number by name.
 """
 
-from dataclasses import dataclass, fields
 from typing import Any
+
+from msgspec import Struct, structs
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
@@ -86,8 +87,7 @@ _MODEL_CELLS = len(MODEL) + 2 * CELLS
 _DEVICE_CELLS = 2 * DEVICES
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
+class Layout(Struct, frozen=True):
     """The names a file has blocks for; everything else follows from them."""
 
     models: tuple[str, ...] = ()
@@ -194,7 +194,7 @@ class Layout:
     def describe(self) -> dict[str, Any]:
         """The layout as the file's header carries it, with every offset and stride in cells."""
         return {
-            **{field.name: getattr(self, field.name) for field in fields(self)},
+            **structs.asdict(self),
             "cells": self.cells,
             "histogram": {"buckets": BUCKETS, "sub_buckets": SUB_BUCKETS, "then": ["max", "sum"]},
             **self._counter_blocks(),

@@ -23,11 +23,11 @@ import struct
 import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+from msgspec import Struct
 
 from firmware_runtime.statistics.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.histogram import Cells
@@ -41,8 +41,7 @@ _LONGEST_HEADER = 1 << 24
 """Bytes; a header that says it is longer is damaged, and must not fill the reader's memory."""
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
+class Kind(Struct, frozen=True):
     """What a file is called in sentences, and what it starts with."""
 
     name: str

@@ -11,11 +11,10 @@ overwritten meanwhile. Between the copies the reader waits, for processors that 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from struct import Struct
 
-from msgspec import to_builtins
+import msgspec
 
 from firmware_runtime.statistics.mapped_file import Kind
 from firmware_runtime.statistics.reader import settle
@@ -29,8 +28,7 @@ _ROW = Struct("4q")
 _TRACK_BITS = 16
 
 
-@dataclass(frozen=True, slots=True)
-class Recorded:
+class Recorded(msgspec.Struct, frozen=True):
     """One entry: `track` was busy from `begin_ns` to `end_ns`, in ns since the start of the run.
 
     Tracks: `waking` (from a step's deadline to its start), `step`, `garbage`, and for each model
@@ -46,7 +44,7 @@ class SpanRing:
     """The writing end: the last `rows` entries of `TRACKS` and the models' tracks."""
 
     def __init__(self, models: Sequence[str], rows: int, path: Path | None = None) -> None:
-        header = {"tracks": [*TRACKS, *models], "writer": to_builtins(this_process())}
+        header = {"tracks": [*TRACKS, *models], "writer": msgspec.to_builtins(this_process())}
         cells = _SPANS.create(path, header, 4 * rows)
         self._bytes = cells.cast("B")
         self._size = len(self._bytes)

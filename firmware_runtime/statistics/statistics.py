@@ -4,10 +4,11 @@ Totals over models are not in the cells: they are the sums of the models' counte
 histograms of their lateness, made here.
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
 from time import monotonic_ns
 from typing import Any
+
+from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
@@ -64,8 +65,7 @@ class RunState(IntEnum):
     OVERRUN = 4
 
 
-@dataclass(frozen=True, slots=True)
-class Statistics:
+class Statistics(Struct, frozen=True):
     """Header and cells of one run, copied while no section was being written.
 
     `writer_alive` says whether the process that wrote them still exists; `complete` is false if it

@@ -6,7 +6,8 @@ under way began. What is not written yet is lost when a process is killed; the c
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.histogram import Cells
@@ -16,8 +17,7 @@ COUNTED = ("activations", "late", "skipped", "lateness_ns", "steps", "bus_ns", "
 """Of a span: what its counters grew by. `lateness_ns` is the sum over all its activations."""
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Struct, frozen=True):
     """One span of a run; instants and times in ns."""
 
     begin_ns: int
@@ -36,8 +36,7 @@ class Span:
     step_max_ns: int
 
 
-@dataclass(frozen=True, slots=True)
-class Lately:
+class Lately(Struct, frozen=True):
     """What became of the activations of the last seconds, up to now; instants and times in ns."""
 
     begin_ns: int

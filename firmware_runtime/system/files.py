@@ -4,12 +4,12 @@ What is absent, hidden or refused reads as None or as empty: in a container, or 
 `ProcSubset=pid`, much of /proc is not shown, and no reader may stumble over that.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from msgspec import Struct
 
-@dataclass(frozen=True, slots=True)
-class SystemFiles:
+
+class SystemFiles(Struct, frozen=True):
     """Files of the kernel by their usual absolute path, such as `/proc/loadavg`."""
 
     root: Path = Path("/")

@@ -1,8 +1,9 @@
 """TachoBot's body in numbers: what it is (parameters) and how it moves (state)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
+
+from msgspec import Struct
 
 from sim_doubles.worlds.number_faults import number_faults
 
@@ -38,8 +39,7 @@ class TachobotState(NamedTuple):
     yaw_rate_rad_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class TachobotParameters:
+class TachobotParameters(Struct, frozen=True):
     """The numbers of the plant, all SI.
 
     The paper gives the mass, about 3 kg; the other numbers are ours. Friction and damping default

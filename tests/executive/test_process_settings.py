@@ -5,10 +5,10 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from msgspec.structs import fields
 
 from firmware_runtime.executive import process
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock

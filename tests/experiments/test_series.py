@@ -5,10 +5,10 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.definition import BoardDefinition
@@ -48,7 +48,7 @@ def of_another_kind(_trial: Trial) -> object:
 
 def own(function: str, title: str = "Tried", **what: object) -> OwnExperiment:
     made = OwnExperiment(title=title, run=f"{HERE}:{function}", stages=("simulation",))
-    return replace(made, **what)  # type: ignore[arg-type]
+    return replace(made, **what)
 
 
 @pytest.fixture

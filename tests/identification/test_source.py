@@ -1,11 +1,12 @@
 """A board that was never seen: a cart that a motor pushes, its position measured."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.board.plants import Plant, Signal, plant_fault
 from firmware_runtime.board.registry import Board, load

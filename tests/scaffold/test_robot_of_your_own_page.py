@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from msgspec import Struct
 
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.robot import Robot
@@ -43,6 +44,6 @@ def test_every_command_of_the_page_does_what_it_says(
 
 
 @pytest.mark.parametrize("contract", [BoardDefinition, Robot])
-def test_the_page_names_every_field_of_the_contract(contract: type) -> None:
-    for field in contract.__dataclass_fields__:  # type: ignore[attr-defined]
+def test_the_page_names_every_field_of_the_contract(contract: type[Struct]) -> None:
+    for field in contract.__struct_fields__:
         assert re.search(rf"`{field}[`(]", TEXT), field

@@ -1,13 +1,13 @@
 """What TachoBot's plant does: signs and sizes of equation (1), the IMU's view, refusals."""
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from sim_doubles.worlds.tachobot import (
     Mounting,

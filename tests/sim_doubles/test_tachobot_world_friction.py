@@ -1,11 +1,11 @@
 """The bearing of TachoBot's platform: it sticks, breaks away, slides and stops."""
 
 import math
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
 

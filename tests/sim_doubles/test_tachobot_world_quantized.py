@@ -1,9 +1,9 @@
 """TachoBot's plant as a DEVS model of quantized integrators, against its closed forms."""
 
 import random
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime import open_board
 from sim_doubles.worlds.quantized import QUANTA

@@ -1,7 +1,6 @@
 """Adding and subtracting statistics, cell by cell exact."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from firmware_runtime.statistics.comparison import (
     difference,

@@ -1,11 +1,10 @@
 """The watch for late activations: each is reported once, and none from before it began."""
 
-from dataclasses import replace
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.late_watch import Late, LateWatch

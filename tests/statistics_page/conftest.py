@@ -1,10 +1,10 @@
 """Statistics of runs of many kinds, and the page made of each."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import fault_table

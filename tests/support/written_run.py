@@ -1,8 +1,9 @@
 """A statistics file as a run might have left it, without the run."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.file import StatisticsFile

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from msgspec import structs
 
 from boards.tachobot.definition import BOARD
 from firmware_runtime.board.registry import load
@@ -86,9 +87,9 @@ def test_a_plant_without_a_loop_and_gains_that_may_not_change_are_refused() -> N
     board = load("tachobot")
     assert BOARD.plant is not None
     with pytest.raises(ConfigError, match="names no loop"):
-        loop_of(replace(board, plant=replace(BOARD.plant, loop=None)))
+        loop_of(structs.replace(board, plant=structs.replace(BOARD.plant, loop=None)))
     with pytest.raises(ConfigError, match=r"controller\.yaw\.kp"):
-        loop_of(replace(board, retunable=("controller.*.kd",)))
+        loop_of(structs.replace(board, retunable=("controller.*.kd",)))
 
 
 @pytest.mark.slow

@@ -4,8 +4,9 @@ A function that runs one is named here and imported with it: a robot's own start
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from firmware_runtime.board.experiments import Experiment, OwnExperiment, StepExperiment
 

@@ -2,10 +2,9 @@
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
-from msgspec import Raw
+from msgspec import Raw, Struct
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import with_all_below
@@ -18,8 +17,7 @@ from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.values import Read, reader_of
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """An input port of the top model; `read` is None if no datagram can bear its type."""
 
     port: InPort[Any]
