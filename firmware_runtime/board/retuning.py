@@ -13,8 +13,13 @@ from firmware_runtime.board.registry import Board, own_faults
 from firmware_runtime.errors import ConfigError
 
 
-def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
+def changed_keys(before: Any, after: Any) -> Iterator[str]:  # noqa: ANN401
     """The keys whose values differ, in full, such as `controller.yaw.kp`."""
+    return (key for key, _, _ in changed_values(before, after))
+
+
+def changed_values(before: Any, after: Any, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:  # noqa: ANN401
+    """The keys whose values differ, in full, and both values; None where there is no such key."""
     if isinstance(before, Struct) and isinstance(after, Struct):
         tables: tuple[Any, Any] = (
             {**_choice(before), **_fields(before)},
@@ -24,11 +29,11 @@ def changed_keys(before: Any, after: Any, prefix: str = "") -> Iterator[str]:  #
         tables = (before, after)
     else:
         if before != after:
-            yield prefix
+            yield prefix, before, after
         return
     for name in dict.fromkeys([*tables[0], *tables[1]]):
         path = _join(prefix, name)
-        yield from changed_keys(tables[0].get(name), tables[1].get(name), path)
+        yield from changed_values(tables[0].get(name), tables[1].get(name), path)
 
 
 def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- as `settings`

@@ -12,9 +12,9 @@ from typing import Any
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.asserted import difference_of, in_words
 from firmware_runtime.replay.verdict import Stretch, replay
-from firmware_runtime.replay.what_if import changed_board
 from firmware_runtime.status import Status
 from firmware_runtime.what_if.checkout import ask, checked_folder
 from firmware_runtime.what_if.piece import Cutter, Piece, Shows

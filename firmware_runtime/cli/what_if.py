@@ -14,6 +14,7 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.replayed_run import Shown, paced
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.changed_settings import settings_said
 from firmware_runtime.replay.what_if import WhatIf
 from firmware_runtime.status import Status
 from firmware_runtime.what_if.checkout import ask, checked_folder
@@ -33,14 +34,13 @@ def what_if_run(arguments: argparse.Namespace, path: Path) -> int:
     )
     if arguments.output is not None:
         question.plots = _plots(arguments.output)
-    changed = _changed(arguments)
     if arguments.watch:
-        return _watch(arguments, question, folder, changed)
+        return _watch(arguments, question, folder)
     if folder is None:
         found = _here(arguments, question)
     else:
         found = ask(with_state_as_built(question), folder)
-    _say(arguments, found, changed)
+    _say(arguments, found)
     return Status.OK
 
 
@@ -75,17 +75,20 @@ def _here(arguments: argparse.Namespace, question: Question) -> WhatIf:
         return answer(question, paced(arguments.speed, shown), board)
 
 
-def _changed(arguments: argparse.Namespace) -> str:
-    """What is tried, in words."""
-    changes = [*arguments.assignments]
-    if arguments.board is not None:
-        changes.insert(0, f"the settings of {arguments.board}")
+def _changed(arguments: argparse.Namespace, found: WhatIf) -> str:
+    """What is tried, in words: whose code, whose settings, and which of them differ."""
+    changes = []
     if arguments.checkout is not None:
-        changes.insert(0, f"the code in {arguments.checkout}")
+        changes.append(f"the code in {arguments.checkout}")
+    if arguments.board is not None:
+        changes.append(f"the settings of {arguments.board}")
+    if arguments.board is not None or arguments.assignments:
+        changes.append(settings_said(found.settings_changed))
     return ", ".join(changes) or "the code as it is now"
 
 
-def _say(arguments: argparse.Namespace, found: WhatIf, changed: str) -> None:
+def _say(arguments: argparse.Namespace, found: WhatIf) -> None:
+    changed = _changed(arguments, found)
     if arguments.output is not None:
         from firmware_runtime.what_if.page import write_plots  # noqa: PLC0415 -- with -o only
 
@@ -97,28 +100,25 @@ def _say(arguments: argparse.Namespace, found: WhatIf, changed: str) -> None:
         print("\n".join(what_if_text(found, changed)))
 
 
-def _watch(
-    arguments: argparse.Namespace, question: Question, folder: Path | None, changed: str
-) -> int:
+def _watch(arguments: argparse.Namespace, question: Question, folder: Path | None) -> int:
     from firmware_runtime.what_if.watch import Watched, watch  # noqa: PLC0415 -- with --watch only
 
     header = read_recording(Path(question.recording)).header
-    watch(question, Watched(folder, header), _Told(arguments, changed))
+    watch(question, Watched(folder, header), _Told(arguments))
     return Status.OK
 
 
 class _Told:
     """Prints each time's answer."""
 
-    def __init__(self, arguments: argparse.Namespace, changed: str) -> None:
+    def __init__(self, arguments: argparse.Namespace) -> None:
         self._arguments = arguments
-        self._changed = changed
 
     def found(self, found: WhatIf, before: WhatIf | None, spent: int) -> None:
         """What was found, then what is not as the last time."""
         from firmware_runtime.what_if.watch import since  # noqa: PLC0415 -- as above
 
-        _say(self._arguments, found, self._changed)
+        _say(self._arguments, found)
         if not self._arguments.json:
             for line in since(before, found):
                 print(f"  {line}")

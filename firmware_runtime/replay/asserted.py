@@ -12,11 +12,11 @@ from typing import Any
 
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.devs.time import format_time
+from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.difference import where_of
 from firmware_runtime.replay.open_player import Change
 from firmware_runtime.replay.verdict import WHOLE, replay
 from firmware_runtime.replay.what_if import (
-    changed_board,
     needs_state_as_built,
     state_as_built,
     what_if,

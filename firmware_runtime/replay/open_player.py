@@ -37,8 +37,8 @@ class Change:
 
     board: Board
     """By the settings that are tried."""
-    recorded: Board | None = None
-    """By those of the run, where others are tried."""
+    recorded: Board
+    """By those of the run."""
     built: bytes | None = None
     """The state in which the run's robot was built."""
 
@@ -119,7 +119,7 @@ class OpenPlayer(Player):
 
     def _in_force(self, settings: Any) -> Any:  # noqa: ANN401 -- the board's own class
         began, wished = self._change.recorded, self._change.board
-        return settings if began is None else _carried(settings, began.settings, wished.settings)
+        return _carried(settings, began.settings, wished.settings)
 
     # What is compared -----------------------------------------------------------------------------
 

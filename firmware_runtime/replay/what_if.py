@@ -1,22 +1,19 @@
 """What changed code or settings would have said to what entered: an open loop, as numbers."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any
 
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.reader import Recording
 from firmware_runtime.blackbox.section import Kind, Section
 from firmware_runtime.blackbox.state_of_run import state_of_run
-from firmware_runtime.board import strict
-from firmware_runtime.board.kinds import names, shipped_file
-from firmware_runtime.board.registry import Board, read_text
+from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.errors import text_of
+from firmware_runtime.recording.changed_settings import changed_settings
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.feed import Feed
@@ -49,6 +46,8 @@ class WhatIf(Struct):
     settings: list[str]
     """What was set otherwise than in the run."""
     curves: dict[str, Curves] = field(default_factory=dict)
+    settings_changed: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """What differs for it, as `changed_settings` has it."""
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
     """Python and packages that are others where this was found, as `changed_versions` has them."""
 
@@ -73,6 +72,7 @@ def what_if(
         run=recording.header.run,
         settings=list(change.board.assignments),
         versions_changed=changed_versions(recording.header.versions),
+        settings_changed=changed_settings(change.recorded, change.board),
     )
     structure: Counter[str] = Counter()
     for segment in segments:
@@ -136,44 +136,3 @@ def state_as_built(header: Header, board: Board) -> bytes:
     return state_of_run(
         found.robot, found.lines, state, found.own, (*REPLAYED, found.rig), chance=header.chance
     ).capture()
-
-
-def changed_board(header: Header, assignments: Sequence[str]) -> Board:
-    """The board by the run's settings, with some set otherwise. Raises ConfigError.
-
-    A key that the code has learned since then has its value from the board's own file.
-    """
-    table, faults = _copied(header.table), list[str]()
-    strict.override(table, assignments, faults)
-    if faults:
-        raise ConfigError("--set", faults)
-    try:
-        return _assigned(board_of_table(header.source, table), assignments)
-    except ConfigError as error:
-        if header.kind not in names():
-            raise ConfigError("replay", error.faults) from error
-        shipped = strict.parse_toml(read_text(shipped_file(header.kind)), [])
-        try:
-            board = board_of_table(header.source, _filled(table, shipped))
-        except ConfigError:
-            raise ConfigError("replay", error.faults) from None
-        return _assigned(board, assignments)
-
-
-def _assigned(board: Board, assignments: Sequence[str]) -> Board:
-    return replace(board, assignments=tuple(assignments))
-
-
-def _copied(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        key: _copied(value) if isinstance(value, dict) else value for key, value in table.items()
-    }
-
-
-def _filled(table: Mapping[str, Any], shipped: Mapping[str, Any]) -> dict[str, Any]:
-    """A table, with what it lacks of another."""
-    both = [key for key in table if isinstance(table[key], dict) and key in shipped]
-    inner = {
-        key: _filled(table[key], shipped[key]) for key in both if isinstance(shipped[key], dict)
-    }
-    return {**shipped, **table, **inner}

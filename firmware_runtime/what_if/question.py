@@ -10,11 +10,11 @@ from firmware_runtime.blackbox.section import Section
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.open_player import Change
 from firmware_runtime.replay.verdict import Stretch
 from firmware_runtime.replay.what_if import (
     WhatIf,
-    changed_board,
     most_different,
     needs_state_as_built,
     state_as_built,

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.board.in_force import PLACE
+from firmware_runtime.board.kinds import shipped_file
 from firmware_runtime.recording.recording import read_recording
 from firmware_runtime.status import Status
 from firmware_runtime.system.conditions import versions_here
@@ -37,9 +39,32 @@ def test_the_first_difference_is_said_and_is_the_exit_status(
     said = json.loads(ended.out)
     first = said["first_difference"]
     assert ended.status == Status.MODEL_ERROR
-    assert (said["differences"] > 0, said["equal"], said["settings_changed"]) == (True, False, True)
+    assert (said["differences"] > 0, said["equal"]) == (True, False)
+    assert said["settings_changed"] == {"controller.yaw.kp": {"recorded": 0.75, "tried": 0.8}}
     assert (first["port"], first["state"]["field"]) == ("controller.forces", "controller.yaw.gains")
     assert command("replay", recording, "--set", "imu.sample_hz=250").status == Status.OK
+
+
+@pytest.mark.slow
+def test_the_first_line_names_the_settings_that_are_not_those_of_the_run(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, part = tmp_path / "whole.recording", tmp_path / "part.recording"
+    record(whole, "tachobot", 1, ["controller.yaw.kp=0.7"])
+    words = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1.5")
+    assert command(*words, "--set", "controller.yaw.kp=0.7", "--record", part).status == Status.OK
+    copy = shipped_file("tachobot").read_text().replace("kp = 0.75", "kp = 0.9")
+    (tmp_path / "tachobot.toml").write_text(copy)
+    monkeypatch.setenv(PLACE, str(tmp_path))
+    for path in (whole, part):
+        first, *_ = command("replay", path, "tachobot").out.splitlines()
+        assert first.startswith("what if: ")
+        assert "controller.yaw.kp=0.9 (in the run 0.7)" in first
+        # without BOARD the others are those of the run, not those in force
+        first, *_ = command("replay", path, "--set", "controller.yaw.ki=0.5").out.splitlines()
+        assert first == "what if: controller.yaw.ki=0.5 (in the run 0.01)"
+        first, *_ = command("replay", path, "--set", "controller.yaw.kp=0.7").out.splitlines()
+        assert first == "what if: no setting differs from the run's"
 
 
 @pytest.mark.slow

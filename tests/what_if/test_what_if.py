@@ -97,7 +97,7 @@ def test_plots_show_recorded_and_replayed(
     picture, page = tmp_path / "plot.svg", tmp_path / "plot.html"
     what = ("replay", flight, "--set", "controller.yaw.kp=0.8", "--until", 2, "-o")
     printed = _printed(capsys, [*what, picture])
-    assert printed.startswith("what if: controller.yaw.kp=0.8\n")
+    assert printed.startswith("what if: controller.yaw.kp=0.8 (in the run 0.75)\n")
     drawn = fromstring(picture.read_text())  # noqa: S314 -- our own file
     titles = [each.text for each in drawn.iter("{http://www.w3.org/2000/svg}title")]
     assert titles.count("recorded") == titles.count("replayed") >= 3

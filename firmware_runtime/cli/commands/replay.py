@@ -21,9 +21,14 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.chance import UNKEPT
+from firmware_runtime.recording.changed_settings import (
+    changed_board,
+    changed_settings,
+    settings_said,
+)
 from firmware_runtime.recording.comparison import Comparison
 from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.of_board import board_of, code_changes, part_code, replay_of
+from firmware_runtime.recording.of_board import code_changes, part_code, replay_of
 from firmware_runtime.recording.recording import Recording, read_recording
 from firmware_runtime.recording.versions import changed_versions, versions_said
 from firmware_runtime.status import Status
@@ -148,22 +153,24 @@ def _replay_part(arguments: argparse.Namespace, path: Path) -> int:
     board = _board(arguments, recording)
     changes = code_changes(recording, part_code(board, recording.header.components))
     comparison = replay_of(recording, board)
+    settings = changed_settings(changed_board(recording.header, ()), board)
     if arguments.json:
-        print(json.dumps(_as_json(recording, board, comparison, changes), allow_nan=False))
+        said = _as_json(recording, comparison, changes)
+        print(json.dumps({**said, "settings_changed": settings}, allow_nan=False))
     else:
-        print("\n".join(_as_text(recording, board, comparison, changes)))
+        if arguments.board is not None or arguments.assignments:
+            print(f"what if: {settings_said(settings)}")
+        print("\n".join(_as_text(recording, comparison, changes)))
     return Status.OK if comparison.is_equal else Status.MODEL_ERROR
 
 
 def _board(arguments: argparse.Namespace, recording: Recording) -> Board:
-    if arguments.board is None and not arguments.assignments:
-        return board_of(recording.header)
-    return chosen_board(arguments.board or recording.header.kind, arguments.assignments)
+    if arguments.board is None:
+        return changed_board(recording.header, arguments.assignments)
+    return chosen_board(arguments.board, arguments.assignments)
 
 
-def _as_json(
-    recording: Recording, board: Board, comparison: Comparison, changes: list[str]
-) -> dict[str, Any]:
+def _as_json(recording: Recording, comparison: Comparison, changes: list[str]) -> dict[str, Any]:
     header = recording.header
     return {
         "board": header.board,
@@ -173,13 +180,10 @@ def _as_json(
         "code_sha256": header.code_sha256,
         "code_changed": changes,
         "versions_changed": changed_versions(header.versions),
-        "settings_changed": board.table != header.table,
     }
 
 
-def _as_text(
-    recording: Recording, board: Board, comparison: Comparison, changes: list[str]
-) -> Iterator[str]:
+def _as_text(recording: Recording, comparison: Comparison, changes: list[str]) -> Iterator[str]:
     header = recording.header
     if comparison.fault is not None:
         yield f"not compared as a whole: {comparison.fault}"
@@ -192,8 +196,6 @@ def _as_text(
     yield f"  {comparison.inputs} values entered, {comparison.events} left"
     if changes:
         yield f"  code that has changed since: {', '.join(changes)}"
-    if board.table != header.table:
-        yield f"  settings are not those of the run: {board.source}"
     if versions := changed_versions(header.versions):
         yield f"  versions that are others than in the run: {versions_said(versions)}"
 

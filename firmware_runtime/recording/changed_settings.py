@@ -1,0 +1,106 @@
+"""Other settings than those of a recorded run: the board by them, and which keys differ."""
+
+import json
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from typing import Any, Final, Protocol, TypeAlias
+
+from msgspec import to_builtins
+from msgspec.structs import replace
+
+from firmware_runtime.board import strict
+from firmware_runtime.board.kinds import names, shipped_file
+from firmware_runtime.board.registry import Board, read_text
+from firmware_runtime.board.retuning import changed_values
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.of_board import board_of_table
+
+Settings: TypeAlias = Mapping[str, Mapping[str, Any]]
+"""By key, its value in the run (`recorded`) and the one that is tried (`tried`)."""
+
+_SHOWN: Final = 12
+_LONGEST: Final = 80
+"""Letters of a value in a sentence; a whole table may have come or gone."""
+
+
+class Recorded(Protocol):
+    """The header of a recording, as far as it says by which settings the run was."""
+
+    @property
+    def kind(self) -> str:
+        """The kind of board."""
+
+    @property
+    def source(self) -> str:
+        """The file that the settings came from."""
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The settings, overrides included."""
+
+
+def changed_board(header: Recorded, assignments: Sequence[str]) -> Board:
+    """The board by the run's settings, with some set otherwise. Raises ConfigError.
+
+    A key that the code has learned since then has its value from the board's own file.
+    """
+    table, faults = _copied(header.table), list[str]()
+    strict.override(table, assignments, faults)
+    if faults:
+        raise ConfigError("--set", faults)
+    try:
+        return _assigned(board_of_table(header.source, table), assignments)
+    except ConfigError as error:
+        if header.kind not in names():
+            raise ConfigError("replay", error.faults) from error
+        shipped = strict.parse_toml(read_text(shipped_file(header.kind)), [])
+        try:
+            board = board_of_table(header.source, _filled(table, shipped))
+        except ConfigError:
+            raise ConfigError("replay", error.faults) from None
+        return _assigned(board, assignments)
+
+
+def changed_settings(recorded: Board, tried: Board) -> dict[str, dict[str, Any]]:
+    """The keys whose values are not those of the run, as JSON has them; None is no such key."""
+    return {
+        key: {"recorded": to_builtins(was), "tried": to_builtins(now)}
+        for key, was, now in changed_values(recorded.settings, tried.settings)
+    }
+
+
+def settings_said(changed: Settings) -> str:
+    """The keys with both values in a row; many of them in short, none in words."""
+    if not changed:
+        return "no setting differs from the run's"
+    said = [
+        f"{key}={_value(each['tried'])} (in the run {_value(each['recorded'])})"
+        for key, each in islice(changed.items(), _SHOWN)
+    ]
+    if len(changed) > _SHOWN:
+        said.append(f"{len(changed) - _SHOWN} more (--json has them all)")
+    return ", ".join(said)
+
+
+def _value(value: object) -> str:
+    text = "none" if value is None else json.dumps(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _assigned(board: Board, assignments: Sequence[str]) -> Board:
+    return replace(board, assignments=tuple(assignments))
+
+
+def _copied(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        key: _copied(value) if isinstance(value, dict) else value for key, value in table.items()
+    }
+
+
+def _filled(table: Mapping[str, Any], shipped: Mapping[str, Any]) -> dict[str, Any]:
+    """A table, with what it lacks of another."""
+    both = [key for key in table if isinstance(table[key], dict) and key in shipped]
+    inner = {
+        key: _filled(table[key], shipped[key]) for key in both if isinstance(shipped[key], dict)
+    }
+    return {**shipped, **table, **inner}
