@@ -78,7 +78,7 @@ class Executive:
         """The instant at which the run paused or ended, ns; 0 before."""
         self.is_over = False
         """Whether the run has ended; one that is paused has not."""
-        self._has_begun = False
+        self.has_begun = False
 
     @property
     def statistics(self) -> Statistics:
@@ -155,7 +155,7 @@ class Executive:
 
         An error is in the outcome, not raised; only SystemExit and its like go on to the caller.
         """
-        if self._has_begun:
+        if self.has_begun:
             raise RuntimeError("executive: a run cannot be repeated; expected a new executive")
         return self._run_to(until, pauses=False)
 
@@ -212,8 +212,8 @@ class Executive:
         if granted["freeze_garbage"].granted:
             self._loop.collector = SlackCollector(self.clock.now)
         self._granted = granted
-        if not self._has_begun:
-            self._has_begun = True
+        if not self.has_begun:
+            self.has_begun = True
             self._ledger = self._open_ledger(granted, end, self._configuration.statistics_path)
 
     def _start_clock(self) -> None:

@@ -198,11 +198,11 @@ class Arming:
         return failed
 
     def _enabled(self) -> list[str]:
-        """Let outputs through; return why that failed, if it did."""
+        """Let outputs through; return why that failed, if it did: then they are off again."""
         try:
             self._enable()
         except HalError as error:
-            return [text_of(error)]
+            return [text_of(error), *self._switch_off()]
         return []
 
     def _switch_off(self) -> list[str]:

@@ -141,8 +141,10 @@ class OpenBoard(OpenRun):
                 self._switch_off()
             return super().close()
         finally:
-            self._keep(self._outcome)
-            self._session.close()
+            try:
+                self._session.close()
+            finally:
+                self._keep(self._outcome)  # a file: not before the hardware is released
 
     # ---------------------------------------------------------------------------------------------
 

@@ -1,7 +1,7 @@
 """What enters a run at its edge, recorded from the first transfer to the last, where it is kept."""
 
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,6 @@ from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.hardware import Hardware
@@ -62,15 +61,6 @@ class RecordedEdge:
 
             open_black_box(self._robot, self._path, self._log)
 
-    @contextmanager
-    def start(self) -> Iterator[None]:
-        """Within the block chips are found; if it raises, what was heard until then is kept."""
-        try:
-            yield
-        except BaseException as error:
-            self._keep_start(text_of(error) or type(error).__name__)
-            raise
-
     def retuned(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
         """The robot has taken up settings."""
         if self.recorder is not None:
@@ -83,8 +73,11 @@ class RecordedEdge:
                 self._log(f"warning: this run cannot be replayed as a whole: {why}")
             self.recorder.close()
 
-    def _keep_start(self, why: str) -> None:
-        """Keep what was heard of a run that has not begun, and will not; once."""
+    def keep_start(self, why: str) -> None:
+        """Keep what was heard of a run that has not begun, and will not; once.
+
+        It writes a file, which may take long: outputs are off by then, and the hardware released.
+        """
         robot, path = self._robot, self._path
         if robot is not None and path is not None and robot.recorder.before_the_run:
             self._robot = None

@@ -18,7 +18,6 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.board_configuration import configuration_of
@@ -32,8 +31,8 @@ from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.robot_here import robot_here
-from firmware_runtime.runs.settings_in_force import DrivenBy
 from firmware_runtime.runs.sockets import serve_ports, take_requests
+from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.tuning import Tuning
 
 if TYPE_CHECKING:
@@ -57,7 +56,8 @@ class Session:
     at `recording`, unless the board's `recording.minutes` are 0. `log` prints what happens, in
     sentences. Raises ConfigError for settings that do not fit the model,
     StatisticsFileError if another robot's run keeps its statistics at that path, and HalError when
-    a bus or chip is missing; nothing was actuated then.
+    a bus or chip is missing; nothing was actuated then. A start that fails once chips are asked
+    switches off what it can reach, releases the hardware, and only then leaves its recording.
     """
 
     def __init__(  # noqa: PLR0913 -- one path for the command and for programs
@@ -77,7 +77,6 @@ class Session:
         self.board = board
         self.end_of_board = end
         self._statistics_path = statistics_path
-        self._is_safe = False  # by the last attempt to switch off
         self._held: list[Held] = []
         self._log = log
         self._edge = RecordedEdge(board, clock, recording, log)
@@ -88,9 +87,9 @@ class Session:
             board, clock, doubles, interlock, is_here=is_here, recorder=recorder
         )
         self.world_now = self.hardware.world_now
-        self._driven_by = DrivenBy(board, statistics_path if self.is_outside else None)
+        self._off = SwitchingOff(board, self.hardware, self._edge, statistics_path)
         with ExitStack() as undo:
-            undo.callback(self.close)
+            undo.push(self._broken_off)
             self.replaced = statistics_path and keep_clear_of_other_runs(statistics_path)
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
             self.robot, self.part, ports = robot_here(board, self.hardware, end, self._edge)
@@ -109,12 +108,12 @@ class Session:
             self._hold(take_requests(statistics_path, *control))
             self._edge.built(self.executive, self.robot, self.hardware, end)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
-            with self._edge.start():
-                with self._edge.section(Kind.PROBE):
-                    self.robot.find_chips()
-                self._edge.open()
-                if permission is None:
-                    self.hardware.enable(enabled=True)
+            self._off.asks_chips = True
+            with self._edge.section(Kind.PROBE):
+                self.robot.find_chips()
+            self._edge.open()
+            if permission is None:
+                self.hardware.enable(enabled=True)
             undo.pop_all()
 
     @property
@@ -150,12 +149,12 @@ class Session:
 
         Raises ModelError for a model that would have ended the program without a word.
         """
-        self._driven_by.keep()
+        self._off.leave_word()
         try:
             with quitting_is_a_bug(self.robot.model):
                 return self._parted(self.executive.run(until))
         finally:
-            self._leave_no_word()
+            self._off.leave_no_word()
 
     def run_on(self, until: int) -> Outcome:
         """Run to instant `until` and pause there; again, go on to a later one.
@@ -165,12 +164,12 @@ class Session:
         passes, so nothing has to be off.
         """
         if self.executive.reached == 0:
-            self._driven_by.keep()
+            self._off.leave_word()
         try:
             outcome = self.executive.run_on(until)
         finally:
             if self.executive.is_over:
-                self._leave_no_word()
+                self._off.leave_no_word()
         if self.executive.is_over:
             return self._parted(outcome)
         if self.arming is not None and self.is_outside and self.arming.pause():
@@ -181,7 +180,7 @@ class Session:
         """End a paused run with all outputs off; None if it never began or is over."""
         outcome = self.executive.end()
         if outcome is not None:
-            self._leave_no_word()
+            self._off.leave_no_word()
             self._parted(outcome)
         return outcome
 
@@ -198,35 +197,39 @@ class Session:
 
         Returns what failed, one sentence each.
         """
-        failed: list[str] = []
-        try:
-            self.hardware.enable(enabled=False)
-        except HalError as error:
-            failed.append(text_of(error))
-        with self._edge.section(Kind.SAFE):
-            failed += self.robot.make_safe()
-        self._is_safe = not failed
-        return failed
+        return self._off.all_of(self.robot)
 
     def close(self) -> None:
-        """Release buses, sockets and doubles that are served."""
-        self.hardware.close()
+        """Release buses, sockets and doubles that are served, with outputs off.
+
+        What has run has switched off at its end; what has not does so here, and logs what fails.
+        """
+        try:
+            if self._off.asks_chips and not self.executive.has_begun:
+                for fault in self._off.before_a_run(self.robot):
+                    self._log(f"warning: not made safe: {fault}")
+        finally:
+            self.hardware.close()
         for held in self._held:
             held.close()
         self._edge.close()
 
     # ---------------------------------------------------------------------------------------------
 
+    def _broken_off(self, _type: object, error: BaseException | None, _traceback: object) -> None:
+        """Let go of a start that failed; it is recorded once nothing can be on."""
+        has_asked = self._off.asks_chips
+        try:
+            self.close()
+        finally:
+            if has_asked and error is not None:
+                self._edge.keep_start(text_of(error) or type(error).__name__)
+
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""
         if self.linked is not None:
             self.linked.say_goodbye(outcome, self.ending)
         return outcome
-
-    def _leave_no_word(self) -> None:
-        """However the run ended, nothing has to be switched off any more that is off."""
-        if self._is_safe:
-            self._driven_by.forget()
 
     def _hold(self, held: Held | None) -> None:
         """Release it when the run is over; for nothing there is nothing to do."""

@@ -9,18 +9,25 @@ import pytest
 
 from boards.tachobot.allocation import Allocation
 from drivers.chips.mpu9250 import Mpu9250
+from drivers.chips.pca9685 import Pca9685
 from firmware_runtime.blackbox.found import (
     find_recording,
     recording_of_virtual_run,
 )
 from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.board import registry
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.errors import BusFault, HalError
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.runs import failed_start
 from firmware_runtime.runs.hardware import Hardware
+from firmware_runtime.runs.recorded_edge import RecordedEdge
+from firmware_runtime.runs.session import Session
 from sim_doubles.chips.mpu9250_registers import power_up
 from tests.support.recorded import record
 
@@ -161,3 +168,96 @@ def test_a_start_that_cannot_be_recorded_fails_for_its_own_reason(
 ) -> None:
     (tmp_path / "file").touch()
     assert "WHO_AM_I" in fail_to_start(tmp_path / "file" / "tachobot.recording", monkeypatch)
+
+
+def raise_on_chip(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Let the first step fail, that makes sure that no output is on."""
+
+    def silence(_: Pca9685) -> None:
+        raise error
+
+    monkeypatch.setattr(Pca9685, "silence", silence)
+
+
+def raise_at_enable_line(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    enable = Hardware.enable
+
+    def enabled(self: Hardware, *, enabled: bool) -> None:
+        enable(self, enabled=enabled)
+        if enabled:
+            raise error
+
+    monkeypatch.setattr(Hardware, "enable", enabled)
+
+
+def raise_as_the_box_opens(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def opened(_: RecordedEdge) -> None:
+        raise error
+
+    monkeypatch.setattr(RecordedEdge, "open", opened)
+
+
+@pytest.mark.parametrize("error", [BusFault("i2c1 stuck"), MemoryError(), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    "fails", [raise_on_chip, raise_in_bring_up, raise_as_the_box_opens, raise_at_enable_line]
+)
+def test_outputs_go_off_and_hardware_closes_before_a_file_is_written(
+    state: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    fails: Callable[[pytest.MonkeyPatch, BaseException], None],
+    error: BaseException,
+) -> None:
+    done = noted(monkeypatch)
+    fails(monkeypatch, error)
+    path = recording_of_virtual_run("tachobot")
+    with pytest.raises((FirmwareRuntimeError, type(error))):
+        record(path, "tachobot", 0.1)
+    assert done == ["off", "closed", "written"]
+    assert [each.name for each in state.iterdir()] == ["tachobot.start.recording"]
+
+
+def test_what_was_opened_and_never_ran_is_off_before_it_closes(
+    state: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = noted(monkeypatch)
+
+    def before(_: Session) -> None:
+        raise ValueError("an input that is none")
+
+    with pytest.raises(ValueError, match="none"):
+        record(recording_of_virtual_run("tachobot"), "tachobot", 0.1, before=before)
+    assert done == ["off", "closed"]
+    assert not state.exists()
+
+
+def test_outputs_that_cannot_be_switched_off_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stuck(_: Pca9685) -> None:
+        raise BusFault("i2c1 stuck")
+
+    monkeypatch.setattr(Pca9685, "stop_all", stuck)
+    raise_on_chip(monkeypatch, BusFault("i2c1 is stuck"))
+    said: list[str] = []
+    board = registry.load("tachobot")
+    with pytest.raises(BusFault, match="is stuck"):
+        Session(board, VirtualClock(), doubles=True, statistics_path=None, log=said.append)
+    assert said == ["warning: not made safe: i2c1 stuck"]
+
+
+def noted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is done, in order, as it has been done."""
+    done: list[str] = []
+
+    def note(where: object, name: str, what: str) -> None:
+        does = getattr(where, name)
+
+        def noting(*arguments: object) -> object:
+            found = does(*arguments)
+            done.append(what)
+            return found
+
+        monkeypatch.setattr(where, name, noting)
+
+    note(Robot, "make_safe", "off")
+    note(Hardware, "close", "closed")
+    note(failed_start, "replace_file", "written")
+    return done

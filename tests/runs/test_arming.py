@@ -80,6 +80,7 @@ def test_outputs_are_let_through_before_it_is_armed_and_not_armed_if_they_cannot
     rig.failing = BusFault("output_enable: line 17 cannot be set")
     assert rig.arming.request(0) == ["output_enable: line 17 cannot be set"]
     assert (rig.arming.interlock(), rig.arming.reason) == (False, str(rig.failing))
+    assert rig.safe == 1
     rig.failing = None
     assert rig.arming.request(0) == []
     assert rig.arming.request(0) == []
