@@ -174,7 +174,12 @@ def _way_text(way: str, crossed: Mapping[str, Any]) -> str:
     refused = crossed.get("refused", {})
     reasons = ", ".join(f"{count} {reason}" for reason, count in refused.items() if count)
     age = crossed.get("age_us", {})
-    counts = (f"{name} {crossed.get(name, NOT_KNOWN)}" for name in ("sent", "received", "dropped"))
+    names = ("sent", "received", "dropped", "overtaken")
+    counts = [f"{name} {crossed.get(name, NOT_KNOWN)}" for name in names]
+    if given_up := crossed.get("given_up"):
+        counts.append(f"given up {given_up}")
+    if unconnected := crossed.get("unconnected"):
+        counts.append(f"left while not connected {unconnected}")
     return (
         f"  {way}: {', '.join(counts)}, refused {reasons or '0'}; "
         f"age p50 {microseconds(age.get('p50'))}, p99 {microseconds(age.get('p99'))}"

@@ -58,6 +58,15 @@ def of_two_ends(
     return found
 
 
+_COUNTED_BY_SENDER: Final = ("sent", "repeated", "given_up", "unconnected")
+_COUNTED_BY_TAKER: Final = (
+    "received",
+    "dropped",
+    "overtaken",
+    "refused",
+    "age_us",
+    "round_trip_us",
+)
 _ADDED: Final = ("scheduled", "run", "skipped", "coalesced", "overruns")
 
 
@@ -97,9 +106,8 @@ def crossed(
 
 
 def _one_way(sender: Mapping[str, Any], taker: Mapping[str, Any]) -> dict[str, Any]:
-    sent = {name: sender[name] for name in ("sent", "repeated") if name in sender}
-    kept = ("received", "dropped", "refused", "age_us", "round_trip_us")
-    return {**sent, **{name: taker[name] for name in kept if name in taker}}
+    sent = {name: sender[name] for name in _COUNTED_BY_SENDER if name in sender}
+    return {**sent, **{name: taker[name] for name in _COUNTED_BY_TAKER if name in taker}}
 
 
 def _link_of(end: Mapping[str, Any] | None) -> Mapping[str, Any]:

@@ -82,10 +82,15 @@ class LinkFigures(Struct, frozen=True):
     received: int
     """Values that entered the model."""
     dropped: int
-    """Values in whose place a newer one of their port was taken, or that were given up, and
-    datagrams a carrier lost."""
+    """Values that arrived, and in whose place a newer one of their port was taken or which waited
+    in vain for what comes before them, and datagrams that came faster than the run takes them."""
     overtaken: int
     """Values that arrived after a newer one of their port."""
+    given_up: int
+    """Values that left here while the other end was there, and were never sent; of an ordered port
+    also those that were sent and did not arrive in time."""
+    unconnected: int
+    """Values that left here while no other end was there, and were never sent."""
     unsent: int
     """Datagrams for which there was no room, or no other end."""
     silences: int

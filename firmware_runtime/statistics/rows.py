@@ -55,6 +55,8 @@ class LinkRow(Struct, frozen=True):
     received: Counter
     dropped: Counter
     overtaken: Counter
+    given_up: Counter
+    unconnected: Counter
     unsent: Counter
     silences: Counter
     malformed: Counter

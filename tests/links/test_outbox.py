@@ -77,8 +77,24 @@ def test_of_more_than_are_kept_the_oldest_are_dropped() -> None:
     outbox, put = box(2)
     for body in (b"a", b"b", b"c"):
         put(0, 0, body)
+    assert (outbox.unconnected, outbox.given_up) == (1, 0), "there was no other end yet"
     assert [each.body for each in sent(outbox, 0, 1)] == [b"b", b"c"]
-    assert outbox.dropped == 1
+    outbox.note(seen(2, 0b1))
+    for body in (b"d", b"e", b"f"):
+        put(0, 1, body)
+    assert [each.body for each in sent(outbox, 1, 3)] == [b"e", b"f"]
+    assert (outbox.unconnected, outbox.given_up) == (1, 1)
+
+
+def test_what_leaves_while_the_other_end_is_silent_is_not_given_up_but_unconnected() -> None:
+    outbox, put = box()
+    assert sent(outbox, 0, 1) == []
+    outbox.expire(1)
+    put(0, 2, b"a")
+    put(0, 3, b"b")
+    outbox.expire(3 + TIMEOUT + 1)
+    assert (outbox.unconnected, outbox.given_up) == (2, 0)
+    assert sent(outbox, 4 + TIMEOUT, 1) == []
 
 
 def test_a_value_that_is_too_old_is_not_sent_unless_it_is_retained() -> None:
@@ -151,10 +167,11 @@ def test_all_of_an_ordered_port_is_sent_again_and_comes_after_what_was_before_it
 
 def test_what_comes_after_one_that_was_given_up_waits_for_none() -> None:
     outbox, put = box(ordered=[0])
+    assert sent(outbox, 0, 1) == []
     put(0, 0, b"lost")
     put(0, TIMEOUT, b"kept")
     assert [(each.sequence, each.after) for each in sent(outbox, TIMEOUT + 1, 1)] == [(2, 0)]
-    assert outbox.dropped == 1
+    assert outbox.given_up == 1
     outbox.note(seen(1))
     put(0, TIMEOUT + 2, b"next")
     assert [(each.sequence, each.after) for each in sent(outbox, TIMEOUT + 2, 2)] == [(3, 2)]
@@ -166,7 +183,7 @@ def test_an_ordered_port_holds_so_many_and_gives_up_the_oldest() -> None:
         put(0, number, b"")
     held = sent(outbox, 0, 1)
     assert [held[0].sequence, held[-1].sequence, len(held)] == [4, MOST_ORDERED + 3, MOST_ORDERED]
-    assert (held[0].after, outbox.dropped) == (0, 3)
+    assert (held[0].after, outbox.unconnected) == (0, 3)
 
 
 def test_another_peer_counts_an_ordered_port_from_what_it_gets_first() -> None:

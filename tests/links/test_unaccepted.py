@@ -73,9 +73,10 @@ def test_what_is_sent_again_is_accepted_by_either_frame(left: Unaccepted) -> Non
 
 def test_what_found_no_room_and_was_given_up_is_missing_for_as_long_again() -> None:
     outbox = Outbox(1, (), (), TIMEOUT)
+    assert list(outbox.take(0, 0)) == []
     outbox.put(1, 0, 0, 1, b"a")
     assert list(outbox.take(TIMEOUT + MILLISECOND, 0)) == []
-    assert (outbox.dropped, outbox.unaccepted.oldest.sequence) == (1, 1)
+    assert (outbox.given_up, outbox.unaccepted.oldest.sequence) == (1, 1)
     list(outbox.take(2 * TIMEOUT, 0))
     assert outbox.unaccepted.oldest.sequence == 1
     list(outbox.take(2 * TIMEOUT + 1, 0))

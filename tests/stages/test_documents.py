@@ -52,12 +52,13 @@ def test_without_a_robot_end_here_the_result_is_what_the_controller_knows() -> N
 
 
 def test_what_went_each_way_is_from_both_ends() -> None:
-    taken = {"received": 9, "dropped": 1, "refused": {"stale": 2}, "age_us": {"p50": 80.0}}
+    taken = {"received": 9, "dropped": 1, "overtaken": 3, "refused": {"stale": 2}}
     controller = {"statistics": {"link": {"sent": 12, "repeated": 1, **taken}}}
-    robot = {"statistics": {"link": {"sent": 11, "repeated": 0, **taken, "received": 10}}}
+    sent = {"sent": 11, "repeated": 0, "given_up": 1, "unconnected": 77}
+    robot = {"statistics": {"link": {**sent, **taken, "received": 10}}}
     found = crossed(controller, robot)
-    assert (found["out"]["sent"], found["out"]["received"]) == (12, 10)
-    assert (found["back"]["sent"], found["back"]["received"]) == (11, 9)
+    assert found["back"] == {**sent, **taken}
+    assert found["out"] == {"sent": 12, "repeated": 1, **taken, "received": 10}
     assert crossed(controller, None)["out"] == {"sent": 12, "repeated": 1}
 
 

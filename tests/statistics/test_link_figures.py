@@ -23,7 +23,14 @@ def test_reasons_are_the_fields_of_their_cells() -> None:
 
 def test_what_was_counted_is_read() -> None:
     file = file_of(LAYOUT)
-    counts = Counts(sent=7, received=5, dropped=1, carried=Carried({Reason.FORGED: 3}, dropped=1))
+    counts = Counts(
+        sent=7,
+        received=5,
+        dropped=1,
+        given_up=3,
+        unconnected=4,
+        carried=Carried({Reason.FORGED: 3}, dropped=1),
+    )
     counts.own[Reason.FORGED] += 1
     row = counts.row(is_good=True, silences=2)
     before = file.statistics()
@@ -40,6 +47,7 @@ def test_what_was_counted_is_read() -> None:
         2,
         2,
     )
+    assert (link.given_up, link.unconnected) == (3, 4), "neither is a drop"
     assert link.refused == {**dict.fromkeys(REFUSALS, 0), "forged": 4}
     assert link.age_us.max == 1500
     assert link.round_trip_us.p50 is None
@@ -49,7 +57,7 @@ def test_what_was_counted_is_read() -> None:
     assert twice is not None
     assert (since.sent, twice.sent, twice.refused["forged"]) == (7, 14, 8)
     assert any(
-        "silences; refused forged 4; dropped 2" in line
+        "silences; refused forged 4; dropped 2; given up 3; left while not connected 4" in line
         for line in statistics_text(file.statistics().figures())
     )
 

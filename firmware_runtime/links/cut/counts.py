@@ -36,7 +36,9 @@ class Counts:
     overtaken: int = 0
     """Values that arrived after a newer one of their port."""
     given_up: int = 0
-    """Values that left and were never sent, or were given up."""
+    """Values that left for an end that was there, and were never sent, or were given up."""
+    unconnected: int = 0
+    """Values that left while no other end was there, and were never sent."""
     unsent: int = 0
     """Frames for which there was no room, or no other end."""
     own: Counter[Reason] = field(default_factory=Counter)
@@ -52,8 +54,10 @@ class Counts:
                 self.sent,
                 self.repeated,
                 self.received,
-                self.dropped + self.given_up + self.carried.dropped,
+                self.dropped + self.carried.dropped,
                 self.overtaken,
+                self.given_up,
+                self.unconnected,
                 self.unsent + self.carried.unsent,
                 silences,
                 *self.refused.values(),

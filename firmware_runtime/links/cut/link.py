@@ -260,7 +260,8 @@ class Link(EventSource):
         counts, delivery = self.counts, self._delivery
         counts.received, counts.dropped = delivery.received, delivery.dropped
         counts.overtaken = delivery.overtaken
-        counts.given_up = self._sender.outbox.dropped
+        outbox = self._sender.outbox
+        counts.given_up, counts.unconnected = outbox.given_up, outbox.unconnected
 
     def _close_down(self) -> None:
         if not self._is_closed:

@@ -38,6 +38,8 @@ class Message:
     after: int
     values: int
     body: bytes
+    is_connected: bool
+    """Whether the other end was there when it left."""
     counter: int = 0
     sent_at: int = 0
 
@@ -53,13 +55,17 @@ class Outbox:
     def __init__(
         self, keep: int, retained: Collection[int], ordered: Collection[int], timeout: int
     ) -> None:
-        self.dropped = 0
-        """Values that were never sent, and those of ordered ports that were given up."""
+        self.given_up = 0
+        """Values that were never sent though the other end was there when they left, and those of
+        ordered ports that were sent and did not arrive in time."""
+        self.unconnected = 0
+        """Values that left while there was no other end, or a silent one, and were never sent."""
         self.unaccepted = Unaccepted()
         self._keep = keep
         self._retained = frozenset(retained)
         self._ordered = frozenset(ordered)
         self._timeout = timeout
+        self._is_connected = False
         self._sequences: dict[int, int] = {}
         self._open: dict[int, deque[Message]] = {}
         self._latest: dict[int, Message] = {}
@@ -75,7 +81,7 @@ class Outbox:
         """So many values have left by a port in a step."""
         sequence = self._sequences[port] = self._sequences.get(port, 0) + 1
         after = self._tails.get(port, 0)
-        message = Message(step, port, origin, sequence, after, values, body)
+        message = Message(step, port, origin, sequence, after, values, body, self._is_connected)
         self._latest[port] = message
         self.unaccepted.put(port, sequence, origin)
         waiting = self._open.setdefault(port, deque())
@@ -87,6 +93,7 @@ class Outbox:
 
     def take(self, now: int, round_trip: int) -> Iterator[list[Message]]:
         """What is to be sent now, by step; mark each when it was sent."""
+        self._is_connected = True
         self._expire(now, is_good=True)
         patience = _UNANSWERED + 2 * round_trip
         steps: dict[int, list[Message]] = {}
@@ -99,6 +106,7 @@ class Outbox:
 
     def expire(self, now: int) -> None:
         """Give up what is too old: there is no peer, or it is silent."""
+        self._is_connected = False
         self._expire(now, is_good=False)
 
     def _expire(self, now: int, *, is_good: bool) -> None:
@@ -163,8 +171,10 @@ class Outbox:
         if self._latest.get(lost.port) is lost:
             del self._latest[lost.port]
         is_ordered = lost.port in self._ordered
-        if is_ordered or lost.sent_at == 0:
-            self.dropped += lost.values
+        if lost.sent_at == 0 and not lost.is_connected:
+            self.unconnected += lost.values
+        elif is_ordered or lost.sent_at == 0:
+            self.given_up += lost.values
         if not is_ordered:
             return
         if waiting and waiting[0].after == lost.sequence:

@@ -36,8 +36,10 @@ _LINK_COUNTERS = {
     "sent": "Values that were sent over a link",
     "repeated": "Values that were sent again",
     "received": "Values that entered the model over a link",
-    "dropped": "Values in whose place a newer one was taken, or that were given up",
+    "dropped": "Values that arrived, and in whose place a newer one was taken",
     "overtaken": "Values that arrived after a newer one",
+    "given_up": "Values that left here and were given up",
+    "unconnected": "Values that left here while no other end was there",
     "unsent": "Datagrams that found no room, or no other end",
     "silences": "Times the other end fell silent",
 }

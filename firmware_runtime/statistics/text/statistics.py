@@ -188,6 +188,8 @@ def link_text(link: LinkFigures) -> str:
         *([f"refused {', '.join(refused)}"] if refused else []),
         *([f"dropped {link.dropped}"] if link.dropped > 0 else []),
         *([f"overtaken {link.overtaken}"] if link.overtaken > 0 else []),
+        *([f"given up {link.given_up}"] if link.given_up > 0 else []),
+        *([f"left while not connected {link.unconnected}"] if link.unconnected > 0 else []),
         f"sent {link.sent}",
         f"received {link.received}",
         f"age p50 {microseconds(link.age_us.p50)} p99 {microseconds(link.age_us.p99)}",
