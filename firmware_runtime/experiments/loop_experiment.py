@@ -49,7 +49,8 @@ class StageDelays(Struct, frozen=True):
     lateness_p50_us: float | None
     """Of the controller's run: how long after its instant a value was sent, within the delay."""
     carried_p50_us: float | None
-    """Both ways from run to run: sockets, carriers and what is between them, within the delay."""
+    """Both ways from run to run: sockets, carriers and what is between them; of all frames, also
+    of those whose values were overtaken and never came back."""
     between: str
 
 
@@ -104,8 +105,9 @@ class LoopRuns:
             found[f"{where}_delay_p99_ms"] = delays.p99_ms
             found[f"{where}_delay_least_ms"] = delays.least_ms
             found[f"{where}_delay_most_ms"] = delays.most_ms
-            lost = delays.sent - delays.back
-            found[f"{where}_lost_percent"] = 100.0 * lost / delays.sent if delays.sent else None
+            missing = delays.sent - delays.back
+            share = 100.0 * missing / delays.sent if delays.sent else None
+            found[f"{where}_not_back_percent"] = share
         return found
 
     def text(self) -> Iterator[str]:
@@ -120,8 +122,9 @@ class LoopRuns:
             )
             yield (
                 f"  p50 of the legs: out {_ms(delays.out_p50_ms)}, return "
-                f"{_ms(delays.return_p50_ms)}; of both {_us(each.lateness_p50_us)} were sent late, "
-                f"{_us(each.carried_p50_us)} carried from run to run, the rest is the runs' own"
+                f"{_ms(delays.return_p50_ms)}; p50 of what was sent late "
+                f"{_us(each.lateness_p50_us)}, of all frames from run to run and back "
+                f"{_us(each.carried_p50_us)}"
             )
 
 

@@ -64,11 +64,16 @@ def _lateness(executive: Executive, now: int, max_late_percent: float) -> str | 
     is_fit = late_percent <= max_late_percent and lately.lateness_max_ns <= period
     if is_fit or max_late_percent == UNJUDGED:
         return None
+    latest = "" if period == NEVER else _none_later_than(period)
     return (
         f"{late_percent:.2f} % of the activations of the last {JUDGED // SECOND} s were late or "
         f"skipped, the latest came {lately.lateness_max_ns / MILLISECOND:.1f} ms late; expected at "
-        f"most {max_late_percent:g} %, and none later than a period ({period / MILLISECOND:g} ms)"
+        f"most {max_late_percent:g} %{latest}"
     )
+
+
+def _none_later_than(period: int) -> str:
+    return f", and none later than a period ({period / MILLISECOND:g} ms)"
 
 
 def _periods(executive: Executive) -> list[int]:

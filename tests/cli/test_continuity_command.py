@@ -78,6 +78,18 @@ def test_an_impairment_that_cannot_be_read_is_refused(
     assert command(*words).status == Status.BAD_INPUT
 
 
+@pytest.mark.parametrize(
+    "words",
+    [("--link", "ros2", "--stages", "remote"), ("--impair", "loss=2%", "--stages", "network")],
+)
+def test_an_option_of_a_stage_that_is_left_out_is_refused(
+    command: Callable[..., Any], tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    ended = command("continuity", "tachobot", "-o", tmp_path / "x.json", *words)
+    assert ended.status == Status.BAD_INPUT
+    assert "which --stages leaves out" in ended.error
+
+
 @pytest.mark.slow
 def test_code_that_acts_otherwise_is_found_and_is_the_exit_status(
     command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

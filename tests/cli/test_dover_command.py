@@ -74,8 +74,9 @@ def test_it_ends_with_the_run_and_names_all_that_the_run_has_not(robot: BridgedR
     dover = robot.start("dover", "tachobot", "--send", "controller.yaw.command_n=62002")
     line(dover, "carries 1 numbers out")
     stop(run, signal.SIGTERM)
-    dover.wait(PATIENCE_S)
+    printed = dover.communicate(timeout=PATIENCE_S)[0].decode()
     assert dover.returncode == 3
+    assert re.search("dover: sent [0-9]+, taken 0, refused 0", printed)
 
 
 @pytest.mark.slow
@@ -98,6 +99,7 @@ def test_a_signal_that_is_no_number_of_what_comes_is_said_once(robot: BridgedRun
         (["--send", "imu.sample"], "expected NAME=PORT"),
         (["--take", "yaw_reference=70000"], "expected NAME=PORT"),
         (["--take", "a=1", "--take", "a=2"], "a: stated twice"),
+        (["--take", "a=1", "--send", "b=1"], "the robot would hear itself"),
     ],
 )
 def test_what_makes_no_sense_is_refused(

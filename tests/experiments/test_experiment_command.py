@@ -34,6 +34,8 @@ def run(*words: object) -> int:
         (("yaw-step", "tachobot", "--peer", "h:1", "--key", "k", "-o", "out"), 1),
         (("loop-delay", "tachobot", "--stage", "remote", "--peer", "h:1", "-o", "out"), 1),
         (("loop-delay", "tachobot", "--impair", "loss=2", "-o", "out"), 1),
+        (("yaw-step", "tachobot", "--stage", "network", "--impair", "loss=2%", "-o", "out"), 1),
+        (("yaw-step", "tachobot", "--stage", "remote", "--link", "ros2", "-o", "out"), 1),
     ],
 )
 def test_what_cannot_be_tried_is_refused(

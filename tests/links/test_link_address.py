@@ -11,7 +11,14 @@ from firmware_runtime.links.cut.address import End, link_address
 END = End("tachobot", "robot", has_hardware=True, timeout=1)
 
 
-@pytest.mark.parametrize("text", ["", "ros3", "ros2:", "ros2:tachobot", "ros2:key=", "unix:"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "ros3", "ros2:", "ros2:tachobot", "ros2:key=", "unix:"),
+        *("udp:127.0.0.1:0", "udp:127.0.0.1:7400,listen=127.0.0.1:0"),
+        "udp:127.0.0.1:7400,listen=127.0.0.1:7401,listen=127.0.0.1:7402",
+    ],
+)
 def test_what_is_no_way_is_refused(text: str) -> None:
     with pytest.raises(ConfigError, match="expected"):
         link_address(text)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
+from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -17,6 +18,16 @@ from tests.support.stalling_clock import StallingClock
 
 TENTH = SECOND // 10
 ASKED_AT = 6 * SECOND
+
+
+class Beacon(Atomic):
+    """Has an event every 10 ms, and states no period."""
+
+    def initialize(self) -> None:
+        self.hold_in("waiting", PERIOD)
+
+    def internal(self) -> None:
+        self.hold_in("waiting", PERIOD)
 
 
 class Run:
@@ -131,6 +142,13 @@ def test_of_several_models_the_latest_counts_and_the_shortest_period() -> None:
     (why,) = Run(StallingClock({550: 15 * MILLISECOND}), model).against
     assert "15.0 ms late" in why
     assert "later than a period (10 ms)" in why
+
+
+def test_without_a_period_none_is_expected() -> None:
+    model = Coupled("robot")
+    model.add(Beacon("beacon"))
+    (why,) = Run(StallingClock(dict.fromkeys(range(300, 400), 2 * MILLISECOND)), model).against
+    assert why.endswith("expected at most 1 %")
 
 
 def test_where_timing_is_not_judged_nothing_late_is_one() -> None:

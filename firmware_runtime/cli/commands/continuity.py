@@ -93,6 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
     check_output(output, _SUFFIXES)
     if arguments.impair is not None:
         impairment(arguments.impair)  # what cannot be read is refused before anything runs
+    _refuse_without_effect(arguments)
     board = chosen_board(arguments.board, arguments.assignments)
     role_without_hardware(board)  # one without roles is refused before anything runs
     duration_s = arguments.duration_s or board.doubles_run_s
@@ -105,6 +106,18 @@ def execute(arguments: argparse.Namespace) -> int:
     verdict = certificate.verdict
     print(f"{verdict if certificate.is_equal else verdict.upper()}: {output}")
     return Status.OK if certificate.is_equal else Status.MODEL_ERROR
+
+
+def _refuse_without_effect(arguments: argparse.Namespace) -> None:
+    stated = {Stage.NETWORK: arguments.link != "udp", Stage.REMOTE: arguments.impair is not None}
+    options = {Stage.NETWORK: f"--link {arguments.link}", Stage.REMOTE: "--impair"}
+    faults = [
+        f"{options[stage]} belongs to stage {stage}, which --stages leaves out"
+        for stage, is_stated in stated.items()
+        if is_stated and stage not in arguments.stages
+    ]
+    if faults:
+        raise ConfigError("continuity", faults)
 
 
 @contextmanager

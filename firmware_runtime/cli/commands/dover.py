@@ -27,7 +27,7 @@ def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     summary = "Carry numbers of a running robot to and from UDP, as sndDOVER and rcvDOVER do."
     verb = add_verb(verbs, "dover", summary, execute)
-    verb.epilog = _ABOUT.replace("%", "%%")
+    verb.epilog = _ABOUT
     verb.add_argument("board", metavar="BOARD", help="a robot that runs on this computer")
     verb.add_argument(
         "--send",
@@ -53,15 +53,20 @@ def execute(arguments: argparse.Namespace) -> int:
     sends, takes = _ports("--send", arguments.send), _ports("--take", arguments.take)
     if not sends and not takes:
         raise ConfigError.of_one("dover", "nothing to carry; expected --send or --take")
+    if both := set(sends.values()) & set(takes.values()):
+        fault = f"port {min(both)} is in --send and in --take, so the robot would hear itself"
+        raise ConfigError.of_one("dover", f"{fault}; expected two ports")
     path = arguments.statistics or default_path(chosen_board(arguments.board).name)
     bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes, _say)
     print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)
-    with until_signal() as signal:
-        bridge.wake_by(signal.fileno())
-        while not signal.came:
-            bridge.work()
-    bridge.close()
-    print(f"dover: sent {bridge.sent}, taken {bridge.taken}, refused {bridge.refused}")
+    try:
+        with until_signal() as signal:
+            bridge.wake_by(signal.fileno())
+            while not signal.came:
+                bridge.work()
+    finally:
+        bridge.close()
+        print(f"dover: sent {bridge.sent}, taken {bridge.taken}, refused {bridge.refused}")
     return Status.OK
 
 

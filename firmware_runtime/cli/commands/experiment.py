@@ -190,7 +190,7 @@ def _chosen(arguments: argparse.Namespace) -> Board:
         raise ConfigError("experiment", [f"no {' and no '.join(missing)}; {expected}"])
     board = chosen_board(arguments.board, arguments.assignments)
     _choices(arguments)  # what cannot be read is refused before anything runs
-    faults = [*_name_faults(arguments, board), *_loop_faults(arguments)]
+    faults = [*_name_faults(arguments, board), *_loop_faults(arguments), *_way_faults(arguments)]
     faults += _output_faults(arguments.output)
     if faults:
         raise ConfigError("experiment", faults)
@@ -227,6 +227,16 @@ def _loop_faults(arguments: argparse.Namespace) -> Iterator[str]:
         yield f"--every: {arguments.every_s:g} s; expected {_LEAST_EVERY_S:g} or more"
     if arguments.duration_s is not None and arguments.experiment not in {LOOP, ALL}:
         yield f"--for: the board says how long {arguments.experiment} takes; leave it out"
+
+
+def _way_faults(arguments: argparse.Namespace) -> Iterator[str]:
+    """What is between the ends in another stage than the only one that is run."""
+    if arguments.link == "ros2" and arguments.stage not in {None, Stage.NETWORK}:
+        yield f"--link ros2 belongs to --stage {Stage.NETWORK}"
+    if arguments.impair is not None and arguments.stage not in {None, Stage.REMOTE}:
+        yield f"--impair belongs to --stage {Stage.REMOTE}"
+    if arguments.impair is not None and arguments.peer is not None:
+        yield "--impair is for a stand-in on this machine: leave it out where there is a --peer"
 
 
 def _output_faults(output: Path) -> Iterator[str]:

@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.channel import CarrierChannel, Channel, Interpreter, PathChannel
-from firmware_runtime.links.endpoint import endpoint
+from firmware_runtime.links.endpoint import Endpoint, endpoint
 from firmware_runtime.links.key_file import read_key
 
 OPTION: Final = "--link"
@@ -65,11 +65,14 @@ def _unix(rest: str) -> OpenChannel:
 def _udp(rest: str) -> OpenChannel:
     where, *options = rest.split(",")
     stated = dict(option.partition("=")[::2] for option in options)
+    if len(stated) < len(options):
+        fault = f"udp:{rest}: expected each of listen=HOST:PORT and key=FILE once"
+        raise ConfigError.of_one(OPTION, fault)
     if unknown := stated.keys() - {"listen", "key"}:
         fault = f"udp:{rest}: {min(unknown)!r}: expected listen=HOST:PORT or key=FILE"
         raise ConfigError.of_one(OPTION, fault)
-    peer = endpoint(OPTION, where)
-    own = endpoint(OPTION, stated["listen"]) if "listen" in stated else None
+    peer = _endpoint(where)
+    own = _endpoint(stated["listen"]) if "listen" in stated else None
     if "key" in stated:
         read_key(Path(stated["key"]), OPTION)
     elif outside := [each for each in (peer, own) if each is not None and not each.is_loopback]:
@@ -80,6 +83,15 @@ def _udp(rest: str) -> OpenChannel:
         return CarrierChannel("firmware_runtime.links.cut.udp", _arguments(end, where, stated))
 
     return open_carrier
+
+
+def _endpoint(text: str) -> Endpoint:
+    """An address that the other end can know beforehand."""
+    found = endpoint(OPTION, text)
+    if found.where[1] == 0:
+        fault = f"{text}: port 0 is another one at every start; expected one of 1 to 65535"
+        raise ConfigError.of_one(OPTION, fault)
+    return found
 
 
 def _arguments(end: End, where: str, stated: Mapping[str, str]) -> list[str]:
