@@ -30,6 +30,8 @@ _SMOOTHED: Final = 9
 _FEWEST_SPANS: Final = 15
 _STANDING: Final = 4.0
 """So many deviations of the smoothed noise, and a rate is one."""
+_LEAST_PUSH: Final = 1e-6
+"""Share of what was measured that the input has to make, or there is no plant in the run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +109,9 @@ def _at_delay(
     matrix = np.column_stack([np.ones_like(at), *columns])
     found, *_ = np.linalg.lstsq(matrix, series.measured, rcond=None)
     misfit = float(np.sqrt(np.mean((series.measured - matrix @ found) ** 2)))
-    inertia = 1.0 / found[1] if found[1] > 0.0 else np.inf
-    if not np.isfinite(inertia):
+    if not found[1] * np.ptp(columns[0]) > _LEAST_PUSH * np.std(series.measured):
         return Guess(_no_plant(series), np.inf)
+    inertia = 1.0 / found[1]
     coulomb = max(float(found[3] * inertia), 0.0)
     static = max(_breakaway(np.abs(drive), moving), coulomb)
     damping = max(float(found[2] * inertia), 0.0)

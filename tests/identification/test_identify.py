@@ -111,3 +111,13 @@ def test_every_fault_of_a_series_is_named() -> None:
         checked(replace(sound, measured=np.where(sound.at > 3, np.nan, 0.0)), "run.csv")
     with pytest.raises(ConfigError, match="ascend"):
         checked(replace(sound, at=sound.at[::-1]), "run.csv")
+
+
+def test_an_output_that_has_nothing_of_its_input_bounds_no_number() -> None:
+    at = np.arange(300) * 0.01
+    given = np.where(at % 2.0 < 1.0, 0.0, 0.1)
+    measured = np.random.default_rng(20).normal(0.0, 1.0, len(at))
+    identified, _ = identify(Series(at, given, at, measured, "rate"), "rotation", LAG_S)
+    assert all(each.high is None for each in identified.parameters.values())
+    assert identified.explained < 0.1
+    assert identified.warnings

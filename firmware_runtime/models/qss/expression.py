@@ -13,6 +13,8 @@ from firmware_runtime.devs.errors import ModelError
 
 CONSTANTS: Final = {"pi": math.pi, "tau": math.tau, "e": math.e}
 TIME: Final = "t"
+DELAY: Final = "delay"
+"""What only a system understands, and takes out of its expressions before they are compiled."""
 
 FUNCTIONS: Final[dict[str, tuple[int, int]]] = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), (1, 1)),
@@ -58,6 +60,22 @@ def names_of(tree: ast.expr) -> list[str]:
         if isinstance(node, ast.Name) and id(node) not in functions
     )
     return list(dict.fromkeys(name for name in found if name not in CONSTANTS))
+
+
+def factors_of(node: ast.expr) -> Iterator[ast.expr]:
+    """What something is zero with: the factors of a product, the base of a power."""
+    match node:
+        case (
+            ast.UnaryOp(operand=base)
+            | ast.BinOp(left=base, op=ast.Pow() | ast.Div())
+            | ast.Call(func=ast.Name(id="abs" | "sqrt"), args=[base])
+        ):
+            yield from factors_of(base)
+        case ast.BinOp(left=left, op=ast.Mult(), right=right):
+            yield from factors_of(left)
+            yield from factors_of(right)
+        case _:
+            yield node
 
 
 def _faults(node: ast.expr, extra: Collection[str]) -> Iterator[str]:

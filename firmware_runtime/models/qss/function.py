@@ -4,7 +4,7 @@ The result is the function's Taylor polynomial: exact for sums and multiples of 
 parabolas. Of anything else the polynomial holds for a while only: the first two terms left out say
 for how long the error is below the tolerance, then the function is evaluated again without input.
 Comparisons, `abs`, `sign`, `min` and `max` change at the zero crossings of what they compare, found
-as roots of polynomials.
+as roots of polynomials. So are those of denominators: there the expression has no value.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +16,7 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.evaluation import Wires, settle
 from firmware_runtime.models.qss.expression import parse
+from firmware_runtime.models.qss.poles import Poles
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.segment import NANO, Segment, whole_after
 
@@ -31,8 +32,9 @@ class Function(Atomic):
     `inputs` are names of ports, with initial values or without; it begins once every input without
     one has sent. `order` coefficients are taken and sent. `tolerance` is in the output's unit, a
     number or a function of the inputs' coefficients; a segment lasts `longest_s` at most.
-    `counts` says that some inputs bring another number of coefficients than `order`. Raises
-    ExpressionError, a ModelError, for a text that is not understood.
+    `counts` says that some inputs bring another number of coefficients than `order`, `quanta` how
+    far off some are, as absolute and relative quantum. Raises ExpressionError, a ModelError, for a
+    text that is not understood, and ModelError where what it divides by passes zero.
     """
 
     def __init__(  # noqa: PLR0913 -- all but three have defaults
@@ -48,6 +50,7 @@ class Function(Atomic):
         longest_s: float = 0.1,
         parameters: Mapping[str, float] | None = None,
         counts: Mapping[str, int] | None = None,
+        quanta: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         super().__init__(name)
         self._check(order, tolerance, longest_s)
@@ -69,6 +72,7 @@ class Function(Atomic):
         self._wires = Wires(counts, inputs if isinstance(inputs, Mapping) else {})
         self._value, self._conditions = program.value, program.conditions
         self._sides = [False] * len(program.conditions)
+        self._poles = Poles(program, layout, quanta or {})
         self._reads_time = program.reads_time
         self._tolerance = tolerance if callable(tolerance) else float(tolerance)
         self._longest_s = float(longest_s)
@@ -97,7 +101,7 @@ class Function(Atomic):
             return
         self._at += self.sigma
         self._wires.advance(self.sigma * NANO)
-        self._evaluate()
+        self._evaluate(is_continuous=True)
 
     def external(self, elapsed: int) -> None:
         """Take new segments in; evaluate at this instant."""
@@ -113,10 +117,12 @@ class Function(Atomic):
         else:
             self._evaluate()
 
-    def _evaluate(self) -> None:
+    def _evaluate(self, *, is_continuous: bool = False) -> None:
         t, flat, sides = self._at * NANO, self._wires.flat, self._sides
         try:
             leaves = settle(self._conditions, t, sides, flat, self._longest_s)
+            if self._poles:
+                self._poles.check(t, sides, flat, is_continuous=is_continuous)
             coefficients = self._value(t, sides, flat)
             self._renewed_in = leaves if self._is_exact else min(leaves, self._lasts(coefficients))
         except (ValueError, ArithmeticError) as error:

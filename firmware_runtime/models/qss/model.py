@@ -10,20 +10,22 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.assignment import Assignment, Held
 from firmware_runtime.models.qss.crossing import Crossing
-from firmware_runtime.models.qss.expression import ExpressionError, names_of
+from firmware_runtime.models.qss.expression import (
+    DELAY,
+    TIME,
+    ExpressionError,
+    names_of,
+    parse,
+)
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.integrator import Integrator
-from firmware_runtime.models.qss.program import (
-    Layout,
-    Quanta,
-    compile_allowance,
-    compile_expression,
-)
+from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
-from firmware_runtime.models.qss.system import DELAY, System
+from firmware_runtime.models.qss.system import System
 
 _HORIZON_S: Final = 100.0
 _OF_A_SOURCE: Final = 3
@@ -91,6 +93,8 @@ class SystemModel(Coupled):
 
     def _add_inputs(self) -> None:
         for name, source in self.system.inputs.items():
+            if self.system.sine(name) is not None:
+                continue
             block = deepcopy(source)
             block.name = name
             self.add(block)
@@ -104,7 +108,8 @@ class SystemModel(Coupled):
     def _equation(self, name: str, text: str) -> None:
         derivative = self.integrators[name].derivative
         tree = self._delayed(self.system.tree_of(text), text)
-        if isinstance(tree, ast.Name) and self._counts.get(tree.id, 9) <= self._order:
+        is_wire = isinstance(tree, ast.Name) and self._counts.get(tree.id, 9) <= self._order
+        if isinstance(tree, ast.Name) and is_wire and tree.id != name:
             self.couple(self.wires[tree.id], derivative)
             return
         block = self.add(self._function(f"{name}'", tree, self._quanta[name]))
@@ -127,6 +132,7 @@ class SystemModel(Coupled):
             longest_s=horizon_s / 50.0,
             parameters=parameters,
             counts=counts,
+            quanta=quanta,
         )
 
     def _feed(self, ports: dict[str, InPort[Segment]], *, exact: bool = False) -> None:
@@ -137,7 +143,12 @@ class SystemModel(Coupled):
                 wire = self.integrators[name].state
             self.couple(wire, port)
 
-    def _delayed(self, tree: ast.expr, text: str) -> ast.expr:
+    def output(self, text: str) -> ast.expr:
+        """The tree of an expression that is read at instants; its delays are of exact states."""
+        with self._faults_of("outputs"):
+            return self._delayed(self.system.tree_of(text), text, exact=True)
+
+    def _delayed(self, tree: ast.expr, text: str, *, exact: bool = False) -> ast.expr:
         """Put a delay block, and the name of its wire, in the place of each `delay(...)`."""
         model = self
 
@@ -145,16 +156,19 @@ class SystemModel(Coupled):
             def visit_Call(self, node: ast.Call) -> ast.expr:
                 self.generic_visit(node)
                 if isinstance(node.func, ast.Name) and node.func.id == DELAY:
-                    return ast.Name(model._delay(node, text))
+                    return model._delay(node, text, exact=exact)
                 return node
 
         changed: ast.expr = _Delays().visit(tree)
         return changed
 
-    def _delay(self, node: ast.Call, text: str) -> str:
+    def _delay(self, node: ast.Call, text: str, *, exact: bool) -> ast.expr:
         try:
+            if not 2 <= len(node.args) <= 3:
+                raise ExpressionError(ast.unparse(node))
             signal, duration_s, *before = node.args
-            if not isinstance(signal, ast.Name) or signal.id not in self.wires or len(before) > 1:
+            known = {*self.wires, *self.system.inputs}
+            if not isinstance(signal, ast.Name) or signal.id not in known:
                 raise ExpressionError(ast.unparse(node))
             numbers = [self._number(each) for each in (duration_s, *before)]
             if numbers[0] < 0.0:
@@ -162,14 +176,18 @@ class SystemModel(Coupled):
         except ValueError as error:
             expected = "expected delay(NAME, SECONDS) or delay(NAME, SECONDS, VALUE BEFORE)"
             raise ConfigError(self.name, [f"{text!r}: {error}; {expected}"]) from error
-        initial = numbers[1] if before else self._initial[signal.id]
+        initial = numbers[1] if before else self._initial.get(signal.id, 0.0)
+        sine = self.system.sine(signal.id)
+        if sine is not None:
+            then = f"{TIME} - {numbers[0]!r}"
+            return parse(f"{sine.at(then)} if {then} >= 0 else {initial!r}")
         name = f"{signal.id}_{len(self.components)}_delayed"
         block = self.add(SegmentDelay(name, round(numbers[0] * SECOND), initial))
-        self.couple(self.wires[signal.id], block.entrance)
         self._wire(name, block.out, self._counts[signal.id], initial)
         if signal.id in self._quanta:
             self._quanta[name] = self._quanta[signal.id]
-        return name
+        self._feed({signal.id: block.entrance}, exact=exact)
+        return ast.Name(name)
 
     def _number(self, tree: ast.expr) -> float:
         layout = Layout({}, self.system.parameters)

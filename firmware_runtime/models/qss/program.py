@@ -1,4 +1,4 @@
-"""An expression compiled: its Taylor coefficients, its conditions, and its sensitivities.
+"""An expression compiled: its Taylor coefficients and its conditions.
 
 The text becomes straight-line code once, before the run; an evaluation is then one call. Every
 comparison of what changes between events is a condition: code of its own for the difference of its
@@ -15,9 +15,10 @@ from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     TIME,
     ExpressionError,
+    factors_of,
     names_of,
 )
-from firmware_runtime.models.qss.series import Series, Writer, is_flat
+from firmware_runtime.models.qss.series import Series, Writer, is_flat, is_known
 
 Code: TypeAlias = Callable[[float, Sequence[bool], Sequence[float]], tuple[float, ...]]
 """Called with time in s, the conditions' sides, and the inputs' coefficients one after another."""
@@ -55,6 +56,8 @@ class Program:
 
     value: Code
     conditions: tuple[Condition, ...]
+    poles: Mapping[int, ast.expr]
+    """What must not pass zero, such as a denominator, by the number of its condition."""
     is_linear: bool
     """Whether no coefficient beyond those of the inputs can occur."""
     reads_time: bool
@@ -64,52 +67,21 @@ def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
     """Compile to so many coefficients. Raises ExpressionError for what cannot be."""
     _check_names(tree, layout)
     conditions: list[Condition] = []
-    body = _Body(layout, length, conditions)
+    body = Body(layout, length, conditions)
     result = body.series(tree)
-    value = body.code(result)
-    return Program(value, tuple(conditions), body.writer.is_linear, TIME in names_of(tree))
+    value, reads_time = body.code(result), TIME in names_of(tree)
+    return Program(value, tuple(conditions), body.poles, body.writer.is_linear, reads_time)
 
 
-@dataclass(frozen=True, slots=True)
-class Quanta:
-    """How far off each input may be, as absolute and relative quantum, and what that allows."""
-
-    of_inputs: Mapping[str, tuple[float, float]]
-    least: float
-    """An error of the result that is allowed anyway, in its unit."""
-    relative: float = 0.0
-    """The same as a share of the result."""
-
-
-def compile_allowance(tree: ast.expr, layout: Layout, quanta: Quanta) -> Code:
-    """The error that the result may have beside the one that the inputs' quanta cause anyway.
-
-    A quarter of that, to first order: the sum of |partial derivative| times quantum.
-    """
-    body, least, share = _Body(layout, 2, []), float(quanta.least), float(quanta.relative)
-    total = "0.0"
-    for name, width_of in quanta.of_inputs.items():
-        absolute, relative = map(float, width_of)
-        if name not in names_of(tree):
-            continue
-        body.moving = name
-        slope = body.series(tree)[1]
-        width = f"max({absolute!r}, {relative!r} * abs({name}_0))" if relative else repr(absolute)
-        total = body.writer.assign(f"{total} + abs({slope}) * {width}")
-    allowances = [repr(least), f"0.25 * {total}"]
-    if share > 0.0:
-        body.moving = ""
-        allowances.append(f"{share!r} * abs({body.series(tree)[0]})")
-    return body.code([f"max({', '.join(allowances)})"])
-
-
-class _Body:
+class Body:
     """The code of one function; conditions found on the way get functions of their own."""
 
     def __init__(self, layout: Layout, length: int, conditions: list[Condition]) -> None:
         self.writer = Writer(length)
         self.moving: str | None = None
         """For a partial derivative: the one variable that changes, at rate 1."""
+        self.poles: dict[int, ast.expr] = {}
+        self._branches = 0
         self._layout = layout
         self._conditions = conditions
 
@@ -173,7 +145,10 @@ class _Body:
                 case ast.Mult():
                     return writer.multiply(left, right)
                 case ast.Div():
+                    self._note_poles(node.right)
                     return writer.divide(left, right)
+            if is_known(right) and float(right[0]) < 0.0:
+                self._note_poles(node.left)
             return writer.power(left, right)
         except (ArithmeticError, ValueError) as error:
             raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
@@ -194,7 +169,11 @@ class _Body:
             case "pow":
                 return self.series(ast.BinOp(arguments[0], ast.Pow(), arguments[1]))
             case "atan2":
-                return self.writer.atan2(*(self.series(each) for each in arguments))
+                above = self._compared(arguments[0], _NOUGHT, ast.GtE())
+                y, x = (self.series(each) for each in arguments)
+                return self.writer.atan2(y, x, above)
+            case "tan":
+                self._note_poles(ast.Call(ast.Name("cos"), arguments, []))
         try:
             return self.writer.function(name, self.series(arguments[0]))
         except (ArithmeticError, ValueError) as error:
@@ -214,6 +193,7 @@ class _Body:
         writer, length = self.writer, self.writer.length
         names: list[str] = [writer.assign("0.0") for _ in range(length)]
         flat = True
+        self._branches += 1
         for opening, branch in ((f"if {test}:", body), ("else:", otherwise)):
             writer.lines.append(f"{writer.indent}{opening}")
             outer, writer.indent = writer.indent, f"{writer.indent}    "
@@ -224,6 +204,7 @@ class _Body:
                 for name, value in zip(names, result, strict=True)
             ]
             writer.indent = outer
+        self._branches -= 1
         return [names[0], *[0.0] * (length - 1)] if flat else list(names)
 
     def _test(self, node: ast.expr) -> str:
@@ -255,11 +236,24 @@ class _Body:
         difference = ast.BinOp(left, ast.Sub(), right)
         if self.moving is not None:
             return f"({self.series(difference)[0]} > 0.0)"
-        body = _Body(self._layout, 6, self._conditions)
+        return f"s[{self._condition(difference, at_zero=sign in {'<=', '>='})}]"
+
+    def _condition(self, difference: ast.expr, *, at_zero: bool) -> int:
+        """The number of the flag that says whether something is above zero."""
+        body = Body(self._layout, 6, self._conditions)
         code = body.code(body.series(difference))
-        at_zero, is_exact = sign in {"<=", ">="}, body.writer.is_linear
+        is_exact = body.writer.is_linear
         self._conditions.append(Condition(code, at_zero=at_zero, is_exact=is_exact))
-        return f"s[{len(self._conditions) - 1}]"
+        return len(self._conditions) - 1
+
+    def _note_poles(self, node: ast.expr) -> None:
+        """Watch what is divided by, if it can change; not within a branch that may not be taken."""
+        variables = self._layout.variables
+        if self.moving is not None or self._branches > 0:
+            return
+        for factor in factors_of(node):
+            if any(name == TIME or name in variables for name in names_of(factor)):
+                self.poles[self._condition(factor, at_zero=True)] = factor
 
     def _is_steady(self, node: ast.expr) -> bool:
         """Whether it changes at events only."""

@@ -116,9 +116,9 @@ class Writer:
         result: Series = rule(a)
         return result
 
-    def atan2(self, y: Series, x: Series) -> Series:
-        """The angle of the point (x, y)."""
-        first = self.assign(f"atan2({y[0]}, {x[0]})")
+    def atan2(self, y: Series, x: Series, above: str) -> Series:
+        """The angle of the point (x, y); `above` says on which side of zero y is, or goes to."""
+        first = self.assign(f"atan2(abs({y[0]}) if {above} else -abs({y[0]}), {x[0]})")
         if is_flat(y) and is_flat(x):
             return [first, *y[1:]]
         self.is_linear = False

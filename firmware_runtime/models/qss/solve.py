@@ -11,7 +11,7 @@ from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.evaluation import worth
 from firmware_runtime.models.qss.model import SystemModel
-from firmware_runtime.models.qss.program import Layout, Program, compile_expression
+from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment
 from firmware_runtime.models.qss.system import System
 
@@ -25,6 +25,7 @@ class Simulation:
     def __init__(self, system: System, *, checked: bool = False) -> None:
         self.system = system
         self.model = SystemModel(system)
+        trees = {text: self.model.output(text) for text in system.shown}
         self.simulator = Simulator(self.model, checked=checked)
         self.now = 0
         self._others: dict[str, tuple[int, Segment]] = {}
@@ -34,7 +35,9 @@ class Simulation:
         self._layout = Layout(
             dict.fromkeys((*self.model.integrators, *self._others), 1), system.parameters
         )
-        self._outputs = {text: self._output(text) for text in system.shown}
+        self._outputs = {
+            text: compile_expression(tree, self._layout, 1) for text, tree in trees.items()
+        }
 
     def advance(self, until: int) -> None:
         """Work off everything up to an instant, in ns."""
@@ -55,9 +58,6 @@ class Simulation:
 
         self._others[name] = (0, ZERO_SEGMENT)
         self.simulator.listen(port, listener)
-
-    def _output(self, text: str) -> Program:
-        return compile_expression(self.system.tree_of(text), self._layout, 1)
 
 
 def solve(

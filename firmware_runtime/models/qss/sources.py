@@ -174,14 +174,20 @@ class Sine(Function):
         tolerance: float = 1e-4,
     ) -> None:
         parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
+        self.parameters = {key: float(value) for key, value in parameters.items()}
         super().__init__(
             name,
             "c + a * sin(tau * f * t + p)",
             order=order,
             tolerance=tolerance,
             longest_s=0.125 / abs(frequency_hz) if frequency_hz else 1.0,
-            parameters=parameters,
+            parameters=self.parameters,
         )
+
+    def at(self, time: str) -> str:
+        """Its value at an instant, in s, as an expression."""
+        c, a, f, p = (repr(self.parameters[key]) for key in "cafp")
+        return f"({c} + {a} * sin(tau * {f} * ({time}) + {p}))"
 
 
 class Samples(Schedule):

@@ -20,6 +20,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.expression import (
     CONSTANTS,
+    DELAY,
     FUNCTIONS,
     TIME,
     ExpressionError,
@@ -32,6 +33,7 @@ from firmware_runtime.models.qss.qss1 import QSS1
 from firmware_runtime.models.qss.qss2 import QSS2
 from firmware_runtime.models.qss.qss3 import QSS3
 from firmware_runtime.models.qss.shape import shape_faults
+from firmware_runtime.models.qss.sources import Sine
 from firmware_runtime.models.qss.when import When
 
 _LEAST_QUANTUM: Final = 1e-100
@@ -42,7 +44,6 @@ METHODS: Final[dict[str, type[Integrator]]] = {
     "QSS3": QSS3,
     "LIQSS2": LIQSS2,
 }
-DELAY: Final = "delay"
 
 _TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY, "trigger"}
 _NAME = re.compile(r"[A-Za-z]\w*")
@@ -107,6 +108,11 @@ class System:
     def tree_of(self, text: str) -> ast.expr:
         """An expression with its definitions put in. Raises ExpressionError."""
         return self._put_in(parse(text, {DELAY}), ())
+
+    def sine(self, name: str) -> Sine | None:
+        """An input that is put into expressions as a function of time, as it is exact there."""
+        source = self.inputs.get(name)
+        return source if type(source) is Sine else None
 
     @property
     def shown(self) -> Sequence[str]:
@@ -213,8 +219,16 @@ class System:
         system = self
 
         class _Definitions(ast.NodeTransformer):
+            def visit_Call(self, node: ast.Call) -> ast.expr:
+                signal = node.args[0] if _is_delay(node) and node.args else None
+                self.generic_visit(node)
+                if isinstance(signal, ast.Name) and system.sine(signal.id) is not None:
+                    node.args[0] = signal
+                return node
+
             def visit_Name(self, node: ast.Name) -> ast.expr:
-                text = system.definitions.get(node.id)
+                sine = system.sine(node.id)
+                text = system.definitions.get(node.id) if sine is None else sine.at(TIME)
                 if text is None:
                     return node
                 if node.id in above:
@@ -223,6 +237,10 @@ class System:
 
         changed: ast.expr = _Definitions().visit(tree)
         return changed
+
+
+def _is_delay(node: ast.Call) -> bool:
+    return isinstance(node.func, ast.Name) and node.func.id == DELAY
 
 
 def _is_finite(value: object) -> bool:

@@ -5,7 +5,7 @@ import re
 from typing import Final
 
 from firmware_runtime.models.qss.crossing import Direction
-from firmware_runtime.models.qss.expression import ExpressionError, parse
+from firmware_runtime.models.qss.expression import DELAY, ExpressionError, parse
 
 _CROSSES: Final = re.compile(r"(.+?)\bcrosses\b(.+?)\b(rising|falling)?\s*$", re.DOTALL)
 
@@ -32,7 +32,7 @@ class When:
             if direction == "rising":
                 return text, "rising"
             return text, "falling" if direction == "falling" else "both"
-        match parse(self.event):
+        match parse(self.event, {DELAY}):
             case ast.Compare(left=left, ops=[ast.Gt() | ast.GtE()], comparators=[right]):
                 return f"({ast.unparse(left)}) - ({ast.unparse(right)})", "rising"
             case ast.Compare(left=left, ops=[ast.Lt() | ast.LtE()], comparators=[right]):

@@ -7,13 +7,9 @@ from collections.abc import Callable
 
 import pytest
 
+from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.expression import FUNCTIONS, ExpressionError, parse
-from firmware_runtime.models.qss.program import (
-    Layout,
-    Quanta,
-    compile_allowance,
-    compile_expression,
-)
+from firmware_runtime.models.qss.program import Layout, compile_expression
 
 TEXTS = [
     *(f"{name}(0.3 + 0.2 * x)" for name, (least, _) in FUNCTIONS.items() if least == 1),

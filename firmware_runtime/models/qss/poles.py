@@ -1,0 +1,45 @@
+"""Poles: what an expression divides by must not pass zero, or it has no value on the way."""
+
+import ast
+from collections.abc import Mapping, Sequence
+
+from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
+from firmware_runtime.models.qss.program import Layout, Program
+
+_NEAR = 8.0
+"""In allowances, each a quarter of what quanta cause: a quantized input jumps by two at most."""
+
+
+class Poles:
+    """The denominators of one expression; each is a condition too, so that its root is found."""
+
+    def __init__(
+        self, program: Program, layout: Layout, quanta: Mapping[str, tuple[float, float]]
+    ) -> None:
+        self._trees, self._conditions = program.poles, program.conditions
+        self._near = {
+            number: compile_allowance(tree, layout, Quanta(quanta, 0.0))
+            for number, tree in program.poles.items()
+        }
+        self._above: dict[int, bool] = {}
+
+    def __bool__(self) -> bool:
+        """Whether there is any."""
+        return bool(self._trees)
+
+    def check(
+        self, t: float, sides: Sequence[bool], flat: Sequence[float], *, is_continuous: bool
+    ) -> None:
+        """Raise ZeroDivisionError if one has gone through zero since the last call.
+
+        Where inputs have jumped since, one that is farther from zero than their quanta has been
+        set to the other side, and has not gone through.
+        """
+        for number, tree in self._trees.items():
+            was, self._above[number] = self._above.get(number, sides[number]), sides[number]
+            if was is sides[number]:
+                continue
+            (near,) = self._near[number](t, sides, flat)
+            value = self._conditions[number].code(t, sides, flat)[0]
+            if is_continuous or abs(value) <= _NEAR * near:
+                raise ZeroDivisionError(f"{ast.unparse(tree)} goes through 0")

@@ -1,0 +1,84 @@
+"""Sources and delays in systems: as exact as the quantum asks for, in outputs and events too."""
+
+import math
+
+import pytest
+
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss import Constant, Sine, System, When, solve
+
+METHODS = ["QSS1", "QSS2", "QSS3", "LIQSS2"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_state_may_be_its_own_derivative(method: str) -> None:
+    system = System(states={"x": 1.0}, equations={"x": "x"}, method=method)
+    _, values = solve(system, times=[1.0])
+    assert values["x"] == pytest.approx([math.e], abs=2e-3)
+
+
+@pytest.mark.parametrize(("method", "quantum"), [("QSS2", 1e-6), ("QSS3", 1e-8), ("LIQSS2", 1e-6)])
+def test_a_sine_of_an_input_is_within_the_quantum_however_small(
+    method: str, quantum: float
+) -> None:
+    system = System(
+        states={"x": 0.0},
+        equations={"x": "u - x"},
+        inputs={"u": Sine("u", 0.5, amplitude=3.0)},
+        method=method,
+        quantum=quantum,
+    )
+    times, values = solve(system, until=1.0, samples=41)
+    w = math.pi
+    exact = [
+        3.0 * (math.sin(w * t) - w * math.cos(w * t) + w * math.exp(-t)) / (1.0 + w * w)
+        for t in times
+    ]
+    assert values["x"] == pytest.approx(exact, abs=quantum)
+
+
+def test_a_sine_is_read_in_outputs_events_and_delays_as_it_is() -> None:
+    system = System(
+        states={"x": 0.0},
+        discrete={"n": 0},
+        equations={"x": "delay(u, 0.25)"},
+        inputs={"u": Sine("u", 1.0)},
+        events=[When("u crosses 0.5 rising", n="n + 1")],
+        outputs=["x", "n", "u", "delay(u, 0.25)", "delay(u, 0.25, 7)"],
+        quantum=1e-6,
+    )
+    _, values = solve(system, times=[0.2, 1.0, 2.2])
+    assert values["u"] == pytest.approx([math.sin(math.tau * t) for t in (0.2, 1.0, 2.2)])
+    assert values["delay(u, 0.25)"] == pytest.approx(
+        [0.0, math.sin(math.tau * 0.75), math.sin(math.tau * 1.95)]
+    )
+    assert values["delay(u, 0.25, 7)"][0] == 7.0
+    assert values["n"] == [1.0, 1.0, 3.0]
+    moved = [(1.0 - math.cos(math.tau * t)) / math.tau for t in (0.75, 1.95)]
+    assert values["x"] == pytest.approx([0.0, *moved], abs=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_outputs_and_events_read_what_was_half_a_second_ago(method: str) -> None:
+    system = System(
+        states={"x": 0.0},
+        discrete={"n": 0},
+        equations={"x": "1"},
+        inputs={"u": Constant("u", 3.0)},
+        events=[When("delay(x, 0.5) >= 1", n="delay(x, 1)")],
+        outputs=["delay(x, 0.5)", "n", "delay(u, 0.5)"],
+        method=method,
+    )
+    _, values = solve(system, times=[0.25, 1.25, 2.0])
+    assert values["delay(x, 0.5)"] == pytest.approx([0.0, 0.75, 1.5])
+    assert values["n"] == pytest.approx([0.0, 0.0, 0.5], abs=2e-3)
+    assert values["delay(u, 0.5)"] == [0.0, 3.0, 3.0]
+
+
+@pytest.mark.parametrize("text", ["delay(x)", "delay()", "delay(2*x, 1)", "delay(x, -1)"])
+def test_a_delay_of_what_cannot_be_delayed_is_refused_wherever_it_stands(text: str) -> None:
+    outside = System(states={"x": 0.0}, equations={"x": "1"}, outputs=[text])
+    inside = System(states={"x": 0.0}, equations={"x": text})
+    for system in (outside, inside):
+        with pytest.raises(ConfigError, match=r"expected delay\(NAME, SECONDS\)"):
+            solve(system, until=1.0)
