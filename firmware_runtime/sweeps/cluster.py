@@ -6,6 +6,7 @@ need this project, the board's package, and for a board by path that file at the
 
 import re
 from collections.abc import Generator, Sequence
+from queue import Empty, SimpleQueue
 from types import ModuleType
 from typing import Any, Final, TypeAlias
 
@@ -17,6 +18,10 @@ from firmware_runtime.sweeps.row import Row, lost, run_row
 Client: TypeAlias = Any
 """distributed has no types."""
 CONNECT_S: Final = 10.0
+LOOK_S: Final = 5.0
+"""Where no row has ended for so long, the cluster is asked for its workers."""
+_LOOKS: Final = 12
+"""A cluster that has lost all of them is waited for so often."""
 _AHEAD: Final = 4
 """Rows that wait for each thread of the cluster."""
 
@@ -43,23 +48,36 @@ def _rows(
     distributed: ModuleType, client: Client, sweep: Sweep, rows: Sequence[int]
 ) -> Generator[Row, None, None]:
     to_come, under_way = iter(rows), {}
-    ended = distributed.as_completed(loop=client.loop)
+    ended: SimpleQueue[Client] = SimpleQueue()
 
     def send() -> bool:
         row = next(to_come, None)
         if row is None:
             return False
         future = client.submit(run_row, sweep, row, pure=False)
-        under_way[future.key] = row
-        ended.add(future)
+        under_way[future.key] = row, future
+        future.add_done_callback(ended.put)
         return True
 
     for _ in range(_AHEAD * _threads(client)):
         if not send():
             break
-    for future in ended:
-        yield _result(distributed, future, sweep, under_way.pop(future.key))
+    while under_way:
+        row, future = under_way.pop(_next(client, ended).key)
+        yield _result(distributed, future, sweep, row)
         send()
+
+
+def _next(client: Client, ended: SimpleQueue[Client]) -> Client:
+    """The next that has ended. Raises ConfigError if there has been no worker for a minute."""
+    looks = 0
+    while looks < _LOOKS:
+        try:
+            return ended.get(timeout=LOOK_S)
+        except Empty:
+            looks = 0 if _has_workers(client) else looks + 1
+    fault = f"{client.scheduler.address} has had no workers for {LOOK_S * _LOOKS:g} s"
+    raise ConfigError.of_one("--scheduler", f"{fault}; finished rows are kept, see --resume")
 
 
 def _threads(client: Client) -> int:
@@ -73,6 +91,18 @@ def _threads(client: Client) -> int:
     return max(threads, 1)
 
 
+def _has_workers(client: Client) -> bool:
+    try:
+        return bool(client.nthreads())
+    except OSError as error:
+        raise _scheduler_lost() from error
+
+
+def _scheduler_lost() -> ConfigError:
+    fault = "the scheduler was lost; finished rows are kept, see --resume"
+    return ConfigError.of_one("--scheduler", fault)
+
+
 def _result(distributed: ModuleType, future: Client, sweep: Sweep, row: int) -> Row:
     """A row's result; one that was under way on several workers that were lost is given up."""
     try:
@@ -80,8 +110,7 @@ def _result(distributed: ModuleType, future: Client, sweep: Sweep, row: int) -> 
     except distributed.scheduler.KilledWorker:
         return lost(sweep, row, "the workers that ran it were lost")
     except (distributed.CancelledError, OSError) as error:
-        fault = f"the scheduler was lost ({error}); finished rows are kept, see --resume"
-        raise ConfigError.of_one("--scheduler", fault) from error
+        raise _scheduler_lost() from error
     except Exception as error:  # not of the row: it raises nothing
         fault = f"a worker cannot run a row: {type(error).__name__}: {error}"
         expected = "expected this version of the project and the board's package there"

@@ -116,6 +116,23 @@ def test_a_cluster_that_loses_a_worker_makes_the_same_table(
 
 
 @pytest.mark.slow
+def test_a_cluster_that_loses_all_its_workers_is_not_waited_for_without_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firmware_runtime.sweeps.cluster.LOOK_S", 0.2)
+    output = tmp_path / "table.csv"
+    with cluster(tmp_path, workers=1) as (address, workers):
+
+        def kill(_done: int, _size: int, _failed: int) -> None:
+            workers[0].kill()
+
+        with pytest.raises(ConfigError, match=r"has had no workers for .* see --resume"):
+            carry_out(SHORT, output, scheduler=address, progress=kill)
+    assert 1 <= finished(output) < ROWS
+    assert not output.exists()
+
+
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("firmware_runtime.sweeps.cluster.CONNECT_S", 1.0)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
