@@ -16,7 +16,8 @@ class Poles:
     def __init__(
         self, program: Program, layout: Layout, quanta: Mapping[str, tuple[float, float]]
     ) -> None:
-        self._trees, self._conditions = program.poles, program.conditions
+        self._texts = {number: ast.unparse(tree) for number, tree in program.poles.items()}
+        self._conditions = program.conditions
         self._near = {
             number: compile_allowance(tree, layout, Quanta(quanta, 0.0))
             for number, tree in program.poles.items()
@@ -25,7 +26,7 @@ class Poles:
 
     def __bool__(self) -> bool:
         """Whether there is any."""
-        return bool(self._trees)
+        return bool(self._texts)
 
     def check(
         self, t: float, sides: Sequence[bool], flat: Sequence[float], *, is_continuous: bool
@@ -35,11 +36,11 @@ class Poles:
         Where inputs have jumped since, one that is farther from zero than their quanta has been
         set to the other side, and has not gone through.
         """
-        for number, tree in self._trees.items():
+        for number, text in self._texts.items():
             was, self._above[number] = self._above.get(number, sides[number]), sides[number]
             if was is sides[number]:
                 continue
             (near,) = self._near[number](t, sides, flat)
             value = self._conditions[number].code(t, sides, flat)[0]
             if is_continuous or abs(value) <= _NEAR * near:
-                raise ZeroDivisionError(f"{ast.unparse(tree)} goes through 0")
+                raise ZeroDivisionError(f"{text} goes through 0")

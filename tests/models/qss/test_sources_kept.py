@@ -8,6 +8,7 @@ import pytest
 from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.qss.model import SystemModel
 from firmware_runtime.models.qss.sources import (
     Constant,
     Pulse,
@@ -17,6 +18,7 @@ from firmware_runtime.models.qss.sources import (
     Square,
     Step,
 )
+from firmware_runtime.models.qss.system import System
 
 SAMPLES = [(0.3, 1.0), (0.9, 3.0), (1.5, -1.0)]
 SOURCES: list[Callable[[], Schedule]] = [
@@ -45,6 +47,25 @@ def test_it_goes_on_from_a_keyframe(make: Callable[[], Schedule], begins_s: floa
     del sent[first:]
     simulator.run(seconds(2.0))
     assert sent == whole
+
+
+def test_a_system_goes_on_from_a_keyframe_denominators_and_angles_included() -> None:
+    equations = {"x": "v", "v": "-x - v / (3 + x)", "a": "atan2(v, x)"}
+    system = System(states={"x": 1.0, "v": 0.0, "a": 0.0}, equations=equations)
+    model, sent = SystemModel(system), list[tuple[int, object]]()
+    simulator = Simulator(model)
+    for port in model.out_ports.values():
+        simulator.listen(port, lambda at, segment: sent.append((at, segment)))
+    table = StateTable({"model": model, "simulator": simulator}, [sent])
+    simulator.run(seconds(2.0))
+    kept, first = table.capture(), len(sent)
+    simulator.run(seconds(5.0))
+    whole = list(sent)
+    table.restore(kept)
+    del sent[first:]
+    simulator.run(seconds(5.0))
+    assert sent == whole
+    assert len(whole) > first
 
 
 def test_the_same_segments_begin_at_the_same_instants() -> None:
