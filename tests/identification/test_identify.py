@@ -113,6 +113,7 @@ def test_every_fault_of_a_series_is_named() -> None:
         checked(replace(sound, at=sound.at[::-1]), "run.csv")
 
 
+@pytest.mark.slow
 def test_an_output_that_has_nothing_of_its_input_bounds_no_number() -> None:
     at = np.arange(300) * 0.01
     given = np.where(at % 2.0 < 1.0, 0.0, 0.1)
