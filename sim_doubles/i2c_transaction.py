@@ -1,6 +1,6 @@
 """What was on the wire between one START and its STOP, as the bus double logs it."""
 
-from typing import NamedTuple
+from msgspec import Struct
 
 from firmware_runtime.hal.i2c import Message
 
@@ -12,7 +12,7 @@ class BlockRead(int):
     """
 
 
-class Transaction(NamedTuple):
+class Transaction(Struct, frozen=True):
     """One logged transaction: `answer` is what was read, `error` the errno it ended with."""
 
     at: int

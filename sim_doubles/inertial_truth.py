@@ -2,6 +2,8 @@
 
 from typing import NamedTuple, Protocol, TypeAlias
 
+from msgspec import Struct
+
 __all__ = ["BodyMotion", "Inertia", "InertialTruth", "Vector"]
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -26,7 +28,7 @@ class Inertia(Protocol):
         """Of the die."""
 
 
-class BodyMotion(NamedTuple):
+class BodyMotion(Struct, frozen=True):
     """Acceleration in m/s2 (specific force) and rate in rad/s; body axes, z up."""
 
     acceleration: Vector

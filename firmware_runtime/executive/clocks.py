@@ -169,9 +169,11 @@ class VirtualClock:
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Go to `until`, unless a source is readable now."""
-        ready, _, _ = select(sources, (), (), 0)
-        if not ready:
-            self._now = max(self._now, until)
+        ready: list[S] = []
+        if sources:
+            ready, _, _ = select(sources, (), (), 0)
+        if not ready and until > self._now:
+            self._now = until
         return ready
 
 

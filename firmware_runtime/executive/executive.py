@@ -83,7 +83,7 @@ class Executive:
     @property
     def statistics(self) -> Statistics:
         """What has been counted so far."""
-        return self._ledger.file.statistics()
+        return self._ledger.statistics()
 
     def lately(self, since: int) -> Lately:
         """What became of activations since then, or up to a second before; costs little."""

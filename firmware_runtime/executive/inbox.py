@@ -62,6 +62,8 @@ class Inbox:
 
     def __init__(self, now: Callable[[], int]) -> None:
         self.dropped = 0
+        self.is_woken = False
+        """Whether the descriptor may be readable: once it is, this is True."""
         self._now = now
         self._posted: deque[Arrival] = deque()
         self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
@@ -82,6 +84,7 @@ class Inbox:
     def wake(self) -> None:
         """End the loop's wait; safe in a signal handler."""
         os.eventfd_write(self._wake_up, 1)
+        self.is_woken = True  # after it, as `take` does it before: none is forgotten
 
     def fileno(self) -> int:
         """The descriptor that is readable after a post or a wake."""
@@ -89,6 +92,7 @@ class Inbox:
 
     def take(self) -> list[Arrival]:
         """Everything posted so far, in order."""
+        self.is_woken = False
         with suppress(BlockingIOError):  # nothing was posted
             os.eventfd_read(self._wake_up)
         posted = self._posted
@@ -107,6 +111,7 @@ class Arrivals:
     """
 
     def __init__(self, inbox: Inbox, sources: Sequence[Source]) -> None:
+        self._inbox = inbox
         self._all: list[Inbox | AnySource] = [inbox, *sources]
         self._waiting: deque[Arrival] = deque()
         self._planned: list[tuple[int, int, InPort[Any], object]] = []
@@ -116,6 +121,11 @@ class Arrivals:
     def sources(self) -> list[Inbox | AnySource]:
         """The sources to wait for now."""
         return self._all if len(self._waiting) < CAPACITY else []
+
+    @property
+    def sources_to_ask(self) -> list[Inbox | AnySource]:
+        """The same for a clock that does not wait: none where only an empty inbox is asked."""
+        return self.sources if self._inbox.is_woken or len(self._all) > 1 else []
 
     def add_source(self, source: AnySource) -> None:
         """Read one more source."""

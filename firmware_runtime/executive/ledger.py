@@ -11,8 +11,8 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.blame.in_real_time import blamer_for
 from firmware_runtime.executive.blame.late import NOTHING, Late
-from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.counters import Counters
 from firmware_runtime.executive.cpu_time import CpuTime
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.profiler import Profiler
@@ -26,14 +26,13 @@ from firmware_runtime.statistics.layout import (
     CPU,
     ELAPSED,
     HEARTBEAT,
-    INPUTS_DROPPED,
     STATE,
     STEP_HISTOGRAM,
     STEPS,
     WRITTEN,
     YIELDED,
 )
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.timeline import Lately, Timeline
 from firmware_runtime.statistics.worst_list import WorstList
 
@@ -71,7 +70,7 @@ class Ledger:
         self._accounting = profiler.accounting
         self._progress = progress
         self._garbage = profiler.garbage
-        self._counters = _Counters(file, profiler, inbox)
+        self._counters = Counters(file, profiler, inbox)
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
         self._worst = WorstList(cells, layout)
         self._steps = 0
@@ -98,7 +97,8 @@ class Ledger:
         latest = self._accounting.settle(ended if ended <= until else until + 1)
         self._step_times.record(step_time)
         self._steps = file.cells[STEPS] = self._steps + 1
-        self._counters.read()
+        if self._step.takes_time:
+            self._counters.read()
         if step_time > timeline.step_max:
             timeline.step_max = step_time
         if latest is not None and (
@@ -131,6 +131,12 @@ class Ledger:
         self.file.open_section()
         self.file.cells[YIELDED] = now
         self.file.close_section(now)
+
+    def statistics(self) -> Statistics:
+        """A copy of what has been counted so far."""
+        if not self._step.takes_time:
+            self._copy_counters()
+        return self.file.statistics()
 
     def lately(self, since: int) -> Lately:
         """What became of activations since then, or up to a second before; reads a few cells."""
@@ -209,7 +215,10 @@ class Ledger:
         """Close the timeline's second if it is over; after a step on time, read the counters.
 
         With less than a reserve left to the next event that waits: a reading takes some 0.1 ms.
+        Where steps take no time, what others count is copied now and not after each of them.
         """
+        if not self._step.takes_time:
+            self._copy_counters()
         if ended >= self._timeline.closes_at:
             self.file.open_section()
             self._timeline.close(ended)
@@ -223,6 +232,12 @@ class Ledger:
             self._look_at = min(self._look_at, ended + AGAIN)
         elif self._blamer is not None and ended - self._step.at <= self._long:
             self._blamer.keep(self._steps + 1)  # this one is not counted yet
+
+    def _copy_counters(self) -> None:
+        """Copy what others count, in a section of its own."""
+        self.file.open_section()
+        self._counters.read()
+        self.file.close_section_as_it_was()
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""
@@ -256,39 +271,3 @@ class Ledger:
             row += meter.devices()
         row += structs.astuple(blame)
         self._worst.keep(row)
-
-
-class _Counters:
-    """What others count, copied into the file after every step."""
-
-    def __init__(self, file: StatisticsFile, profiler: Profiler, inbox: Inbox) -> None:
-        cells, layout = file.cells, file.layout
-        self.meters = [
-            BusMeter(bus, cells, layout, index) for index, bus in enumerate(profiler.buses)
-        ]
-        self._cells = cells
-        self._inbox = inbox
-        self._faults = profiler.faults
-        self._watches = [
-            (layout.deadline(index), watch) for index, watch in enumerate(profiler.watches)
-        ]
-        self._faults.count_in(cells, layout)
-
-    def read(self) -> None:
-        """Copy them."""
-        cells = self._cells
-        if self._faults.pending:
-            self._faults.write()
-        cells[INPUTS_DROPPED] = self._inbox.dropped
-        for meter in self.meters:
-            meter.read()
-        for first, watch in self._watches:
-            cells[first] = watch.misses
-            cells[first + 1] = watch.samples
-            cells[first + 2] = watch.answers
-
-    def end(self) -> None:
-        """Copy them for the last time: what is not answered will not be."""
-        for _, watch in self._watches:
-            watch.end()
-        self.read()

@@ -68,11 +68,13 @@ class Loop:
             self._accounting,
             self.progress,
         )
+        waits = clock.speed != 0
         at = self._next_at()
         while accounting.overrun == "" and progress.livelock == "":
             due = min(at, until)
             self._use_slack(due)
-            ready = clock.wait(min(due, self._poll_by), arrivals.sources)
+            sources = arrivals.sources if waits else arrivals.sources_to_ask
+            ready = clock.wait(min(due, self._poll_by), sources)
             now = clock.now()
             # from here to the first function of a model every microsecond is lateness
             if ready:

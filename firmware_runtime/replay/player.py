@@ -84,7 +84,7 @@ class Player:
     @property
     def statistics(self) -> Statistics:
         """What has been counted so far, as in the run."""
-        return self._ledger.file.statistics()
+        return self._ledger.statistics()
 
     @property
     def sent(self) -> Sequence[tuple[int, Any]]:

@@ -27,8 +27,8 @@ class ChipAxes:
         """The same motion in the chip's axes."""
         if self.is_identity:
             return motion
-        acceleration, rate, temperature_c = motion
-        return BodyMotion(self.turn_vector(acceleration), self.turn_vector(rate), temperature_c)
+        acceleration, rate = self.turn_vector(motion.acceleration), self.turn_vector(motion.rate)
+        return BodyMotion(acceleration, rate, motion.temperature_c)
 
     def turn_vector(self, vector: Vector) -> Vector:
         """One vector in the chip's axes."""

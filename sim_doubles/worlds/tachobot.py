@@ -84,8 +84,8 @@ class TachobotWorld:
 
     def inertial(self, at: int) -> InertialTruth:
         """What an IMU with a magnetometer in the centre feels at `at`: `motion` and `field`."""
-        acceleration, rate, temperature_c = self.motion(at)
-        return InertialTruth(acceleration, rate, self.field(at), temperature_c)
+        felt = self.motion(at)
+        return InertialTruth(felt.acceleration, felt.rate, self.field(at), felt.temperature_c)
 
     def motion(self, at: int) -> BodyMotion:
         """What accelerometer and gyroscope in the centre feel at `at`, which is advanced to.

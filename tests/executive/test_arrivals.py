@@ -29,6 +29,26 @@ def test_nothing_has_arrived_at_first() -> None:
     assert arrivals.sources == [inbox]
 
 
+def test_an_inbox_is_asked_only_when_it_was_woken_where_nothing_waits() -> None:
+    inbox, robot = Inbox(ManualClock()), Robot()
+    arrivals = Arrivals(inbox, [])
+    assert arrivals.sources_to_ask == []
+    inbox.post(robot.command, 1)
+    assert arrivals.sources_to_ask == [inbox]
+    arrivals.receive([inbox], now=0)
+    assert arrivals.sources_to_ask == []
+    inbox.wake()
+    assert arrivals.sources_to_ask == [inbox]
+
+
+def test_a_source_beside_the_inbox_is_always_asked() -> None:
+    burst = Burst(Robot().command, CAPACITY)
+    arrivals = Arrivals(Inbox(ManualClock()), [burst])
+    assert burst in arrivals.sources_to_ask
+    arrivals.receive([burst], now=1)
+    assert arrivals.sources_to_ask == []
+
+
 def test_what_a_source_gives_at_once_shares_the_instant_of_reading() -> None:
     robot = Robot()
     arrivals = Arrivals(Inbox(ManualClock()), [])
