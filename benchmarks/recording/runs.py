@@ -1,8 +1,9 @@
 """One run of a board on its doubles, measured: with a recording, without one, or with a part of it.
 
 In virtual time the clock waits for nothing, models' functions are timed as in real time, and each
-reading of the clock is recorded as a real one's. Two hooks, the first and the last of the loop,
-say of each step when it began and ended, so that of many equal runs the least can be taken.
+reading of the clock is recorded as a real one's. Of each step it is noted how long it took until it
+was counted, and how long from there until the loop waits for the next, so that of many equal runs
+the least can be taken.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,6 +22,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.executive.clocks import Clock, VirtualClock
+from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.runs import recorded_edge
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.layout import STEPS
@@ -65,20 +67,36 @@ class Run:
     p99_us: float
     bytes_per_second: float
     within: list[int]
-    """From the end of the loop's last hook to its first: the wait, and the step."""
+    """From the end of the loop's last hook until it has been counted: the wait, and the step."""
     between: list[int]
-    """From its first hook to the last."""
+    """From there to the end of the last hook."""
 
 
-class _Stamps:
-    """A hook that says when it was called, ns."""
+class _Stopwatch:
+    """The loop's last hook, and what notes that a step has been counted; spans in ns."""
 
     def __init__(self) -> None:
-        self.at: list[int] = []
+        self.within: list[int] = []
+        self.between: list[int] = []
+        self._begun_at = self._counted_at = 0
 
     def between_steps(self, _now: int, _left: int) -> None:
-        """Note it."""
-        self.at.append(perf_counter_ns())
+        """All hooks have been called."""
+        self._begun_at = perf_counter_ns()
+        if self._counted_at > 0:
+            self.between.append(self._begun_at - self._counted_at)
+            self._counted_at = 0
+
+    def stopped(self, commit: Callable[..., int]) -> Callable[..., int]:
+        """The ledger's `commit`, noted."""
+
+        def noted(*arguments: Any) -> int:  # noqa: ANN401 -- as they are
+            next_at = commit(*arguments)
+            self._counted_at = perf_counter_ns()
+            self.within.append(self._counted_at - self._begun_at)
+            return next_at
+
+        return noted
 
 
 class _OwnRecorder(Recorder):
@@ -104,12 +122,13 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
             statistics_path=folder / "bench.statistics",
             recording=None if name == BARE else folder / "bench.recording",
         )
-    first, last = _Stamps(), _Stamps()
+    stopwatch = _Stopwatch()
     try:
         session.run_on(seconds(1))
-        session.executive.hooks[:] = [first, *session.executive.hooks, last]
+        session.executive.hooks.append(stopwatch)
         before, begun = session.executive.cells[STEPS], process_time_ns()
-        session.run_on(seconds(1 + span_s))
+        with patch.object(Ledger, "commit", stopwatch.stopped(Ledger.commit)):
+            session.run_on(seconds(1 + span_s))
         spent = process_time_ns() - begun
         steps = session.executive.cells[STEPS] - before
         session.end()
@@ -122,8 +141,8 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
         spent / steps / MICROSECOND,
         busiest.lateness_us.p99 or 0.0,
         written / (1 + span_s),
-        [end - begin for begin, end in zip(last.at, first.at[1:], strict=False)],
-        [end - begin for begin, end in zip(first.at, last.at, strict=True)],
+        stopwatch.within,
+        stopwatch.between,
     )
 
 

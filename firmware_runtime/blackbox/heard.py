@@ -8,6 +8,7 @@ done.
 from typing import Any, Final
 
 from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.devs.heard_ports import Sent
 
 _STEP: Final = Kind.STEP.value
 
@@ -24,7 +25,7 @@ class Heard:
         self.times: list[int] = []
         self.enabled: list[bool] = []
         self.world: list[int] = []
-        self.sent: list[tuple[int, Any]] = []
+        self.sent: Sent = []
         self.transfers: list[tuple[Any, ...]] = []
         self.entered: list[tuple[str, Any]] = []
         lists = self.readings, self.times, self.enabled, self.world

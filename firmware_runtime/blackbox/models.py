@@ -5,47 +5,15 @@ there in a replay, so what it sent and when it wants to be called next is heard.
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Any, TypeAlias
+from typing import Any
 
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.ports import OutPort, StandIn
-
-Sent: TypeAlias = list[tuple[int, Any]]
-"""Number of the port and value."""
-
-
-class HeardBag(StandIn[Any]):
-    """Hears each value with the port's number, and hands it on as the port did."""
-
-    __slots__ = ("_bag", "_entry", "_register", "_sent", "number")
-
-    def __init__(self, port: OutPort[Any], number: int, sent: Sent) -> None:
-        self.number = number
-        self._sent = sent
-        inner = port.taken_over_by(self)
-        self._bag, self._register, self._entry = inner.bag, inner.register, inner.entry
-
-    def append(self, value: object, /) -> None:
-        """Take one value."""
-        self._sent.append((self.number, value))
-        bag = self._bag  # as `OutPort.send`, without the call
-        if not bag:
-            self._register.append(self._entry)
-        bag.append(value)
-
-
-class LastBag(HeardBag):
-    """As a `HeardBag`, of a port that leads nowhere."""
-
-    __slots__ = ()
-
-    def append(self, value: object, /) -> None:
-        """Take one value."""
-        self._sent.append((self.number, value))
+from firmware_runtime.devs.heard_ports import Sent, hear
+from firmware_runtime.devs.ports import OutPort
 
 
 def own_atomics(component: Component) -> Iterator[Atomic]:
@@ -62,7 +30,7 @@ def listen(atomics: Iterable[Atomic], sent: Sent, numbers: Iterable[int] | None 
     """Append what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):
-        (HeardBag if port.leads_somewhere else LastBag)(port, number, sent)
+        hear(port, number, sent)
 
 
 def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions:
@@ -78,7 +46,7 @@ def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions
     def output() -> None:
         before = len(sent)
         send()
-        world.append(len(sent) - before)
+        world.append((len(sent) - before) // 2)
 
     def internal() -> None:
         transit()

@@ -18,6 +18,7 @@ from firmware_runtime.blackbox.writer import Writer
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.executive.clocks import Clock, VirtualClock, heard_clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import I2cBus
@@ -29,7 +30,7 @@ from firmware_runtime.recording.values import UnknownValue, plain
 
 
 class Recorder:
-    """The tap of a run's loop and lines, and a hook of its executive.
+    """The tap of a run's loop and lines.
 
     It hears from construction on, and writes once the run begins.
     """
@@ -50,6 +51,8 @@ class Recorder:
         self._make_ring: Callable[[], Ring | None] | None = None
         self._step_at = -1
         """Instant of the step that has not been written; -1: there is none."""
+        self._until = NEVER
+        """The instant that the run goes on to."""
         self._is_armed: bool | None = None
         self._counts: Callable[[], object] = dict
 
@@ -148,6 +151,13 @@ class Recorder:
             self._flush()
         self._step_at = at
 
+    def end(self, at: int, next_at: int) -> None:
+        """The step is over: write it; take a keyframe if one is due and there is time for it."""
+        self._step_at = -1
+        self._writer.write_step(at)
+        if at >= self._schedule.due_at:
+            self._take_keyframe(min(next_at, self._until))
+
     def entered(self, port: InPort[Any], value: object) -> None:
         """A value enters the step that has begun."""
         try:
@@ -158,6 +168,7 @@ class Recorder:
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""
         self._flush()
+        self._until = until
         if self._make_ring is not None:
             self._writer.open(self._make_ring)
             self._make_ring = None
@@ -207,25 +218,14 @@ class Recorder:
         """Why something is missing in the recording."""
         return self._writer.fault or self._fault
 
-    # The executive's hook -----------------------------------------------------------------------
-
-    def between_steps(self, now: int, left: int) -> None:
-        """Write the step that is over; take a keyframe if one is due and there is time for it."""
-        at = self._step_at
-        if at >= 0:
-            self._step_at = -1
-            self._writer.write_step(at)
-        if now >= self._schedule.due_at and self._schedule.has_time(left):
-            self._take_keyframe(now)
-
-    def _take_keyframe(self, now: int) -> None:
-        begun = self._now()
-        state = self._schedule.capture(now)
-        if state is not None:
-            self._write(Kind.KEYFRAME, now, state)
-            self._schedule.taken(now, self._now() - begun)
-
     # ---------------------------------------------------------------------------------------------
+
+    def _take_keyframe(self, until: int) -> None:
+        """Take one now, if there is time enough until then."""
+        now, schedule = self._now(), self._schedule
+        if schedule.has_time(until - now) and (state := schedule.capture(now)) is not None:
+            self._write(Kind.KEYFRAME, now, state)
+            schedule.taken(now, self._now() - now)
 
     def _flush(self) -> None:
         """Write what was heard so far: the step that is over, or something outside of any."""

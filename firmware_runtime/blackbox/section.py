@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import msgspec
 
+from firmware_runtime.devs.heard_ports import Sent
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.values import UnknownValue, encoded, plain
 
@@ -85,7 +86,7 @@ class Section(msgspec.Struct, array_like=True):
     world: list[int]
     """Of models that are not the robot's own: how many values they sent, and time advances."""
     sent: msgspec.Raw
-    """Number of an output port and value, for all that was sent."""
+    """Number of an output port and value, in turns, for all that was sent."""
     transfers: list[Transfer]
     entered: list[tuple[str, Any]]
     """Input port of the root model and value, as `recording.values.plain` has it."""
@@ -107,7 +108,7 @@ encode: Final[Callable[[Sequence[Any]], bytes]] = msgspec.msgpack.Encoder(enc_ho
 Raises an exception where something cannot be written, such as a text that UTF-8 has not.
 """
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
-_SENT: Final = msgspec.msgpack.Decoder(list[tuple[int, Any]]).decode
+_SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode
 
 
 def encode_in_words(fields: Sequence[Any]) -> bytes:
@@ -117,7 +118,7 @@ def encode_in_words(fields: Sequence[Any]) -> bytes:
     return encode((kind, at, readings, times, enabled, world, values, transfers, entered, extra))
 
 
-def encode_sent(sent: list[tuple[int, Any]]) -> bytes:
+def encode_sent(sent: Sent) -> bytes:
     """What was sent in a section, as its bytes have it."""
     try:
         return encode(sent)
@@ -141,20 +142,32 @@ def decode(content: bytes) -> Section:
 
 
 def sent_of(section: Section) -> list[tuple[int, Any]]:
-    """Number of the port and value, for all that was sent."""
+    """Number of the port and value, for all that was sent. Raises ConfigError."""
     try:
-        return _SENT(bytes(section.sent))
-    except msgspec.MsgspecError as error:
-        fault = f"values of a section cannot be read ({error}); expected pairs of port and value"
-        raise ConfigError.of_one("recording", fault) from error
+        found = pairs_of(_SENT(bytes(section.sent)))
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise _unreadable(str(error)) from error
+    if not all(type(number) is int for number, _ in found):
+        raise _unreadable("a port that is no number")
+    return found
 
 
-def _each(sent: Iterable[tuple[int, Any]]) -> list[tuple[int, object]]:
+def pairs_of(sent: Sent) -> list[tuple[int, Any]]:
+    """Number and value in pairs. Raises ValueError for a number without a value."""
+    return list(zip(sent[::2], sent[1::2], strict=True))
+
+
+def _unreadable(why: str) -> ConfigError:
+    fault = f"values of a section cannot be read ({why}); expected ports and values in turns"
+    return ConfigError.of_one("recording", fault)
+
+
+def _each(sent: Sent) -> Sent:
     """Values each on their own: one that cannot be written does not take the others with it."""
-    found: list[tuple[int, object]] = []
-    for number, value in sent:
+    found: Sent = []
+    for number, value in pairs_of(sent):
         try:
-            found.append((number, encoded(value)))
+            found += number, encoded(value)
         except Exception:  # noqa: BLE001 -- as above
-            found.append((number, _in_words(object())))
+            found += number, _in_words(object())
     return found

@@ -103,9 +103,13 @@ class OutPort(Generic[T]):
 
     The simulator sets `bag` when it resolves the couplings, and, if that is the bag of one input
     port, `entry`, which goes into `register` before the first value goes into the empty bag.
+    Only a port that is heard has a `number` and `sent` (`heard_ports`).
     """
 
-    __slots__ = ("bag", "entry", "name", "owner", "register", "type")
+    __slots__ = ("bag", "entry", "name", "number", "owner", "register", "sent", "type")
+
+    number: int
+    sent: list[Any]
 
     def __init__(self, owner: Owner, name: str, type_: type[T]) -> None:
         self.owner = owner

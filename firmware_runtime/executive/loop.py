@@ -125,4 +125,6 @@ class Loop:
             simulator.advance(at)
         finally:
             next_at = ledger.commit(step.now(), self._next_at)
+        if tap is not None:
+            tap.end(at, next_at)
         return next_at

@@ -24,6 +24,9 @@ class Tap(Protocol):
     def begin(self, at: int) -> None:
         """A step for instant `at` begins."""
 
+    def end(self, at: int, next_at: int) -> None:
+        """The step has ended without an error and is counted; the next one is for `next_at`."""
+
     def entered(self, port: InPort[Any], value: object) -> None:
         """A value for an input port of the root is about to enter the step that has begun."""
 

@@ -12,7 +12,7 @@ import msgspec
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.keyframes import ForeignState
-from firmware_runtime.blackbox.section import Section, encode_sent, sent_of
+from firmware_runtime.blackbox.section import Section, encode_sent, pairs_of, sent_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.errors import HalError
@@ -112,7 +112,7 @@ class OpenPlayer(Player):
             self.failure = error
         finally:
             self._ledger.commit(step.now(), lambda: self.simulator.next_at)
-        for number, _ in self._sent:
+        for number in self._sent[::2]:
             if not self._is_world[number]:
                 self.outputs.missing(self.ports[number], at, replayed=True)
         self._sent.clear()
@@ -124,12 +124,12 @@ class OpenPlayer(Player):
     # What is compared -----------------------------------------------------------------------------
 
     def _compare_sent(self, section: Section) -> None:
-        self.events += len(self._sent)
+        self.events += len(self._sent) // 2
         content = encode_sent(self._sent)
         if content == bytes(section.sent) and not self.outputs.draws:
-            self.outputs.same(self.ports[number] for number, _ in self._sent)
+            self.outputs.same(self.ports[number] for number in self._sent[::2])
         else:
-            self._compare_ports(section, unpack(content))
+            self._compare_ports(section, pairs_of(unpack(content)))
         self._compare_writes(section)
 
     def _compare_ports(self, section: Section, replayed: list[Any]) -> None:

@@ -37,4 +37,4 @@ def _fields_of(value: Any) -> tuple[str, ...]:  # noqa: ANN401 -- as above
 
 
 def _written(value: object) -> bytes:
-    return encode_sent([(0, value)])
+    return encode_sent([0, value])

@@ -7,7 +7,14 @@ import msgspec
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
-from firmware_runtime.blackbox.section import Kind, Section, encode_sent, sent_of, sentences
+from firmware_runtime.blackbox.section import (
+    Kind,
+    Section,
+    encode_sent,
+    pairs_of,
+    sent_of,
+    sentences,
+)
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.errors import ModelError
@@ -89,7 +96,7 @@ class Player:
     @property
     def sent(self) -> Sequence[tuple[int, Any]]:
         """Number of the port and value, for all that has been sent in this section so far."""
-        return self._sent
+        return pairs_of(self._sent)
 
     @property
     def accounts(self) -> Sequence[ModelAccount]:
@@ -258,20 +265,20 @@ class Player:
                     self._note(Difference(section.at, "count", path, name, count, found))
 
     def _compare_sent(self, section: Section) -> None:
-        self.events += len(self._sent)
+        self.events += len(self._sent) // 2
         content = encode_sent(self._sent)
         if content == bytes(section.sent):
             return
-        recorded, replayed = sent_of(section), unpack(content)
+        recorded, replayed = sent_of(section), pairs_of(unpack(content))
         for place in range(max(len(recorded), len(replayed))):
             was = recorded[place] if place < len(recorded) else None
             now = replayed[place] if place < len(replayed) else None
-            if was is None or now is None or not self._is_same(was, now, self._sent[place]):
+            if was is None or now is None or not self._is_same(was, now, self.sent[place]):
                 self._note(self._of_values(section.at, was, now))
 
     @staticmethod
     def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs
-        if encode_sent([was]) == encode_sent([tuple(now)]):
+        if encode_sent([*was]) == encode_sent([*now]):
             return True
         return bool(was[0] == now[0]) and is_same_but_for_order(sent[1], was[1])
 

@@ -16,6 +16,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.heard_ports import Sent
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
 from firmware_runtime.executive.inbox import Inbox
@@ -46,7 +47,7 @@ class _ReplayTap:
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """A robot ready to be replayed; `sent` gets number of port and value of all that it sends."""
+    """A robot ready to be replayed; `sent` gets all that leaves its ports."""
 
     robot: Robot
     lines: Lines
@@ -55,7 +56,7 @@ class Rebuilt:
     own: frozenset[Atomic]
     profiler: Profiler
     ledger: Ledger
-    sent: list[tuple[int, Any]]
+    sent: Sent
     ports: list[str]
     """Output ports by path below the root, by number; those the recording has not are the last."""
 
@@ -81,7 +82,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
         elsewhere = end.elsewhere
     clock = VirtualClock() if feed.is_virtual else MonotonicClock()
     DoverBlocks(robot.model, clock)
-    sent: list[tuple[int, Any]] = []
+    sent: Sent = []
     tap: Any = _ReplayTap(PlayedWorld(own, feed, sent), feed)
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
     profiler = Profiler(

@@ -8,6 +8,7 @@ import msgspec
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.devs.heard_ports import Sent
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.replay.feed import Feed
 
@@ -19,7 +20,7 @@ class PlayedWorld:
     the next value stands.
     """
 
-    def __init__(self, own: frozenset[Atomic], feed: Feed, sent: list[tuple[int, Any]]) -> None:
+    def __init__(self, own: frozenset[Atomic], feed: Feed, sent: Sent) -> None:
         self._own = own
         self._feed = feed
         self._sent = sent
@@ -34,9 +35,9 @@ class PlayedWorld:
         return Wrapped(atomic, partial(self._output, atomic), internal, external, confluent)
 
     def _output(self, atomic: Atomic) -> None:
-        ports = {_number(port): port for port in atomic.out_ports.values()}
+        ports = {port.number: port for port in atomic.out_ports.values()}
         for _ in range(self._feed.world(0)):
-            recorded = self._feed.world_sent(len(self._sent), ports)
+            recorded = self._feed.world_sent(len(self._sent) // 2, ports)
             if recorded is None:
                 return
             number, form = recorded
@@ -56,7 +57,3 @@ def _value(form: Any, kind: type[Any]) -> Any:  # noqa: ANN401 -- whatever its p
     with suppress(msgspec.ValidationError, TypeError):
         return msgspec.convert(form, kind)
     return form
-
-
-def _number(port: Any) -> int:  # noqa: ANN401 -- an output port, listened to
-    return int(getattr(port.bag, "number", -1))

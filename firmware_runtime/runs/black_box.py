@@ -41,7 +41,6 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
             log(f"warning: this run is not recorded: {text_of(error)}")
             return None
 
-    executive.hooks.insert(0, recorder)
     recorder.write_into(
         ring,
         executive.simulator.atomics,

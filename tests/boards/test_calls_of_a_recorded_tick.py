@@ -13,11 +13,11 @@ from firmware_runtime.runs.session import Session
 from tests.support.counted_calls import CountingClock
 
 FROM, TICK = 400 * MILLISECOND, 10 * MILLISECOND
-HEARD = {"begin": 1, "append": 9, "transaction": 2, "is_enabled": 1}
-"""Within a step: that it begins, values by ports, transfers, the interlock."""
+HEARD = {"begin": 1, "transaction": 2, "is_enabled": 1}
+"""Within a step: that it begins, transfers, the interlock; a port that is heard is none of these."""
 OF_A_WORLD = {"output": 1, "internal": 1, "external": 1}
 """A probe of the doubles' world, which a robot with chips has not."""
-WRITING = {"between_steps": 1, "write_step": 1, "clear": 1, "write": 1}
+WRITING = {"end": 1, "write_step": 1, "clear": 1, "write": 1}
 """Between two steps: functions written in C encode a section, check it and copy it."""
 
 
