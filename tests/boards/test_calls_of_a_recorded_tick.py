@@ -14,7 +14,7 @@ from tests.support.counted_calls import CountingClock
 
 FROM, TICK = 400 * MILLISECOND, 10 * MILLISECOND
 HEARD = {"begin": 1, "transaction": 2, "is_enabled": 1}
-"""Within a step: that it begins, transfers, the interlock; a port that is heard is none of these."""
+"""Within a step: that it begins, transfers, the interlock; that a port is heard is no call more."""
 OF_A_WORLD = {"output": 1, "internal": 1, "external": 1}
 """A probe of the doubles' world, which a robot with chips has not."""
 WRITING = {"end": 1, "write_step": 1, "clear": 1, "write": 1}
