@@ -36,11 +36,20 @@ def prefix(chunk_size: int, chunks: int, place: int = 0) -> bytes:
 
 def is_whole(prefix: bytes) -> bool:
     """Whether the bytes are a prefix, none of them wrong; one of an older program has no check."""
-    return (
-        len(prefix) >= PREFIX_SIZE
-        and prefix.startswith(MAGIC)
-        and _CHECK.unpack_from(prefix, _CHECKED)[0] == crc32(prefix[:_CHECKED])
-    )
+    return prefix.startswith(MAGIC) and _is_checked(prefix)
+
+
+def is_of_another_format(prefix: bytes) -> bool:
+    """Whether the bytes are the prefix of another format's recording, none of them wrong."""
+    is_other = prefix.startswith(MAGIC[:-1]) and not prefix.startswith(MAGIC)
+    return is_other and _is_checked(prefix)
+
+
+def _is_checked(prefix: bytes) -> bool:
+    if len(prefix) < PREFIX_SIZE:
+        return False
+    said: int = _CHECK.unpack_from(prefix, _CHECKED)[0]
+    return said == crc32(prefix[:_CHECKED])
 
 
 def place_in(prefix: bytes) -> int:

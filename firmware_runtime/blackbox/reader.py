@@ -155,13 +155,18 @@ def read_recording(path: Path) -> Recording:
     return recording_in(content_of(path), path)
 
 
+def another_format(path: Path, content: bytes) -> ConfigError:
+    """That a file is a recording which this program does not read."""
+    fault = f"a recording of another format, {content[: len(MAGIC)]!r}; expected {MAGIC!r}"
+    return ConfigError.of_one(str(path), fault)
+
+
 def recording_in(content: bytes, path: Path) -> Recording:
     """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
     if content.startswith(PART_MAGIC):
         raise ConfigError.of_one(str(path), _OF_A_PART)
     if content.startswith(MAGIC[:-1]) and not content.startswith(MAGIC):
-        fault = f"a recording of another format, {content[: len(MAGIC)]!r}; expected {MAGIC!r}"
-        raise ConfigError.of_one(str(path), fault)
+        raise another_format(path, content)
     if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
         raise _foreign(path, f"it begins with {content[:8]!r}")
     _, chunk_size, chunks = PREFIX.unpack_from(content)

@@ -154,6 +154,8 @@ def sent_of(section: Section) -> list[tuple[int, Any]]:
 
 def pairs_of(sent: Sent) -> list[tuple[int, Any]]:
     """Number and value in pairs. Raises ValueError for a number without a value."""
+    if len(sent) % 2 != 0:
+        raise ValueError("a port without a value")
     return list(zip(sent[::2], sent[1::2], strict=True))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.blackbox import layout
 from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from tests.support.recorded import in_chunks, record
 
@@ -143,6 +144,22 @@ def test_a_recording_of_another_format_is_named_as_one(
     path.write_bytes(MAGIC[:-1] + b"1" + whole[len(MAGIC) :])
     ended = command(*READERS[verb](path, tmp_path))
     assert (ended.status, ended.out) == (2, "")
+    assert "another format" in ended.error
+
+
+def test_nothing_is_recovered_of_a_whole_recording_of_another_format(
+    command: Callable[..., Any],
+    tmp_path: Path,
+    whole: bytes,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(layout, "MAGIC", MAGIC[:-1] + b"1")
+    path, output = tmp_path / "x.recording", tmp_path / "saved.recording"
+    _, size, chunks = layout.PREFIX.unpack_from(whole)
+    path.write_bytes(layout.prefix(size, chunks) + whole[layout.PREFIX_SIZE :])
+    monkeypatch.undo()
+    ended = command("recordings", "recover", str(path), "-o", str(output))
+    assert (ended.status, ended.out, output.exists()) == (2, "", False)
     assert "another format" in ended.error
 
 

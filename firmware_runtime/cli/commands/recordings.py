@@ -8,8 +8,9 @@ from pathlib import Path
 from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.file_content import whole_content_of
 from firmware_runtime.blackbox.found import find_recording, kept_recordings, last_recordings
+from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_of_another_format
 from firmware_runtime.blackbox.listed import Listed, listed, span_of
-from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.blackbox.reader import another_format, read_recording
 from firmware_runtime.blackbox.salvage import save
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.devs.time import SECOND
@@ -119,7 +120,10 @@ def _recover(run: str, output: Path | None) -> int:
     if output is None:
         raise ConfigError.of_one("recordings recover", "expected -o FILE, to write what is saved")
     path = find_recording(run)
-    saved = save(path, whole_content_of(path))
+    content = whole_content_of(path)
+    if is_of_another_format(content[:PREFIX_SIZE]):
+        raise another_format(path, content)
+    saved = save(path, content)
     keep_output(output, saved.content)
     begin, until = (each / SECOND for each in saved.span)
     lost = "; ".join(saved.lost) or "nothing"
