@@ -41,4 +41,4 @@ def text(found: Mapping[str, Any], pairs: int) -> str:
     ratio, low, high = found["ratio"], found["low"], found["high"]
     if low is None or high is None:
         return f"{ratio:.3f} (how sure is told by {FEWEST_PAIRS} pairs or more, not {pairs})"
-    return f"{ratio:.3f} ({low:.3f} to {high:.3f} with 98 %)"
+    return f"{ratio:.3f} ({low:.3f} to {high:.3f} with 98 % or more)"
