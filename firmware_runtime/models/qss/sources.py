@@ -8,7 +8,7 @@ import csv
 from abc import abstractmethod
 from collections.abc import Sequence
 from itertools import pairwise
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import TypeAlias
 
@@ -52,6 +52,8 @@ class Schedule(Atomic):
 
     def _take(self) -> None:
         self._next = self._segment(self._number) or (NEVER, ZERO_SEGMENT)
+        if not all(map(isfinite, self._next[1])):
+            raise ModelError(f"{self.path}: sends {self._next[1]}; expected finite numbers")
         self._number += 1
         self.sigma = NEVER if self._next[0] >= NEVER else self._next[0] - self._at
 
@@ -248,10 +250,13 @@ def _read(path: Path) -> list[tuple[float, float]]:
     samples = []
     for number, row in enumerate(rows):
         try:
-            samples.append((float(row[0]), float(row[1])))
-        except (ValueError, IndexError) as error:
+            at_s, value = float(row[0]), float(row[1])
+        except (ValueError, IndexError):
             if number == 0:
                 continue
+            at_s = value = nan
+        if not (isfinite(at_s) and isfinite(value)):
             line = f"{path}: line {number + 1} is {','.join(row)!r}"
-            raise ModelError(f"{line}; expected seconds and a value") from error
+            raise ModelError(f"{line}; expected seconds and a value")
+        samples.append((at_s, value))
     return samples

@@ -1,12 +1,14 @@
 """What a system gets wrong: refused by a sentence that names the part, before or while it runs."""
 
+import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss import System, When, solve
+from firmware_runtime.models.qss import Constant, FromFile, Step, System, When, solve
 
 SOUND: dict[str, Any] = {"states": {"x": 1.0}, "equations": {"x": "-x"}}
 
@@ -54,3 +56,18 @@ def test_an_event_without_a_value_names_its_expression_the_instant_and_its_input
 def test_what_is_no_system_cannot_be_solved() -> None:
     with pytest.raises(ConfigError, match="expected a System"):
         solve({"x": "-x"}, 1.0)  # type: ignore[arg-type]  # the mistake
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "x"])
+def test_a_file_of_samples_is_refused_by_the_line_that_is_none(value: str, tmp_path: Path) -> None:
+    path = tmp_path / "u.csv"
+    path.write_text(f"t,u\n0,1\n1,{value}\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=f"line 3 is '1,{value}'; expected seconds and a value"):
+        FromFile("u", path)
+
+
+def test_a_source_that_sends_no_number_is_refused_before_it_is_read() -> None:
+    for source in (Constant("u", math.nan), Step("u", 0.5, after=math.inf)):
+        system = System(states={"x": 0.0}, equations={"x": "-x"}, inputs={"u": source})
+        with pytest.raises(ModelError, match="expected finite numbers"):
+            solve(system, until=1.0)
