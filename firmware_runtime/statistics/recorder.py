@@ -16,6 +16,7 @@ import json
 import re
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -35,11 +36,11 @@ SAVE_EVERY = 60 * SECOND
 AFTERMATH = SECOND // 2
 """How long after an incident its trace is taken, so that it shows what came of it."""
 QUIET = 10 * SECOND
-"""An incident so soon after another belongs to the same trace."""
+"""What is late so soon after an incident was kept is one incident, kept when this is over."""
 SHOWN = 5 * SECOND
-"""What a trace covers at most."""
-MOST_TRACES = 20
-"""Incidents of one run; one that is late all the time would fill the disk."""
+"""What a trace covers at most before its incident has been noticed and AFTERMATH is over."""
+MOST_LATE = 20
+"""Late incidents of one run; one that is late all the time would fill the disk."""
 
 
 class Pieces(Protocol):
@@ -101,7 +102,7 @@ class Recorder:
     def close(self) -> None:
         """Keep what is known of the run under way."""
         if self._run is not None and not self._run.is_over:
-            self._run.keep()
+            self._run.close()
         self._pieces.close()
 
     def _begin(self, statistics: Statistics, now: int) -> "_Run":
@@ -134,6 +135,26 @@ class Recorder:
         return f"{self._kept.stem}-{number:04}"
 
 
+@dataclass(frozen=True, slots=True)
+class _Incident:
+    """What is to be kept at `due`: of the guard, or of the latest of its late activations."""
+
+    late: Late | None
+    noticed: int
+    due: int
+
+    @property
+    def kind(self) -> str:
+        """As in the names of what is kept of it."""
+        return "guard" if self.late is None else "late"
+
+    def with_later(self, late: Late) -> "_Incident":
+        """The same, in which this activation was late, too."""
+        if self.late is None or self.late.lateness_ns >= late.lateness_ns:
+            return self
+        return replace(self, late=late)
+
+
 class _Run:
     """One run: files whose names begin with `stem`."""
 
@@ -156,8 +177,9 @@ class _Run:
         self._takeovers = len(takeovers_of(kept, statistics.header.writer))
         self._save_at = now
         self._incidents = max(map(_number, stem.parent.glob(f"{stem.name}-*-*.*")), default=0)
-        self._incident: tuple[str, Late | None, int] | None = None
+        self._incident: _Incident | None = None
         self._quiet_until = 0
+        self._is_full_said = False
         self.is_over = False
 
     def is_another(self, statistics: Statistics) -> bool:
@@ -171,8 +193,8 @@ class _Run:
         self._notice(statistics, now)
         if not was_over:
             self._pieces.poll(now)
-        if self._incident is not None and (now >= self._incident[2] or self.is_over):
-            self._keep_incident(*self._incident[:2])
+        if self._incident is not None and (now >= self._incident.due or self.is_over):
+            self._keep_incident(self._incident, now)
             self._incident = None
         if self.is_over and not was_over:
             self._pieces.over()
@@ -183,8 +205,15 @@ class _Run:
     def replaced(self) -> None:
         """Keep what was last seen: the next run has begun."""
         if not self.is_over:
-            self.keep()
+            self.close()
             self._pieces.over()
+
+    def close(self) -> None:
+        """Keep what is known of a run that is followed no more; its trace may be another's now."""
+        if self._incident is not None:
+            self._keep_piece(self._incident)
+            self._incident = None
+        self.keep()
 
     def keep(self) -> None:
         """Write the latest statistics; logged once the run is over."""
@@ -197,24 +226,34 @@ class _Run:
         takeovers = len(takeovers_of(self._kept, statistics.header.writer))
         late = None if self._watch is None else self._watch.new_in(statistics)
         if takeovers > self._takeovers and statistics.state is RunState.RUNNING:
-            self._incident = ("guard", None, now + AFTERMATH)
-        elif late is not None and self._incident is None and now >= self._quiet_until:
-            self._incident = ("late", late, now + AFTERMATH)
-            self._quiet_until = now + QUIET
+            self._incident = _Incident(None, now, now + AFTERMATH)
+        elif late is not None:
+            due = max(now + AFTERMATH, self._quiet_until)
+            self._incident = (self._incident or _Incident(late, now, due)).with_later(late)
+            self._quiet_until = self._incident.due + QUIET
         self._takeovers = takeovers
 
-    def _keep_incident(self, kind: str, trigger: Late | None) -> None:
-        if self._incidents >= MOST_TRACES:
-            return
-        self._incidents += 1
-        self._pieces.keep(kind, self._incidents)
+    def _keep_incident(self, incident: _Incident, now: int) -> None:
         spans = Companion.SPANS.beside(self._kept)
-        if spans.is_file():
-            self._take_trace(spans, kind, trigger)
+        if self._keep_piece(incident) and spans.is_file():
+            self._take_trace(spans, incident, now)
 
-    def _take_trace(self, spans: Path, kind: str, trigger: Late | None) -> None:
-        trace = chrome_trace(the_last(read_spans(spans), SHOWN), self._latest, trigger)
-        path = self._stem.with_name(f"{self._stem.name}-{kind}-{self._incidents}.json.gz")
+    def _keep_piece(self, incident: _Incident) -> bool:
+        """Keep what was recorded of it; whether it is one of those that are kept."""
+        if incident.late is not None and self._incidents >= MOST_LATE:
+            if not self._is_full_said:
+                self._is_full_said = True
+                fault = f"{MOST_LATE} incidents are kept; no more late activations of this run are"
+                self._log(f"{self._stem}: {fault}")
+            return False
+        self._incidents += 1
+        self._pieces.keep(incident.kind, self._incidents)
+        return True
+
+    def _take_trace(self, spans: Path, incident: _Incident, now: int) -> None:
+        since = SHOWN + max(0, now - incident.noticed - AFTERMATH)
+        trace = chrome_trace(the_last(read_spans(spans), since), self._latest, incident.late)
+        path = self._stem.with_name(f"{self._stem.name}-{incident.kind}-{self._incidents}.json.gz")
         try:
             path.write_bytes(gzip.compress(json.dumps(trace, allow_nan=False).encode()))
         except OSError as error:
@@ -222,7 +261,7 @@ class _Run:
                 f"{path}: the trace cannot be kept there ({error.strerror}); expected a folder "
                 "that this user may write"
             ) from error
-        self._log(f"{path}: {trigger or 'the guard took over'}")
+        self._log(f"{path}: {incident.late or 'the guard took over'}")
 
 
 def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:

@@ -16,7 +16,7 @@ from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.recorder import MOST_TRACES, QUIET, SAVE_EVERY, Recorder
+from firmware_runtime.statistics.recorder import MOST_LATE, QUIET, SAVE_EVERY, Recorder
 from firmware_runtime.statistics.spans import SpanRing
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
@@ -130,10 +130,44 @@ def test_the_seconds_around_a_late_activation_are_kept_once_for_a_while(rig: Rig
     assert rig.files == ["robot-0001-late-1.json.gz", "robot-0001.stats"]
     marks = [e for e in trace(rig.folder / rig.files[0])["traceEvents"] if e["ph"] == "i"]
     assert len(marks) == 1
-    rig.poll(QUIET // POLL)
-    run.activation(20 * SECOND, 5 * MILLISECOND, 300_000)
+
+
+def test_what_is_late_soon_after_an_incident_is_kept_when_the_quiet_time_is_over(rig: Rig) -> None:
+    run = rig.begin()
+    rig.poll()
+    run.activation(SECOND, 3 * MILLISECOND, 300_000)
     rig.poll(10)
+    for second, late in ((3, 4), (4, 500), (5, 6)):
+        run.activation(second * SECOND, late * MILLISECOND, 300_000)
+        rig.poll(10)
+    assert not list(rig.folder.glob("*-late-2*"))
+    rig.poll(QUIET // POLL)
     assert "robot-0001-late-2.json.gz" in rig.files
+    assert rig.reported[-1].endswith("500.00 ms late")
+    rig.poll(3 * QUIET // POLL)
+    assert not list(rig.folder.glob("*-late-3*"))
+
+
+@pytest.mark.parametrize("ending", ["over", "replaced", "closed"])
+def test_an_incident_that_waits_is_kept_however_the_following_ends(rig: Rig, ending: str) -> None:
+    run = rig.begin()
+    kept: list[tuple[str, int]] = []
+    rig.recorder._pieces.keep = lambda why, number: kept.append((why, number))  # type: ignore[method-assign]
+    rig.poll()
+    run.activation(SECOND, 3 * MILLISECOND, 300_000)
+    rig.poll(10)
+    run.activation(3 * SECOND, 4 * MILLISECOND, 300_000)
+    rig.poll()
+    assert kept == [("late", 1)]
+    if ending == "closed":
+        rig.recorder.close()
+    elif ending == "replaced":
+        rig.begin()
+        rig.poll()
+    else:
+        end_of_section(run, RunState.ENDED)
+        rig.poll()
+    assert kept == [("late", 1), ("late", 2)]
 
 
 def test_lateness_below_the_requested_limit_is_no_incident(tmp_path: Path) -> None:
@@ -158,10 +192,15 @@ def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
 def test_traces_of_one_run_are_bounded(rig: Rig) -> None:
     run = rig.begin()
     rig.poll()
-    for number in range(1, MOST_TRACES + 5):
+    for number in range(1, MOST_LATE + 5):
         run.activation(number * SECOND, (number + 2) * MILLISECOND, 300_000)
         rig.poll(QUIET // POLL + 10)
-    assert len(list(rig.folder.glob("*.gz"))) == MOST_TRACES
+    assert len(list(rig.folder.glob("*.gz"))) == MOST_LATE
+    (said,) = (line for line in rig.reported if "no more late" in line)
+    assert said.startswith(f"{rig.folder / 'robot-0001'}: {MOST_LATE} incidents are kept")
+    TakeoverFile(rig.kept).write(Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
+    rig.poll(10)
+    assert f"robot-0001-guard-{MOST_LATE + 1}.json.gz" in rig.files
 
 
 def test_the_next_run_has_the_next_number_and_the_oldest_makes_room(tmp_path: Path) -> None:
