@@ -60,14 +60,17 @@ class Contestant:
         return {}
 
     def used(self, folder: Path) -> int:
-        """How many modules are the checkout's own; what is installed in it is not."""
-        files = {
-            Path(file).resolve()
+        """How many modules were imported from the checkout, or its `src`.
+
+        What lies deeper in it is not its own, such as an environment or another checkout.
+        """
+        places = (folder, folder / "src")
+        return sum(
+            _imported_as(Path(file).resolve()) == place.joinpath(*name.split("."))
             for name, module in list(sys.modules.items())
-            if name != "__main__" and (file := getattr(module, "__file__", None))
-        }
-        own = (each for each in files if each.is_relative_to(folder))
-        return sum(not each.is_relative_to(sys.prefix) for each in own)
+            if (file := getattr(module, "__file__", None))
+            for place in places
+        )
 
     def _open(self) -> None:
         front_door = import_module("firmware_runtime")
@@ -94,6 +97,11 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         return key.strip(), value.strip()
+
+
+def _imported_as(file: Path) -> Path:
+    """A module's file without its ending; of a package its folder."""
+    return file.parent if file.stem == "__init__" else file.with_name(file.name.partition(".")[0])
 
 
 def main() -> None:

@@ -54,7 +54,7 @@ def ask(question: Question, folder: Path | None) -> WhatIf:
         fault = f"its answer is not one of this version ({error})"
         raise ConfigError.of_one(where, f"{fault}; {_EXPECTED}") from error
     sys.stderr.write(done.stderr.decode(errors="replace"))
-    if said.used == 0:
+    if folder is not None and said.used == 0:
         raise ConfigError.of_one(where, f"no module of the robot is in it; {_EXPECTED}")
     return said.found
 

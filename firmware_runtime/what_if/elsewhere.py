@@ -8,6 +8,7 @@ There goes what the code prints, too.
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -47,10 +48,22 @@ def _own_output() -> BinaryIO:
 
 
 def _used(folder: Path) -> int:
-    """How many modules of this process lie in a folder, but not in an environment in it."""
-    files = [getattr(each, "__file__", None) for each in [*sys.modules.values()]]
-    inside = [Path(file) for file in files if file and Path(file).is_relative_to(folder)]
-    return sum("site-packages" not in each.parts for each in inside)
+    """How many modules of this process were imported from a folder, or its `src`.
+
+    One that lies deeper in it, such as in an environment or another checkout, is not its own.
+    """
+    places = (folder, folder / "src")
+    found = [(name, getattr(each, "__file__", None)) for name, each in [*sys.modules.items()]]
+    return sum(_imported_as(Path(file)) in _at(places, name) for name, file in found if file)
+
+
+def _imported_as(file: Path) -> Path:
+    """A module's file without its ending; of a package its folder."""
+    return file.parent if file.stem == "__init__" else file.with_name(file.name.partition(".")[0])
+
+
+def _at(places: Sequence[Path], name: str) -> list[Path]:
+    return [place.joinpath(*name.split(".")) for place in places]
 
 
 if __name__ == "__main__":

@@ -204,6 +204,13 @@ def test_a_model_that_cannot_be_measured_is_a_sentence(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.slow
+def test_a_folder_above_the_installed_code_has_none_of_it(capsys: Captured) -> None:
+    above = str(Path(__file__).parents[3])
+    assert main(["gate", above, above, "tachobot"]) == 2
+    assert "tachobot uses no module of it" in capsys.readouterr().err
+
+
 def test_an_error_is_a_line_with_all_that_belongs_to_it() -> None:
     said = "Traceback:\n  File x\nfirmware_runtime.errors.ConfigError: a: 2 faults\n  - b\n  - c\n"
     assert last_error(said) == "a: 2 faults - b - c"

@@ -168,6 +168,16 @@ def test_a_folder_without_the_robots_code_is_refused(
         Watched(tmp_path, read_recording(flight).header)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", ["empty", "above"])
+def test_a_folder_that_gives_no_module_is_not_answered_by_what_is_installed(
+    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], folder: str
+) -> None:
+    checkout = tmp_path if folder == "empty" else ROOT.parent
+    assert main(["replay", str(flight), "--until", "0.1", "--with", str(checkout)]) == 2
+    assert "no module of the robot is in it" in capsys.readouterr().err
+
+
 def test_a_save_is_seen_and_a_file_of_an_editor_is_not(flight: Path, tmp_path: Path) -> None:
     package = tmp_path / "boards"
     package.mkdir()
