@@ -20,7 +20,7 @@ from firmware_runtime.blackbox.columns import Column, columns_of
 from firmware_runtime.blackbox.known import KnownObjects, edges_of
 from firmware_runtime.blackbox.later import NoValue
 from firmware_runtime.blackbox.layouts import Thing, UnkeepableState
-from firmware_runtime.blackbox.making import Making
+from firmware_runtime.blackbox.making import Making, deep_calls
 from firmware_runtime.blackbox.pickled import StateReader, StateWriter
 from firmware_runtime.blackbox.state_differences import (
     ABSENT,
@@ -98,7 +98,8 @@ class StateTable:
         if built is not None:
             read = self._carried(read, self._read(built)[1])
         try:
-            made = Making(self._known.things, self._known.modules).of(read)
+            with deep_calls():
+                made = Making(self._known.things, self._known.modules).of(read)
         except (NoValue, IndexError) as error:
             raise _foreign(f"{error}") from error
         before = self._columns.copied()

@@ -9,7 +9,8 @@ import itertools
 import sys
 import types
 from collections import OrderedDict, defaultdict, deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from enum import Enum
 from functools import partial
 from typing import Any, Final
@@ -25,6 +26,21 @@ from firmware_runtime.blackbox.later import (
     named,
 )
 from firmware_runtime.blackbox.layouts import Layout, Thing, by_name, layout_of
+
+_DEPTH: Final = 10_000
+"""Calls within calls: a state takes some ten for each of the objects within objects that pickle,
+which calls itself less often, could write; and stays within a stack of 8 MiB."""
+
+
+@contextmanager
+def deep_calls() -> Iterator[None]:
+    """Within the block what was written as deep as it may be can be made, too."""
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(limit, _DEPTH))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(limit)
 
 
 class Making:

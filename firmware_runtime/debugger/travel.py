@@ -3,9 +3,10 @@
 import gc
 from bisect import bisect_right
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from typing import Any, Final
 
+from firmware_runtime.blackbox.layouts import UnkeepableState
 from firmware_runtime.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.board.registry import Board
@@ -141,8 +142,9 @@ class Travel:
     def _keep_state(self, at: int) -> None:
         self._snapshot_at = at + _SNAPSHOT_EVERY
         if self.player.table is not None and self.index not in self._states:
-            state = self.player.table.capture()
-            self._states[self.index] = (at, state, dict(self.last))
+            with suppress(UnkeepableState):  # then it is gone back to from where there was one
+                state = self.player.table.capture()
+                self._states[self.index] = (at, state, dict(self.last))
 
 
 def _segment(recording: Recording, at: int | None) -> Segment:

@@ -148,3 +148,26 @@ def test_a_function_of_no_module_of_the_robot_is_not_put_into_it(
     with pytest.raises(ForeignState, match="no module that the robot is made of"):
         table.restore(state)
     assert node.call is None
+
+
+def test_what_is_written_as_deep_as_can_be_is_set_back() -> None:
+    """Pickle gives up at some depth; until then objects within objects can be made of it."""
+    node = last = Node(inner=None)
+    table = StateTable({"node": node})
+    depth, content = 0, table.capture()
+    while True:
+        last.inner = last = Node(inner=None, rows=[{"up": last}])
+        try:
+            content = table.capture()
+        except UnkeepableState:
+            break
+        depth += 1
+    node.inner = None
+    table.restore(content)
+    found: Node | None = node
+    for _ in range(depth):
+        assert found is not None
+        found = found.inner
+    assert depth > 20
+    assert found is not None
+    assert found.inner is None

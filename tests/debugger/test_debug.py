@@ -3,12 +3,14 @@
 import io
 import json
 from collections.abc import Callable
+from decimal import Decimal
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from boards.tachobot.allocation import Allocation
 from drivers.thrust_pairs import Forces
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
@@ -51,6 +53,27 @@ def debug(
         return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
 
     return debugged
+
+
+@pytest.mark.slow
+def test_a_state_that_cannot_be_kept_is_reached_and_left_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = Allocation.output
+
+    def sent(self: Any) -> None:  # noqa: ANN401
+        output(self)
+        self.last = Decimal(self.forces.f1)  # made during the run, and no part of a keyframe
+
+    monkeypatch.setattr(Allocation, "output", sent)
+    path = record(tmp_path / "decimal.recording", "tachobot", 4)
+    recording = read_recording(path)
+    travel = Travel(
+        recording, board_of_table(recording.header.source, recording.header.table), None
+    )
+    for at in (3 * SECOND, 2 * SECOND, 4 * SECOND):
+        travel.go_to(travel.index_after(at))
+        assert (travel.at, travel.player.first) == (at, None)
 
 
 @pytest.mark.slow
