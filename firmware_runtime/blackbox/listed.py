@@ -18,6 +18,7 @@ from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import SUFFIX, directories
 from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import RunState
 
 LAST: Final = "last run"
 START: Final = "start"
@@ -25,6 +26,8 @@ GROWN: Final = "synced"
 WENT_ON: Final = "went on"
 UNKNOWN: Final = "unknown"
 _KEPT: Final = re.compile(r"-\d{4,}(?:-([a-z]+)-\d+)?\.recording$")
+_NAMED_AS_ITS_RUN: Final = re.compile(r"-[0-9a-f]{9,}-\d+\.recording$")
+"""What `recordings keep` calls a file: the board, when the run began, its process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ class Listed:
     size: int = 0
     """Bytes of its file."""
     end: str = ""
-    """Its state; else `killed`, `running`, `went on` (after this piece) or `unknown`."""
+    """Its state; else `killed`, `running`, `went on` (after this piece) or `unknown`: not in it."""
     why: str = ""
     """`crash`, `guard`, `late`, `synced`, `start`, `last run`; empty for a file somewhere else."""
     faults: tuple[str, ...] = ()
@@ -106,7 +109,7 @@ def why_kept(path: Path) -> str:
     if path.name.endswith(FAILED_START):
         return START
     found = _KEPT.search(path.name)
-    if found is not None:
+    if found is not None and _NAMED_AS_ITS_RUN.search(path.name) is None:
         return found[1] or GROWN
     return LAST if path.parent in directories() else ""
 
@@ -117,7 +120,7 @@ def span_of(recording: Recording) -> tuple[int, int]:
         section.at
         for chunk in recording.chunks
         for section in map(decode, chunk.contents)
-        if section.kind not in {Kind.HEADER, Kind.GO_ON}
+        if section.has_instant
     ]
     return (min(ats), max(ats)) if ats else (0, 0)
 
@@ -137,9 +140,19 @@ def _end(recording: Recording, why: str) -> str:
         return state
     if why in {"guard", "late"}:
         return WENT_ON
-    if any(chunk.damage for chunk in recording.chunks[-1:]):
+    if not why or any(chunk.damage for chunk in recording.chunks[-1:]):
         return UNKNOWN
-    return "running" if why == LAST and _is_under_way(recording) else "killed"
+    if why in {LAST, GROWN} and _is_under_way(recording):
+        return "running"
+    return UNKNOWN if why == GROWN and _has_ended(recording.path) else "killed"
+
+
+def _has_ended(path: Path) -> bool:
+    """Whether the statistics that are kept beside a copy say that its run came to an end."""
+    try:
+        return read_statistics(path.with_suffix(SUFFIX)).state is not RunState.RUNNING
+    except StatisticsFileError:
+        return False
 
 
 def _is_under_way(recording: Recording) -> bool:
@@ -152,6 +165,7 @@ def _is_under_way(recording: Recording) -> bool:
         except StatisticsFileError:
             pass
         else:
-            return statistics.writer_alive and str(statistics.header.writer.pid) == pid
+            is_running = statistics.writer_alive and statistics.state is RunState.RUNNING
+            return is_running and str(statistics.header.writer.pid) == pid
     is_last = path.suffix == Companion.RECORDING and pid.isdigit()
     return is_last and Path("/proc", pid).exists()

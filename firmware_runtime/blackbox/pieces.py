@@ -18,7 +18,7 @@ from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.listed import state_at_end
 from firmware_runtime.blackbox.mirror import Mirror
 from firmware_runtime.blackbox.ring_file import RingFile
-from firmware_runtime.blackbox.section import Kind, decode
+from firmware_runtime.blackbox.section import decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
@@ -189,16 +189,13 @@ def _taken(path: Path) -> int:
 
 def _first_at(contents: list[bytes]) -> int:
     sections = (decode(each) for each in contents)
-    return next((each.at for each in sections if each.kind not in _WITHOUT_INSTANT), 0)
+    return next((each.at for each in sections if each.has_instant), 0)
 
 
 def _last_at(contents: list[bytes]) -> int:
     sections = (decode(each) for each in reversed(contents))
-    return next((each.at for each in sections if each.kind not in _WITHOUT_INSTANT), 0)
+    return next((each.at for each in sections if each.has_instant), 0)
 
 
 def _mebibytes(size: int) -> str:
     return f"{size / (1 << 20):.0f} MiB"
-
-
-_WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})

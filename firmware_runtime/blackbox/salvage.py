@@ -243,8 +243,8 @@ def _decoded(section: bytes) -> Section | None:
 def _instants(contents: list[bytes]) -> Iterator[int]:
     """Instants of the sections that have one of their own."""
     for content in contents:
-        if kind_of(content) not in {Kind.HEADER, Kind.GO_ON}:
-            yield decode(content).at
+        if (section := decode(content)).has_instant:
+            yield section.at
 
 
 # What follows what --------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ class Kind(IntEnum):
     BUILD = 1
     """It put the robot together."""
     PROBE = 2
-    """It asked each chip who it is."""
+    """It asked each chip who it is, before the run: at instant 0, whatever is in the file."""
     GO_ON = 3
     """It began or went on; `at` is the instant it goes on to."""
     STEP = 4
@@ -58,7 +58,7 @@ class Transfer(msgspec.Struct, array_like=True, frozen=True):
     answer: Any
     """What was read; name and sentence of the error if it failed."""
     at: int
-    """When it had ended, ns since the start of the run."""
+    """When it had ended, ns since the start of the run; 0 for one before it."""
 
     @property
     def failed(self) -> bool:
@@ -92,21 +92,36 @@ class Section(msgspec.Struct, array_like=True):
     """Input port of the root model and value, as `recording.values.plain` has it."""
     extra: Any = None
 
+    @property
+    def has_instant(self) -> bool:
+        """Whether `at` is when it was: not of a header, nor of how far the run is to go."""
+        return self.kind not in _WITHOUT_INSTANT
+
+
+_WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})
+_UNKNOWN: Final = "unknown"
+
 
 def _in_words(value: object) -> object:
     """What stands for a value that MessagePack has no words for."""
     try:
         return plain(value)
     except UnknownValue:
-        kind = type(value)
-        return {"unknown": f"{kind.__module__}:{kind.__qualname__}"}
+        return _unknown(value)
 
 
-encode: Final[Callable[[Sequence[Any]], bytes]] = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
-"""The fields of a section, in their order, as bytes.
+def _unknown(value: object) -> dict[str, str]:
+    """What is known of a value that cannot be written: its class."""
+    kind = type(value)
+    return {_UNKNOWN: f"{kind.__module__}:{kind.__qualname__}"}
+
+
+encode: Final[Callable[[Any], bytes]] = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
+"""The fields of a section, in their order, or a value, as bytes.
 
 Raises an exception where something cannot be written, such as a text that UTF-8 has not.
 """
+_UNKNOWN_KEY: Final = encode(_UNKNOWN)
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
 _SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode
 
@@ -126,6 +141,22 @@ def encode_sent(sent: Sent) -> bytes:
         return encode(_each(sent))
 
 
+def count_of_unknown(section: Section) -> int:
+    """How many of the values that were sent are recorded by a class, whole or in part."""
+    if _UNKNOWN_KEY not in bytes(section.sent):
+        return 0
+    return sum(_has_unknown(form) for _, form in sent_of(section))
+
+
+def _has_unknown(form: object) -> bool:
+    if isinstance(form, list):
+        return any(map(_has_unknown, form))
+    if not isinstance(form, dict):
+        return False
+    is_one = form.keys() == {_UNKNOWN} and isinstance(form[_UNKNOWN], str)
+    return is_one or any(map(_has_unknown, form.values()))
+
+
 def sentences(errors: Iterable[Exception]) -> list[str]:
     """What models raised when they exited, as a recording has it."""
     return [legible(f"{type(each).__name__}: {text_of(each)}") for each in errors]
@@ -137,8 +168,15 @@ def legible(text: str) -> str:
 
 
 def decode(content: bytes) -> Section:
-    """A section of its bytes. Raises msgspec.MsgspecError for what is none."""
-    return _decode(content)
+    """A section of its bytes. Raises msgspec.MsgspecError for what is none.
+
+    Before the run the clock counts from another moment, which the run's start sets anew.
+    """
+    section = _decode(content)
+    if section.kind is Kind.PROBE:
+        section.at = 0
+        section.transfers = [msgspec.structs.replace(each, at=0) for each in section.transfers]
+    return section
 
 
 def sent_of(section: Section) -> list[tuple[int, Any]]:
@@ -168,8 +206,15 @@ def _each(sent: Sent) -> Sent:
     """Values each on their own: one that cannot be written does not take the others with it."""
     found: Sent = []
     for number, value in pairs_of(sent):
-        try:
-            found += number, encoded(value)
-        except Exception:  # noqa: BLE001 -- as above
-            found += number, _in_words(object())
+        found += number, msgspec.Raw(_on_its_own(value))
     return found
+
+
+def _on_its_own(value: object) -> bytes:
+    """A value as it would be among others; else in words, such as a number of over 64 bits."""
+    for encoder in (encode, encoded):
+        try:
+            return encoder(value)
+        except Exception:  # noqa: BLE001, S112 -- a value of the model's, whatever it is
+            continue
+    return encode(_unknown(value))

@@ -11,7 +11,7 @@ from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Section
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.closing import Closing
-from firmware_runtime.devs.time import NEVER, SECOND, format_time
+from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.recording.versions import versions_said
@@ -42,7 +42,7 @@ def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
     first: list[tuple[int, int]] = []
 
     def before(section: Section) -> None:
-        if section.at < NEVER // 2:
+        if section.has_instant:
             shown.at(section.at)
             if speed is not None:
                 first.append((section.at, monotonic_ns())) if not first else None
@@ -102,6 +102,13 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
     digits = 0 if times >= 10 else 1
     speed = f"{times:.{digits}f} times real time"
     yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {speed}"
+    yield from _notes(verdict)
+
+
+def _notes(verdict: Verdict) -> Iterator[str]:
+    """What belongs to the verdict, a line each."""
+    if verdict.unknown:
+        yield f"  of {verdict.unknown} values at least a part is known by its class alone"
     if verdict.failure is not None:
         yield f"  it ended so again: {verdict.failure}"
     elif verdict.end is not None:

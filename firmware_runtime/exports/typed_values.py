@@ -5,25 +5,23 @@ it was. Where it does not, such as for a port of any tuple, the value stays as i
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports, own_atomics
 from firmware_runtime.blackbox.reader import Recording
-from firmware_runtime.blackbox.section import Kind, Section, decode, sent_of
+from firmware_runtime.blackbox.section import Section, decode, sent_of
 from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.recording.values import UnknownValue, made, unpack
+from firmware_runtime.recording.values import UnknownValue, made, numbers_in
 
 Port: TypeAlias = OutPort[Any]
-_WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})
-_NUMPY: Final = frozenset({"array", "scalar"})
 
 
 class Sent(NamedTuple):
@@ -53,7 +51,7 @@ def sections_between(recording: Recording, begin: int, until: int) -> Iterator[S
     for chunk in recording.chunks:
         for content in chunk.contents:
             section = decode(content)
-            if section.kind not in _WITHOUT_INSTANT and begin <= section.at <= until:
+            if section.has_instant and begin <= section.at <= until:
                 yield section
 
 
@@ -67,9 +65,7 @@ def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) ->
 
 def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries
     """The value of this type that was recorded as `form`."""
-    if kind is not bytes and isinstance(form, bytes):  # written on its own
-        return _of_bytes(form)
-    for each in (form, _plain(form)):
+    for each in (form, numbers_in(form)):
         try:
             return msgspec.convert(each, kind)
         except (msgspec.ValidationError, TypeError):
@@ -77,29 +73,8 @@ def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carri
     return _made(form)
 
 
-def _of_bytes(form: bytes) -> Any:  # noqa: ANN401
-    try:
-        return _made(unpack(form))
-    except msgspec.DecodeError:
-        return form
-
-
 def _made(form: Any) -> Any:  # noqa: ANN401
     try:
         return made(form)
     except UnknownValue:
-        return _plain(form)
-
-
-def _plain(form: Any) -> Any:  # noqa: ANN401
-    """The same with lists and numbers for what numpy had."""
-    if isinstance(form, list):
-        return [_plain(each) for each in form]
-    if not isinstance(form, dict):
-        return form
-    if len(form) == 1 and _NUMPY.issuperset(form):
-        try:
-            return made(form).tolist()
-        except (UnknownValue, AttributeError):
-            return form
-    return {key: _plain(each) for key, each in form.items()}
+        return numbers_in(form)

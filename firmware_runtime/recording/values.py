@@ -32,6 +32,7 @@ Plain: TypeAlias = Any
 _encode: Final = msgspec.msgpack.Encoder().encode
 _decode: Final = msgspec.msgpack.Decoder().decode
 _SAME: Final = frozenset({type(None), bool, float, str, bytes})
+_NUMPY: Final = frozenset({"array", "scalar"})
 _SMALL: Final = range(-(1 << 63), 1 << 63)
 
 
@@ -69,6 +70,20 @@ def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
         raise
     except Exception as error:  # whatever stands in a file
         raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
+
+
+def numbers_in(form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
+    """The same with numbers and lists of them for what numpy had."""
+    if isinstance(form, list):
+        return [numbers_in(each) for each in form]
+    if not isinstance(form, dict):
+        return form
+    if len(form) == 1 and _NUMPY.issuperset(form):
+        try:
+            return made(form).tolist()
+        except (UnknownValue, AttributeError):
+            return form
+    return {key: numbers_in(each) for key, each in form.items()}
 
 
 def field_names(name: str) -> tuple[str, ...]:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
+from firmware_runtime.recording.values import numbers_in
+
 NOTHING: Final = "nothing"
 
 
@@ -32,8 +34,8 @@ class Difference:
             "what": self.what,
             "model": self.model,
             "field": self.field,
-            "recorded": shown(self.recorded),
-            "replayed": shown(self.replayed),
+            "recorded": shown(numbers_in(self.recorded)),
+            "replayed": shown(numbers_in(self.replayed)),
         }
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from firmware_runtime.blackbox.reader import Recording, Segment
-from firmware_runtime.blackbox.section import Kind, Section
+from firmware_runtime.blackbox.section import Kind, Section, count_of_unknown
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError, text_of
@@ -22,6 +22,8 @@ class Verdict:
 
     events: int = 0
     """Values that left ports."""
+    unknown: int = 0
+    """Of these, values of which only a class is recorded, whole or in part, and compared."""
     steps: int = 0
     writes: int = 0
     """Transfers on buses and ports, each as often as it was tried."""
@@ -71,6 +73,7 @@ class Verdict:
             "duration_s": self.duration / SECOND,
             "first_difference": None if self.first is None else self.first.as_json(),
             "differences": self.differences,
+            "unknown": self.unknown,
             "steps": self.steps,
             "transfers": self.writes,
             "faults": self.faults,
@@ -120,6 +123,7 @@ def replay(
         for section in stretch_of(sections, stretch.until):
             before(section)
             verdict.writes += len(section.transfers)
+            verdict.unknown += count_of_unknown(section)
             player.take(section)
         verdict.add(player, first.at)
         verdict.has_drawn |= places() != stood
@@ -155,8 +159,17 @@ def _nothing_to_replay(recording: Recording, begin: int) -> str:
 
 
 def stretch_of(sections: Iterator[Section], until: int) -> Iterator[Section]:
-    """Sections up to and including an instant."""
+    """Sections up to and including an instant.
+
+    What is no step has the instant at which it was; a step that was late for its own may follow.
+    """
+    beyond: list[Section] = []
     for section in sections:
-        if section.kind is not Kind.GO_ON and section.at > until:
+        if not section.has_instant or section.at <= until:
+            yield from beyond
+            beyond.clear()
+            yield section
+        elif section.kind is Kind.STEP:
             return
-        yield section
+        else:
+            beyond.append(section)

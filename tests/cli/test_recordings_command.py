@@ -8,10 +8,16 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.found import find_recording, recording_of_virtual_run
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
+from firmware_runtime.blackbox.reader import kind_of, read_recording
+from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.errors import ConfigError
-from tests.support.recorded import record
+from firmware_runtime.statistics.layout import STATE
+from firmware_runtime.statistics.statistics import RunState
+from tests.support.recorded import every_section, record
+from tests.support.written_run import WrittenRun
 
 
 @pytest.fixture
@@ -96,6 +102,40 @@ def test_how_one_that_is_cut_ended_is_unknown_and_one_that_is_none_is_a_row(
     assert "detective-0002" in text
 
 
+def without_its_end(path: Path) -> bytes:
+    first, *_ = read_recording(path).chunks[0].contents
+    contents = [each for each in every_section(path) if kind_of(each) != Kind.ENDED]
+    return file_of([Numbered(1, [first, *contents])])
+
+
+def test_how_one_ended_is_said_only_where_that_is_known(
+    command: Callable[..., Any], last: Path, kept: Path, tmp_path: Path
+) -> None:
+    content = without_its_end(last)
+    piece = tmp_path / "pieces" / "test_that_day.recording"
+    piece.parent.mkdir()
+    for path in (piece, kept / "detective-0001-crash-1.recording"):
+        path.write_bytes(content)
+    assert [row["end"] for row in rows(command, "--in", piece.parent)] == ["unknown"]
+    assert [row["end"] for row in rows(command, "detective")] == ["ended", "killed"]
+
+
+@pytest.mark.parametrize(
+    ("state", "end"), [(RunState.RUNNING, "running"), (RunState.ENDED, "unknown")]
+)
+def test_a_copy_that_grows_is_of_a_run_under_way_until_its_statistics_say_more(
+    command: Callable[..., Any], last: Path, kept: Path, state: RunState, end: str
+) -> None:
+    copy = kept / "detective-0001.recording"
+    copy.write_bytes(without_its_end(last))
+    run = WrittenRun(path=copy.with_suffix(".stats"))
+    run.file.open_section()
+    run.cells[STATE] = state
+    run.file.close_section(run.elapsed)
+    row = rows(command, "detective")[-1]
+    assert (row["why"], row["end"]) == ("synced", end)
+
+
 def test_keep_leaves_a_small_file_that_is_the_same_run(
     command: Callable[..., Any], last: Path, tmp_path: Path
 ) -> None:
@@ -112,7 +152,8 @@ def test_without_o_it_is_named_as_its_run(
     monkeypatch.chdir(tmp_path)
     (row,) = rows(command)
     assert command("recordings", "keep", last).status == 0
-    assert (tmp_path / f"{row['run']}.recording").is_file()
+    (kept,) = rows(command, "--in", ".")
+    assert (kept["name"], kept["why"]) == (f"{row['run']}.recording", "")
 
 
 def test_recover_says_in_one_line_what_was_saved_and_what_is_lost(

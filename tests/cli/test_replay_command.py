@@ -7,9 +7,15 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.board.in_force import PLACE
+from firmware_runtime.blackbox.reader import read_recording as read_run
+from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.board.in_force import PLACE, board_in_force
 from firmware_runtime.board.kinds import shipped_file
+from firmware_runtime.cli import replayed_run
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.runs.session import Session
 from firmware_runtime.status import Status
 from firmware_runtime.system.conditions import versions_here
 from tests.support.recorded import record
@@ -136,3 +142,35 @@ def test_a_stretch_that_ends_before_it_begins_is_refused(
     ended = command("replay", run, "--from", "0.09", "--until", "0.05")
     assert ended.status == Status.BAD_INPUT
     assert "--until 0.05: expected an instant after --from 0.09" in ended.error
+
+
+@pytest.mark.slow
+def test_a_speed_is_kept_from_the_first_step_to_the_end_of_the_stretch(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    naps: list[float] = []
+    monkeypatch.setattr(replayed_run, "monotonic_ns", lambda: 0)
+    monkeypatch.setattr(replayed_run, "sleep", naps.append)
+    path = record(tmp_path / "run.recording", "tachobot", 0.5)
+    assert command("replay", path, "--speed", "2", "--until", "0.2").status == Status.OK
+    assert naps == sorted(naps)
+    assert (naps[0], naps[-1]) == (0.0, 0.1)
+
+
+@pytest.mark.real_time
+def test_before_the_run_is_before_any_stretch_of_it(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    """A real clock counts from elsewhere while chips are found; that is no instant of the run."""
+    path = tmp_path / "run.recording"
+    board = board_in_force("tachobot", ("executive.fifo_priority=0",))
+    session = Session(board, MonotonicClock(), doubles=True, statistics_path=None, recording=path)
+    try:
+        session.run(SECOND // 20)
+    finally:
+        session.close()
+    said = json.loads(command("replay", path, "--until", "0.00001", "--json").out)
+    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 8)
+    assert read_run(path).segments()[0].first_at == 0
+    probed = [each for each in read_run(path).segments()[0].sections() if each.kind is Kind.PROBE]
+    assert [(each.at, {one.at for one in each.transfers}) for each in probed] == [(0, {0})]
