@@ -1,20 +1,13 @@
 """The player: takes the sections of a recording one by one, and does in each what the run did."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import msgspec
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
-from firmware_runtime.blackbox.section import (
-    Kind,
-    Section,
-    encode_sent,
-    pairs_of,
-    sent_of,
-    sentences,
-)
+from firmware_runtime.blackbox.section import Kind, Section, pairs_of, sentences
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.errors import ModelError
@@ -22,11 +15,11 @@ from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.values import UnknownValue, made, unpack
+from firmware_runtime.recording.values import UnknownValue, made
+from firmware_runtime.replay.compared import Counts, differences_of_counts, differences_of_sent
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import REPLAYED
-from firmware_runtime.replay.order import is_same_but_for_order
 from firmware_runtime.replay.rebuilt import Rebuilt, rebuilt
 from firmware_runtime.statistics.statistics import RunState, Statistics
 
@@ -38,16 +31,12 @@ _OF_THE_SYSTEM: Final = frozenset({"cause"})
 """Attributes that say what the system did, of which a replay knows nothing."""
 
 
-Counts: TypeAlias = dict[str, dict[str, int]]
-"""By model and what is counted."""
-
-
 class _End(msgspec.Struct):
     """What a section ENDED says."""
 
     state: str
     reason: str
-    counts: Counts
+    counts: dict[str, dict[str, int]]
     fault: str | None = None
 
 
@@ -257,39 +246,11 @@ class Player:
             said = text_of(self.failure)
             self._note(Difference(section.at, "end", "", "failure", outcome.reason, said))
         counted = counts_of(self.accounts, self.profiler.faults)
-        for path, recorded in counts.items():
-            replayed = counted.get(path, {})
-            for name, count in recorded.items():
-                if replayed.get(name) != count:
-                    found = replayed.get(name, NOTHING)
-                    self._note(Difference(section.at, "count", path, name, count, found))
+        self._noted += differences_of_counts(section.at, counts, counted)
 
     def _compare_sent(self, section: Section) -> None:
         self.events += len(self._sent) // 2
-        content = encode_sent(self._sent)
-        if content == bytes(section.sent):
-            return
-        recorded, replayed = sent_of(section), pairs_of(unpack(content))
-        for place in range(max(len(recorded), len(replayed))):
-            was = recorded[place] if place < len(recorded) else None
-            now = replayed[place] if place < len(replayed) else None
-            if was is None or now is None or not self._is_same(was, now, self.sent[place]):
-                self._note(self._of_values(section.at, was, now))
-
-    @staticmethod
-    def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs
-        if encode_sent([*was]) == encode_sent([*now]):
-            return True
-        return bool(was[0] == now[0]) and is_same_but_for_order(sent[1], was[1])
-
-    def _of_values(self, at: int, was: Any, now: Any) -> Difference:  # noqa: ANN401 -- pairs
-        if was is not None and now is not None and was[0] != now[0]:
-            now = None  # it sent from another port: what was sent then is missing
-        number = (was if was is not None else now)[0]
-        path = self.ports[number] if 0 <= number < len(self.ports) else f"port {number}"
-        model, _, port = path.rpartition(".")
-        recorded = NOTHING if was is None else was[1]
-        return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])
+        self._noted += differences_of_sent(section, self._sent, self.ports)
 
     def _note(self, difference: Difference) -> None:
         self._noted.append(difference)

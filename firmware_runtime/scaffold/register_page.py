@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.scaffold.register_file import load_table
-from firmware_runtime.scaffold.register_table import Register, RegisterTable
+from firmware_runtime.registers.table import Register, RegisterTable
+from firmware_runtime.registers.table_file import load_table
 from firmware_runtime.status import Status
 
 _HEAD = (

@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.errors import NoAcknowledge
-from firmware_runtime.scaffold.register_table import Register
+from firmware_runtime.registers.table import Register
 from sim_doubles.contract.expectation import expect, expect_equal, expect_raised
 from sim_doubles.contract.table_row import TableRow
 

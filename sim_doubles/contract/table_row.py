@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar, Protocol
 
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.scaffold.register_table import Register, RegisterTable
+from firmware_runtime.registers.table import Register, RegisterTable
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.clock import Now
 from sim_doubles.contract.row import Row, Step

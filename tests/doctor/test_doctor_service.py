@@ -111,7 +111,15 @@ def test_the_service_manager(tmp_path: Path, examine: Examine) -> None:
 
 
 @pytest.mark.parametrize(
-    ("release", "status"), [((3, 10), "failure"), ((3, 11), "ok"), ((3, 14), "warning")]
+    ("release", "status"),
+    [
+        ((3, 10), "failure"),
+        ((3, 11), "ok"),
+        ((3, 12), "warning"),
+        ((3, 13), "ok"),
+        ((3, 14), "ok"),
+        ((3, 15), "warning"),
+    ],
 )
 def test_releases_of_python(
     tmp_path: Path,

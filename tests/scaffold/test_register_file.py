@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.registers.table_file import load_table, parse_table
 from firmware_runtime.scaffold import register_page
-from firmware_runtime.scaffold.register_file import load_table, parse_table
 from firmware_runtime.scaffold.register_page import page
 from tests.support.table_chip import EIGHT_BITS, WORDS, table_of
 

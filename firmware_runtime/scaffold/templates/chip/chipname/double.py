@@ -7,7 +7,7 @@ Not modelled: what the table does not say. What follows from a write belongs int
 from importlib.resources import files
 from typing import Final
 
-from firmware_runtime.scaffold.register_file import load_table
+from firmware_runtime.registers.table_file import load_table
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.clock import Now
 from sim_doubles.worlds.swinging import swinging

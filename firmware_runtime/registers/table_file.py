@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 
 from firmware_runtime.board import strict
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.scaffold.register_table import Register, RegisterTable
+from firmware_runtime.registers.table import Register, RegisterTable
 from firmware_runtime.system.whole_file import read_file
 
 TAKEN: Final = frozenset({"ADDRESSES", "REGISTERS", "IDENTITY", "BRING_UP", "by_name"})
