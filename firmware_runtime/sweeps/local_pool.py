@@ -15,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import wait as wait_for
 from typing import Final
 
+from firmware_runtime.status import Status
 from firmware_runtime.sweeps.plan import Sweep
 from firmware_runtime.sweeps.row import Row, lost, run_row
 
@@ -56,7 +57,7 @@ def _run_by_pool(
     try:
         while True:
             while len(waiting) < _AHEAD * workers and (row := next(to_come, None)) is not None:
-                waiting[pool.submit(run_row, sweep, row)] = row
+                waiting[pool.submit(_row, sweep, row)] = row
             if not waiting:
                 return
             ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
@@ -73,6 +74,17 @@ def _begin() -> None:
     """In a process of the pool: its parent sees to Ctrl-C, and it ends with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _row(sweep: Sweep, row: int) -> Row:
+    """Run a row in a process of the pool; a signal that ends the run ends the process.
+
+    To the pool what it raises would be an answer, and the process would wait for the next row.
+    """
+    try:
+        return run_row(sweep, row)
+    except SystemExit as signalled:
+        os._exit(signalled.code if isinstance(signalled.code, int) else Status.MODEL_ERROR)
 
 
 def _end_with_parent() -> None:

@@ -81,14 +81,17 @@ def is_running(process: int) -> bool:
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_costs_its_rows_under_way(tmp_path: Path, expected: bytes) -> None:
+@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGTERM])
+def test_a_process_that_is_killed_costs_its_rows_under_way(
+    by: signal.Signals, tmp_path: Path, expected: bytes
+) -> None:
     output, killed = tmp_path / "table.csv", []
 
     def kill_one(done: int, _size: int, _failed: int) -> None:
         if done == 3:
             workers = [each for each in children(os.getpid()) if b"spawn_main" in command_of(each)]
             killed.append(workers[0])
-            os.kill(workers[0], signal.SIGKILL)
+            os.kill(workers[0], by)
 
     carry_out(SHORT, output, workers=2, progress=kill_one)
     assert killed
