@@ -12,8 +12,9 @@ from tests.support.guarded_run import GuardedRun, as_fifo, guarded_run, wait_unt
 pytestmark = pytest.mark.slow
 OLDER = """
 import sys
+from msgspec.structs import force_setattr
 from firmware_runtime.statistics.file import STATISTICS
-object.__setattr__(STATISTICS, "schema", STATISTICS.schema - 1)
+force_setattr(STATISTICS, "schema", STATISTICS.schema - 1)
 from firmware_runtime.cli.main import main
 sys.exit(main(sys.argv[1:]))
 """
