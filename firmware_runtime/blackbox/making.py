@@ -27,7 +27,7 @@ from firmware_runtime.blackbox.later import (
 )
 from firmware_runtime.blackbox.layouts import Layout, Thing, by_name, layout_of
 
-_DEPTH: Final = 10_000
+_DEPTH: Final = 20_000
 """Calls within calls: a state takes some ten for each of the objects within objects that pickle,
 which calls itself less often, could write; and stays within a stack of 8 MiB."""
 
