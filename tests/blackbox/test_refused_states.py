@@ -152,22 +152,35 @@ def test_a_function_of_no_module_of_the_robot_is_not_put_into_it(
 
 def test_what_is_written_as_deep_as_can_be_is_set_back() -> None:
     """Pickle gives up at some depth; until then objects within objects can be made of it."""
-    node = last = Node(inner=None)
+    node = Node(inner=None)
     table = StateTable({"node": node})
-    depth, content = 0, table.capture()
-    while True:
-        last.inner = last = Node(inner=None, rows=[{"up": last}])
+
+    def content_of(depth: int) -> bytes | None:
+        last = node
+        for _ in range(depth):
+            last.inner = last = Node(inner=None, rows=[{"up": last}])
         try:
-            content = table.capture()
+            return table.capture()
         except UnkeepableState:
-            break
-        depth += 1
+            return None
+
+    written, refused = 1, 2
+    while content_of(refused) is not None:
+        written, refused = refused, 2 * refused
+    while refused - written > 1:
+        middle = (written + refused) // 2
+        if content_of(middle) is None:
+            refused = middle
+        else:
+            written = middle
+    content = content_of(written)
+    assert content is not None
     node.inner = None
     table.restore(content)
     found: Node | None = node
-    for _ in range(depth):
+    for _ in range(written):
         assert found is not None
         found = found.inner
-    assert depth > 20
+    assert written > 20
     assert found is not None
     assert found.inner is None

@@ -112,6 +112,7 @@ def test_its_controller_does_in_a_replay_what_it_did_in_the_run(tmp_path: Path) 
     assert stage["differences"] == 0
 
 
+@pytest.mark.slow
 def test_it_rolls_to_where_it_is_to_stand(tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = ["experiment", "place-step", "balancing", "--stage", "simulation", "-o", str(out)]
