@@ -18,6 +18,7 @@ from firmware_runtime.board.assignments import assignments_of
 ALL: Final = "all"
 """Not the name of an experiment: it stands for every one of a board."""
 _NAME: Final = r"[a-z0-9]+(-[a-z0-9]+)*"
+_PACKAGE: Final = r"[A-Za-z0-9]"
 _FUNCTION: Final = r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*"
 
 
@@ -36,6 +37,8 @@ class Experiment(Struct, frozen=True, kw_only=True):
     """Values of board.toml for this experiment, by dotted key."""
     stages: Sequence[str] = ()
     """Stages that it makes sense in, by name; none: all that the board has."""
+    packages: Sequence[str] = ()
+    """What it imports beside what the robot needs, as pip takes it, such as `scipy>=1.13`."""
 
     @property
     def assignments(self) -> list[str]:
@@ -91,5 +94,7 @@ def experiment_faults(experiments: object) -> Iterator[str]:
         if not (isinstance(name, str) and re.fullmatch(_NAME, name)) or name == ALL:
             expected = f"expected small letters, digits and single -, and not {ALL!r}"
             yield f"experiments: {name!r}: {expected}"
+        if bad := [package for package in each.packages if not re.match(_PACKAGE, package)]:
+            yield f"experiments.{name}.packages: {bad[0]!r}: expected a package as pip takes it"
         if isinstance(each, OwnExperiment) and not re.fullmatch(_FUNCTION, each.run):
             yield f"experiments.{name}.run: {each.run!r}: expected package.module:function"

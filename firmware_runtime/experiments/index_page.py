@@ -27,12 +27,13 @@ _SENTENCES = 3
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One experiment: what it found, or why it failed."""
+    """One experiment: what it found, why it failed, or why it was not run."""
 
     name: str
     experiment: Experiment
     findings: Findings | None
     fault: str | None
+    not_run: str | None
 
 
 def index_page(board: str, lines: Sequence[Line]) -> str:
@@ -50,17 +51,21 @@ def _sections(title: str, lines: Sequence[Line]) -> Iterator[Element]:
 
 
 def _opening(lines: Sequence[Line]) -> Iterator[Element]:
-    """How many went well; what failed is said first."""
-    failed = [line for line in lines if line.fault is not None]
-    if not failed:
-        word, css, count = "done", "verdict good", f"{len(lines)} of {len(lines)} experiments."
-    else:
+    """How many went well; what failed or was not run is said first."""
+    failed = [(line.name, line.fault) for line in lines if line.fault is not None]
+    not_run = [(line.name, line.not_run) for line in lines if line.not_run is not None]
+    if failed:
         word, css = "failed", "verdict bad"
         count = f"{len(failed)} of {len(lines)} experiments failed."
+    elif not_run:
+        word, css = "not all run", "verdict bad"
+        count = f"{len(not_run)} of {len(lines)} experiments not run."
+    else:
+        word, css, count = "done", "verdict good", f"{len(lines)} of {len(lines)} experiments."
     yield element("p", element("strong", word, class_=css), count)
-    if failed:
-        rows = [(line.name, line.fault) for line in failed]
-        yield table("What failed", ("experiment", "why"), rows, "words")
+    for title, rows in (("What failed", failed), ("What was not run", not_run)):
+        if rows:
+            yield table(title, ("experiment", "why"), rows, "words")
 
 
 def _card(line: Line, findings: Findings) -> Element:

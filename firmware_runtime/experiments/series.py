@@ -8,8 +8,9 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 
 from firmware_runtime.board.experiments import Experiment
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.experiments.index_page import Line, index_page
+from firmware_runtime.experiments.packages import missing_packages
 from firmware_runtime.experiments.results import Results, leave
 from firmware_runtime.experiments.trial import Say, Trial
 
@@ -23,35 +24,54 @@ class Series:
     results: Mapping[str, Results]
     faults: Mapping[str, str]
     """By the name of an experiment that failed: why."""
+    not_run: Mapping[str, str]
+    """By the name of an experiment that lacks packages: which."""
 
     def document(self, experiments: Mapping[str, Experiment]) -> dict[str, object]:
         """results.json: `{name: {"figure": ..., "ours": {...}, "paper": {...}}}`.
 
-        An experiment that failed has no numbers of ours.
+        An experiment that failed or was not run has no numbers of ours, and says why.
         """
         found: dict[str, object] = {}
         for name, experiment in experiments.items():
             if name in self.results:
                 found[name] = self.results[name].entry()
-            elif name in self.faults:
+            else:
+                why = "failed" if name in self.faults else "not_run"
+                said = self.faults.get(name) or self.not_run[name]
                 paper = dict(experiment.paper)
-                found[name] = {"figure": experiment.figure, "ours": {}, "paper": paper}
+                found[name] = {"figure": experiment.figure, "ours": {}, "paper": paper, why: said}
         return found
 
 
 def run_series(trials: Sequence[Trial], say: Say) -> Series:
-    """Run each and write its files; one that fails leaves none, and the next one is run."""
+    """Run each and write its files; one that fails leaves none, and the next one is run.
+
+    Those that lack packages are said first and not run. Raises ConfigError if that is all of them.
+    """
+    not_run = _not_run(trials)
+    runnable = [trial for trial in trials if trial.name not in not_run]
+    if not runnable:
+        raise ConfigError("experiment", [f"{name}: {why}" for name, why in not_run.items()])
+    for name, why in not_run.items():
+        say(f"{name} will not be run: {why}")
     results: dict[str, Results] = {}
     faults: dict[str, str] = {}
     begin = monotonic()
-    for number, trial in enumerate(trials, 1):
-        say(f"[{number}/{len(trials)}] {trial.name}, {monotonic() - begin:.0f} s since the start")
+    for number, trial in enumerate(runnable, 1):
+        say(f"[{number}/{len(runnable)}] {trial.name}, {monotonic() - begin:.0f} s since the start")
         try:
             results[trial.name] = _tried(trial)
         except FirmwareRuntimeError as error:
             faults[trial.name] = str(error)
             say(f"{trial.name} failed: {error}")
-    return Series(results, faults)
+    return Series(results, faults, not_run)
+
+
+def _not_run(trials: Sequence[Trial]) -> dict[str, str]:
+    """Those that lack packages, and which."""
+    missing = ((trial.name, missing_packages(trial.experiment)) for trial in trials)
+    return {name: why for name, why in missing if why is not None}
 
 
 def _tried(trial: Trial) -> Results:
@@ -77,4 +97,5 @@ def _lines(series: Series, experiments: Mapping[str, Experiment]) -> Iterator[Li
     for name, experiment in experiments.items():
         results = series.results.get(name)
         findings = None if results is None else results.findings
-        yield Line(name, experiment, findings, series.faults.get(name))
+        fault, not_run = series.faults.get(name), series.not_run.get(name)
+        yield Line(name, experiment, findings, fault, not_run)

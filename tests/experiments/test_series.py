@@ -109,12 +109,55 @@ def test_one_that_fails_is_said_first_and_the_next_is_run(
     first, *_ = capsys.readouterr().out.splitlines()
     assert first.startswith(f"FAILED broken: experiment {HERE}:{function}: ")
     results = json.loads((out / "results.json").read_text())
+    said = results["broken"].pop("failed")
+    assert first == f"FAILED broken: {said}"
     assert results["broken"] == {"figure": "Figure 1", "ours": {}, "paper": {"delay_ms": 7.0}}
     assert results["sound"]["ours"] == {"delay_ms": 1.5}
     index = (out / "index.html").read_text()
     assert "1 of 2 experiments failed" in index
     assert not [path for path in out.iterdir() if path.name.startswith((".", "broken"))]
     assert (out / "sound.html").exists()
+
+
+LACKING = "no-such-package-is-there>=1.13"
+
+
+def test_one_that_lacks_a_package_is_said_before_any_is_run(
+    tachobot: dict[str, Experiment], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tachobot["sound"] = own("good", packages=("msgspec>=0.18",))
+    tachobot["lacking"] = own("good", figure="Figure 1", packages=("msgspec", LACKING))
+    out = tmp_path / "out"
+    assert run_all(out) == Status.MODEL_ERROR
+    shown = capsys.readouterr()
+    _left_out, said, begun, *_ = shown.err.splitlines()
+    why = f"not installed: {LACKING}; expected {sys.executable} -m pip install '{LACKING}'"
+    assert said == f"lacking will not be run: {why}"
+    assert begun.startswith("[1/1] sound")
+    assert shown.out.splitlines()[0] == f"NOT RUN lacking: {why}"
+    results = json.loads((out / "results.json").read_text())
+    assert results["lacking"] == {"figure": "Figure 1", "ours": {}, "paper": {}, "not_run": why}
+    assert results["sound"]["ours"] == {"delay_ms": 1.5}
+    index = (out / "index.html").read_text()
+    assert "1 of 2 experiments not run" in index
+    assert LACKING.replace(">", "&gt;") in index
+    assert not list(out.glob("lacking*"))
+
+
+@pytest.mark.parametrize("name", ["lacking", "all"])
+def test_where_none_can_be_run_nothing_is_touched(
+    tachobot: dict[str, Experiment],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+) -> None:
+    tachobot["lacking"] = own("good", packages=(LACKING,))
+    words = ["experiment", name, "tachobot", "--stage", "simulation", "-o", str(tmp_path / "out")]
+    assert main(words) == Status.BAD_INPUT
+    shown = capsys.readouterr()
+    assert f"lacking: not installed: {LACKING}; expected" in shown.err
+    assert "will not be run" not in shown.err
+    assert (shown.out, list(tmp_path.iterdir())) == ("", [])
 
 
 def test_one_alone_that_fails_leaves_nothing(
@@ -148,6 +191,8 @@ def test_a_name_that_no_file_should_have_is_refused(name: str) -> None:
         replace(found, experiments={name: own("good")})
     with pytest.raises(SettingError):
         replace(found, experiments={"sound": replace(own("good"), run="no words for a function")})
+    with pytest.raises(SettingError):
+        replace(found, experiments={"sound": own("good", packages=("--editable .",))})
 
 
 @pytest.mark.slow

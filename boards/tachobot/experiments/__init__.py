@@ -75,6 +75,7 @@ IDENTIFICATION: Final = OwnExperiment(
     ),
     settings=SQUARE_WAVE.settings,
     stages=("simulation",),
+    packages=("scipy>=1.13",),
     run="boards.tachobot.experiments.identification:run",
 )
 

@@ -16,6 +16,7 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.known import LOOP, experiments_of, stages_of
+from firmware_runtime.experiments.packages import missing_packages
 from firmware_runtime.experiments.results import leave
 from firmware_runtime.experiments.series import Series, run_series, write_series
 from firmware_runtime.experiments.trial import Choices, Trial
@@ -31,8 +32,9 @@ from firmware_runtime.system.whole_folder import nearest, whole_folder
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
 _ABOUT = f"""
 `{ALL}` runs every experiment of the board, one after the other, and adds index.html and
-results.json; one that fails does not keep the next from being run. Exit status 0: done, 1: one of
-several failed. Files appear when all is done: what was interrupted or failed leaves none.
+results.json; one that fails does not keep the next from being run, and one that lacks a package
+is said first and not run. Exit status 0: done, 1: one of several failed or was not run. Files
+appear when all is done: what was interrupted or failed leaves none.
 """
 _LEAST_EVERY_S: Final = 1e-4
 """A ramp that is quicker keeps a processor busy, and measures that."""
@@ -127,13 +129,16 @@ def _all(trials: Sequence[Trial], folder: Path) -> tuple[int, list[str]]:
     written = write_series(series, trials, folder)
     for line in _said(series):
         print(line)
-    return Status.MODEL_ERROR if series.faults else Status.OK, written
+    is_done = not series.faults and not series.not_run
+    return Status.OK if is_done else Status.MODEL_ERROR, written
 
 
 def _said(series: Series) -> Iterator[str]:
-    """What failed, then what each found."""
+    """What failed and what was not run, then what each found."""
     for name, fault in series.faults.items():
         yield f"FAILED {name}: {fault}"
+    for name, why in series.not_run.items():
+        yield f"NOT RUN {name}: {why}"
     for name, results in series.results.items():
         yield f"{name} ({results.experiment.figure or 'not published'})"
         yield from (f"  {line}" for line in results.findings.sentences)
@@ -210,6 +215,8 @@ def _name_faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
         stages = stages_of(board, known[name])
         if Stage(arguments.stage) not in stages:
             yield f"{name}: no stage {arguments.stage} here; expected {', '.join(stages)}"
+    if name in known and (missing := missing_packages(known[name])):
+        yield f"{name}: {missing}"
 
 
 def _loop_faults(arguments: argparse.Namespace) -> Iterator[str]:
