@@ -37,6 +37,10 @@ _OF_A_PART: Final = (
     "a file of `run --record`, of one role's values alone, which `replay` and `certify` take; "
     "expected the recording that every run leaves: a board, or a name that `recordings` shows"
 )
+_NO_HEADER: Final = (
+    "damaged: no chunk of it begins with a whole header; expected a recording of a run "
+    "(`recordings recover` saves what is whole)"
+)
 _EXPECTED: Final = f"expected {MAGIC!r} (`recordings recover` reads one whose beginning is lost)"
 
 
@@ -102,10 +106,13 @@ class Recording:
     path: Path
     header: Header
     chunks: list[Chunk] = field(repr=False)
+    damages: list[str] = field(default_factory=list)
+    """What is wrong with the file where no chunk can be read, one sentence each."""
 
     def faults(self) -> list[str]:
         """What is missing within it, one sentence each."""
-        found = [f"chunk {each.number}: {each.damage}" for each in self.chunks if each.damage]
+        found = list(self.damages)
+        found += [f"chunk {each.number}: {each.damage}" for each in self.chunks if each.damage]
         lost = [each for chunk in self.chunks for each in chunk.contents if kind_of(each) == _LOST]
         found += [
             f"at {section.at / SECOND:g} s a section is missing: {section.extra}"
@@ -173,16 +180,29 @@ def recording_in(content: bytes, path: Path) -> Recording:
     if not (CHUNK.size < chunk_size <= LARGEST_CHUNK and 0 < chunks <= MOST_CHUNKS):
         raise _foreign(path, f"{chunks} chunks of {chunk_size} bytes")
     begins = range(PREFIX_SIZE, min(len(content), PREFIX_SIZE + chunks * chunk_size), chunk_size)
-    found = [
-        chunk
-        for begin in begins
-        if (chunk := _chunk(content[begin : begin + chunk_size], chunk_size)) is not None
-    ]
+    read = {begin: _chunk(content[begin : begin + chunk_size], chunk_size) for begin in begins}
+    found = [each for each in read.values() if each is not None and len(each.contents) > 0]
     found.sort(key=lambda chunk: chunk.number)
     header = next((each for chunk in found if (each := _header(chunk)) is not None), None)
     if header is None:
-        raise _foreign(path, "no chunk of it has a header")
-    return Recording(path, header, [each for each in found if len(each.contents) > 0])
+        raise ConfigError.of_one(str(path), _NO_HEADER)
+    lost = [
+        begin
+        for begin, each in read.items()
+        if each is not None and each.damage and len(each.contents) == 0
+    ]
+    damages = [_unread(lost)] if lost else []
+    if len(begins) < chunks:
+        damages.append(
+            f"the file ends after {len(content)} bytes, {len(begins)} of {chunks} chunks"
+        )
+    return Recording(path, header, found, damages)
+
+
+def _unread(begins: list[int]) -> str:
+    """What is wrong with the chunks that begin there."""
+    chunks = "a chunk" if len(begins) == 1 else f"{len(begins)} chunks, the first"
+    return f"no section is whole of {chunks} at byte {begins[0]} of the file"
 
 
 def _foreign(path: Path, why: str) -> ConfigError:

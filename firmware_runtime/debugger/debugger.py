@@ -20,7 +20,6 @@ from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.errors import text_of
 
 BOUNDARY: Final = "between two instants"
-END: Final = "the recording ends here"
 
 
 class Ended(BaseException):
@@ -116,7 +115,7 @@ class Debugger:
                 self._stop(BOUNDARY)
                 return
         if self.travel.index >= self.travel.length:
-            self._stop(END)
+            self._stop(self.travel.ends_with)
             return
         is_step = self.travel.is_step(self.travel.index)
         self._heard = 0

@@ -7,6 +7,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from typing import Any, Final
 
 from firmware_runtime.blackbox.layouts import UnkeepableState
+from firmware_runtime.blackbox.no_instant import damage, no_instant
 from firmware_runtime.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.board.registry import Board
@@ -15,6 +16,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.replay.player import Player
 
+END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND
 """Of the run: what has been passed is gone back to from here."""
 
@@ -24,7 +26,7 @@ class Travel:
 
     def __init__(self, recording: Recording, board: Board, at: int | None) -> None:
         segment = _segment(recording, at)
-        self._header, self._board = recording.header, board
+        self._recording, self._board = recording, board
         self._contents = [each for each in segment.contents if kind_of(each) != Kind.HEADER]
         self._starts = self._starts_of()
         self._states: dict[int, tuple[int, bytes, dict[str, Any]]] = {}
@@ -36,7 +38,7 @@ class Travel:
     def _begin(self) -> None:
         """Build the robot, and be where the recording begins."""
         first = decode(self._contents[0])
-        self.player = Player(self._header, self._board, first)
+        self.player = Player(self._recording.header, self._board, first)
         self.index = 1
         self.last.clear()
 
@@ -44,6 +46,12 @@ class Travel:
     def length(self) -> int:
         """How many sections there are."""
         return len(self._contents)
+
+    @property
+    def ends_with(self) -> str:
+        """What is said where there is nothing further: whether it is the end, or a damage."""
+        is_end = kind_of(self._contents[-1]) == Kind.ENDED
+        return END if is_end else f"{END}{damage(self._recording)}"
 
     @property
     def at(self) -> int:
@@ -68,7 +76,8 @@ class Travel:
         first, last = self._starts[0], self._starts[-1]
         if not first <= at <= last:
             span = f"from {first / SECOND:g} to {last / SECOND:g} s"
-            fault = f"not in this part of the recording; expected an instant {span}"
+            said = f"not in this part of the recording{damage(self._recording)}"
+            fault = f"{said}; expected an instant {span}"
             raise ConfigError.of_one(f"{at / SECOND:g} s", fault)
 
     def index_after(self, at: int) -> int:
@@ -151,15 +160,12 @@ def _segment(recording: Recording, at: int | None) -> Segment:
     """The one that has the instant; the first for None. Raises ConfigError."""
     segments = recording.segments()
     if not segments:
-        fault = "no section of it can be a beginning; expected a keyframe, or the start of the run"
-        raise ConfigError.of_one(str(recording.path), fault)
+        raise no_instant(recording, at or 0)
     if at is None:
         return segments[0]
     found = [each for each in segments if each.first_at <= at] or segments[:1]
-    ends = segments[-1].last_at
-    if ends < at < NEVER:
-        fault = f"it ends at {ends / SECOND:g} s; expected an instant before {at / SECOND:g} s"
-        raise ConfigError.of_one(str(recording.path), fault)
+    if found[-1].last_at < at < NEVER:
+        raise no_instant(recording, at)
     return found[-1]
 
 

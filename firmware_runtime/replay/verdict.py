@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from firmware_runtime.blackbox.no_instant import no_instant
 from firmware_runtime.blackbox.reader import Recording, Segment
 from firmware_runtime.blackbox.section import Kind, Section, count_of_unknown
 from firmware_runtime.board.registry import Board
@@ -143,19 +144,8 @@ def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:
     """The segments that a stretch is in. Raises ConfigError where none reaches its beginning."""
     segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
     if not segments:
-        raise ConfigError.of_one(str(recording.path), _nothing_to_replay(recording, stretch.begin))
+        raise no_instant(recording, stretch.begin)
     return [each for each in segments if each.first_at <= stretch.until]
-
-
-def _nothing_to_replay(recording: Recording, begin: int) -> str:
-    """Why a recording cannot be replayed from an instant."""
-    segments = recording.segments()
-    if not segments:
-        why = recording.no_keyframe()
-        fault = f"no section of it can be a beginning{'' if why is None else f' ({why})'}"
-        return f"{fault}; expected a keyframe, or the start of the run"
-    last_s = segments[-1].last_at / SECOND
-    return f"it ends at {last_s:g} s; expected an instant before {begin / SECOND:g} s"
 
 
 def stretch_of(sections: Iterator[Section], until: int) -> Iterator[Section]:

@@ -136,6 +136,66 @@ def test_of_a_file_that_goes_on_for_4_gib_behind_a_recording_that_is_read(
     assert "lost: nothing" in ended.out
 
 
+@pytest.fixture
+def without_its_end(tmp_path: Path, whole: bytes) -> Path:
+    """The bytes of the last two chunks are wrong, from their beginnings on."""
+    _, size, chunks = layout.PREFIX.unpack_from(whole)
+    damaged = bytearray(whole)
+    for begin in range(layout.PREFIX_SIZE + (chunks - 2) * size, len(whole), size):
+        damaged[begin + CHUNK.size : begin + CHUNK.size + 8] = b"\xff" * 8
+    path = tmp_path / "x.recording"
+    path.write_bytes(damaged)
+    return path
+
+
+def test_of_one_whose_last_chunks_are_lost_replay_names_the_damage(
+    command: Callable[..., Any], without_its_end: Path
+) -> None:
+    ended = command("replay", without_its_end)
+    assert ended.status == 1
+    first, *_ = ended.out.splitlines()
+    assert first.startswith("not whole: no section is whole of 2 chunks, the first at byte ")
+
+
+@pytest.mark.parametrize("verb", [["replay", "--from"], ["debug", "--at"]])
+def test_an_instant_that_is_lost_is_said_to_be_with_the_damage_and_what_can_be_done(
+    command: Callable[..., Any], without_its_end: Path, verb: list[str]
+) -> None:
+    name, option = verb
+    ended = command(name, without_its_end, option, "0.099")
+    assert (ended.status, ended.out) == (2, "")
+    *_, said = ended.error.splitlines()
+    words = [
+        str(without_its_end),
+        "it ends at",
+        "2 chunks, the first at byte",
+        "recordings recover",
+    ]
+    assert [each for each in words if each not in said] == []
+    assert "; expected an instant from 0 to 0.0" in said
+
+
+def test_the_debugger_says_before_it_stops_and_at_the_end_what_is_damaged(
+    command: Callable[..., Any], without_its_end: Path
+) -> None:
+    ended = command("debug", without_its_end, "--at", "0", "--until", "body_sonar.fault")
+    assert ended.status == 6
+    assert f"debug: {without_its_end} is not whole: no section is whole of 2" in ended.error
+    assert "the recording ends here, and it is damaged (no section" in ended.out
+
+
+def test_a_file_that_ends_before_its_last_chunks_is_not_whole(
+    command: Callable[..., Any], tmp_path: Path, whole: bytes
+) -> None:
+    _, size, chunks = layout.PREFIX.unpack_from(whole)
+    path = tmp_path / "x.recording"
+    path.write_bytes(whole[: layout.PREFIX_SIZE + 2 * size])
+    ended = command("replay", path)
+    assert ended.status == 1
+    said = f"not whole: the file ends after {path.stat().st_size} bytes, 2 of {chunks} chunks"
+    assert ended.out.splitlines()[0] == said
+
+
 @pytest.mark.parametrize("verb", ["replay", "certify", "debug", "mcap"])
 def test_a_recording_of_another_format_is_named_as_one(
     command: Callable[..., Any], tmp_path: Path, whole: bytes, verb: str

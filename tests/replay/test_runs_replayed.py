@@ -124,7 +124,7 @@ def test_a_section_of_endless_lists_is_damage(tmp_path: Path) -> None:
     section = b"\x9a\x04\x00\xc4\x00" + b"\x90" * 5 + b"\x91" * 100_000 + b"\xc0"
     path = tmp_path / "deep.recording"
     path.write_bytes(file_of([Numbered(1, [section])]))
-    with pytest.raises(ConfigError, match="no chunk of it has a header"):
+    with pytest.raises(ConfigError, match="no chunk of it begins with a whole header"):
         read_recording(path)
 
 
@@ -137,7 +137,7 @@ def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:
     header.extra["speed"] = speed
     first = msgspec.msgpack.encode(header)
     path.write_bytes(file_of([Numbered(1, [first, *chunk.contents[1:]])]))
-    with pytest.raises(ConfigError, match="no chunk of it has a header"):
+    with pytest.raises(ConfigError, match="no chunk of it begins with a whole header"):
         read_recording(path)
 
 

@@ -12,7 +12,7 @@ from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.debugger.commands import Commands
-from firmware_runtime.debugger.debugger import END, Debugger, Ended
+from firmware_runtime.debugger.debugger import Debugger, Ended
 from firmware_runtime.debugger.pdb_inside import PdbInside
 from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.errors import ConfigError
@@ -58,6 +58,8 @@ def execute(arguments: argparse.Namespace) -> int:
     travel = Travel(recording, board, arguments.at)
     stated = _stated(arguments)
     is_terminal = stated is None and sys.stdin.isatty() and not arguments.json
+    for fault in recording.faults():
+        print_line(f"debug: {recording.path} is not whole: {fault}", sys.stderr)
     session = _Session(travel, stated, is_json=arguments.json, is_terminal=is_terminal)
     if arguments.at is None:
         session.debugger.stay()
@@ -93,7 +95,7 @@ class _Session:
         self._last = ""
 
     def _stopped(self, reason: str) -> None:
-        if self._is_stated and self._waits and reason == END:
+        if self._is_stated and self._waits and reason == self.debugger.travel.ends_with:
             self.status = Status.NOTHING_HAPPENED
         self._commands.stopped(reason)
         for line in self._lines:
