@@ -17,12 +17,15 @@ from array import array
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec import Struct
 
-Cells: TypeAlias = "memoryview[int]"
-"""Signed 64-bit cells: the format of a view is `q`."""
+if TYPE_CHECKING:
+    Cells: TypeAlias = memoryview[int]
+    """Signed 64-bit cells: the format of a view is `q`."""
+else:
+    Cells = memoryview  # takes no type of its items while a program runs, before CPython 3.14
 
 SUB_BUCKETS = 32
 LARGEST = (1 << 37) - 1
