@@ -34,3 +34,9 @@ def test_links_of_a_page_lead_somewhere(page: Path) -> None:
         if not target.exists() or (anchor and anchor not in anchors_of(target)):
             broken.append(f"{path}#{anchor}")
     assert broken == []
+
+
+def test_the_index_leads_to_every_page() -> None:
+    docs = ROOT / "docs"
+    linked = {path for path, _ in LINK.findall((docs / "index.md").read_text(encoding="utf-8"))}
+    assert {page.name for page in docs.glob("*.md")} - {"index.md"} <= linked

@@ -1,0 +1,125 @@
+"""Every command that a page shows is taken by the command line, and every option is one it has."""
+
+import argparse
+import re
+import shlex
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.cli.main import parser
+
+ROOT = Path(__file__).parents[2]
+TEMPLATES = "firmware_runtime/scaffold/templates"
+BLOCK = re.compile(r"^```.*?^```$|^ {4}.*?$", re.DOTALL | re.MULTILINE)
+LINE = re.compile(r"^ *(?:\$ )?(?:sudo |nice )?(?:\S*/)?firmware-runtime (.+)$", re.MULTILINE)
+SPAN = re.compile(r"`([^`]+)`")
+OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
+NOTATION = re.compile(r"\[|\||\.\.\.|(?<![\w.=])[A-Z]+\b")
+"""In a command that is spelled out nothing is left to choose or to fill in."""
+SHELL = {"|", "&", "&&", "||", ";", "<", ">", ">>", "2>", "2>&1"}
+CHIP_OF_A_USER = re.compile(r"^try light\b")
+"""One that its page has the reader write."""
+TARGET = re.compile(r"(?:`|^ {4})make ([a-z][\w-]*)", re.MULTILINE)
+
+
+def pages() -> list[Path]:
+    """The changelog is left out: it names what has gone."""
+    listed = subprocess.run(
+        ("git", "ls-files", "*.md"), cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    names = [name for name in listed.stdout.splitlines() if not name.startswith(TEMPLATES)]
+    return [ROOT / name for name in names if name != "CHANGELOG.md"]
+
+
+of_every_page = pytest.mark.parametrize(
+    "page", pages(), ids=lambda page: str(page.relative_to(ROOT))
+)
+
+
+def lines(text: str) -> list[str]:
+    """The commands in blocks of code, without the program's name."""
+    blocks = "\n".join(BLOCK.findall(text.replace("\\\n", " ")))
+    return LINE.findall(blocks)
+
+
+def spans(text: str) -> list[str]:
+    """What stands as code within sentences; a table has its bars behind a backslash."""
+    found = SPAN.findall(BLOCK.sub("", text))
+    return [" ".join(span.split()).replace("\\|", "|") for span in found]
+
+
+def spelled_out(text: str) -> Iterator[list[str]]:
+    """The words of each command that has nothing left to fill in; a verb alone is mentioned."""
+    called = [span.removeprefix("firmware-runtime ") for span in spans(text)]
+    inline = [
+        call for call, span in zip(called, spans(text), strict=True) if call != span and " " in call
+    ]
+    for command in [*lines(text), *inline]:
+        if not NOTATION.search(command.partition("#")[0]):
+            words = shlex.split(CHIP_OF_A_USER.sub("try mpu9250", command), comments=True)
+            ends = [place for place, word in enumerate(words) if word in SHELL]
+            if "--help" not in words:  # which ends the program
+                yield words[: min(ends, default=None)]
+
+
+def subparsers(of: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """The parsers of its verbs."""
+    return {
+        name: verb
+        for action in of._actions
+        if isinstance(action, argparse._SubParsersAction)
+        for name, verb in action.choices.items()
+    }
+
+
+VERBS = subparsers(parser([]))
+
+
+def options_in(of: argparse.ArgumentParser) -> frozenset[str]:
+    """Those of a verb and of its own verbs."""
+    own = frozenset(of._option_string_actions)
+    return own.union(*map(options_in, subparsers(of).values()))
+
+
+def options_of_bench(name: str) -> set[str]:
+    """As its files spell them; to import it would take its peers."""
+    files = (ROOT / "benchmarks" / name).glob("*.py")
+    return {
+        option
+        for file in files
+        for option in re.findall(r'"(--[a-z][\w-]*)"', file.read_text(encoding="utf-8"))
+    }
+
+
+def unknown_options(command: str) -> list[str]:
+    verb, *rest = command.split()
+    if verb not in VERBS:
+        return []
+    is_of_a_bench = verb == "bench" and rest and rest[0].islower()
+    known = options_of_bench(rest[0]) if is_of_a_bench else options_in(VERBS[verb])
+    return [option for option in OPTION.findall(command.partition("#")[0]) if option not in known]
+
+
+@of_every_page
+def test_a_command_that_is_spelled_out_is_taken(page: Path) -> None:
+    for words in spelled_out(page.read_text(encoding="utf-8")):
+        assert callable(parser(words).parse_args(words).execute), words
+
+
+@of_every_page
+def test_a_verb_has_the_options_that_are_named_with_it(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    commands = [*lines(text), *(span.removeprefix("firmware-runtime ") for span in spans(text))]
+    unknown = [(each, options) for each in commands if each and (options := unknown_options(each))]
+    assert unknown == []
+
+
+@of_every_page
+def test_the_targets_of_make_that_are_named_exist(page: Path) -> None:
+    makefiles = [ROOT / "Makefile", ROOT / TEMPLATES / "chip" / "Makefile"]
+    rules = "\n".join(makefile.read_text(encoding="utf-8") for makefile in makefiles)
+    targets = set(re.findall(r"^([a-z][\w-]*):", rules, re.MULTILINE))
+    assert set(TARGET.findall(page.read_text(encoding="utf-8"))) <= targets
