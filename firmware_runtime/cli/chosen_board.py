@@ -1,11 +1,11 @@
-"""The board that the command line names, by the settings in force on this machine."""
+"""The board that the command line names, by the settings in force on this machine, and its run."""
 
 import sys
 from collections.abc import Sequence
 from functools import cache
 
 from firmware_runtime.board.in_force import board_in_force, settings_in_force
-from firmware_runtime.board.registry import Board
+from firmware_runtime.board.registry import Board, is_name
 from firmware_runtime.cli.readers_gone import print_line
 
 
@@ -17,6 +17,22 @@ def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:
     if (copy := settings_in_force(board)) is not None:
         _print_once(f"firmware-runtime: {board} has its settings from {copy}")
     return board_in_force(board, assignments)
+
+
+def chosen_run(run: str, assignments: Sequence[str] = ()) -> tuple[Board, str]:
+    """Read the board of a run, and say by which name its statistics and sockets go.
+
+    `BOARD.ROLE` is what one end of a robot in two processes runs; the one with the hardware goes by
+    the board's name. Raises ConfigError with every fault found.
+    """
+    name, dot, role = run.rpartition(".")
+    if dot and is_name(name) and role != "toml":
+        from firmware_runtime.board.ends import end_of  # noqa: PLC0415 -- few runs are of one end
+
+        board = chosen_board(name, assignments)
+        return board, end_of(board, role).name
+    board = chosen_board(run, assignments)
+    return board, board.name
 
 
 @cache

@@ -33,7 +33,7 @@ from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.robot_here import robot_here
 from firmware_runtime.runs.sockets import serve_ports, take_requests
 from firmware_runtime.runs.switching_off import SwitchingOff
-from firmware_runtime.runs.tuning import Tuning
+from firmware_runtime.runs.tuning import tuning_of
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
@@ -103,7 +103,7 @@ class Session:
             self.ending: Ending | None = None
             self.linked = None if link is None else self._linked(link)
             self.arming = None if permission is None else self._arming(permission)
-            self.tuning = Tuning(board, self._retune)
+            self.tuning = tuning_of(board, end, self._retune)
             control = self.executive, self.arming, self.tuning, log
             self._hold(take_requests(statistics_path, *control))
             self._edge.built(self.executive, self.robot, self.hardware, end)

@@ -5,6 +5,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
     changed_keys,
@@ -18,21 +19,37 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.spelling import did_you_mean
 
 
+def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None]) -> "Tuning":
+    """The gains and limits of a robot, or of one end of it: those that a model there takes up."""
+    if end is None:
+        return Tuning(board, retune)
+    # a run that is the whole robot starts without it
+    from firmware_runtime.board.taken_up import name_of_other, taken_up_elsewhere  # noqa: PLC0415
+
+    elsewhere = taken_up_elsewhere(board, end)
+    return Tuning(board, retune, dict.fromkeys(elsewhere, name_of_other(board, end)))
+
+
 class Tuning:
     """A robot's gains and limits; `board` has them as they are, `revision` counts the changes.
 
-    `retune` lets the robot take up settings.
+    `retune` lets the robot take up settings. Keys that only the other end of a robot in two
+    processes takes up are none of this run's: `elsewhere` has the name of that end's run.
     """
 
-    def __init__(self, board: Board, retune: Callable[[Any], None]) -> None:
+    def __init__(
+        self, board: Board, retune: Callable[[Any], None], elsewhere: Mapping[str, str] = {}
+    ) -> None:
         self.board = board
         self.revision = 0
         self._retune = retune
+        self._elsewhere = elsewhere
 
     @property
     def values(self) -> dict[str, Any]:
         """What may change while the robot runs, by key."""
-        return retunable_values(self.board.settings, self.board.retunable)
+        values = retunable_values(self.board.settings, self.board.retunable)
+        return {key: value for key, value in values.items() if key not in self._elsewhere}
 
     def set(self, values: Mapping[str, object]) -> list[str]:
         """Take up all of these values, or none; return the keys that changed.
@@ -68,6 +85,9 @@ class Tuning:
         return [key for key in changed if key not in left], left
 
     def _why_not(self, key: str) -> str:
+        if key in self._elsewhere:
+            other = self._elsewhere[key]
+            return f"{key}: no model of this end takes it up; expected `set {other} {key}=VALUE`"
         known = self.values
         expected = f"expected one of {', '.join(known) or 'none: this board has no such keys'}"
         if has_key(self.board.settings, key):

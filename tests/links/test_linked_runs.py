@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
+from firmware_runtime.status import Status
 from tests.support.linked_runs import free_port, linked
 from tests.support.waiting import wait_until
 
@@ -123,3 +125,28 @@ def test_it_is_armed_on_request_only_while_the_link_is_good(tmp_path: Path) -> N
         runs.controller()
         robot.wait_until_armed()
         assert ask(control, "disarm")["armed"] is False
+
+
+def test_each_end_is_spoken_to_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    with linked(tmp_path, "tachobot", f"unix:{tmp_path}/link") as runs:
+        robot, controller = runs.robot("--for", "600"), runs.controller()
+        robot.wait_until_armed()
+        controller.wait_until_it_has_run(1)
+        assert main(["ports", "tachobot.controller"]) == Status.OK
+        assert "in  yaw_reference: float" in capsys.readouterr().out
+        assert main(["send", "tachobot.controller", "yaw_reference=0.5"]) == Status.OK
+        watched = ["watch", "tachobot.controller", "controller.yaw.command_n", "--count", "1"]
+        assert main(watched) == Status.OK
+        assert main(["set", "tachobot.controller", "controller.yaw.kp=0.5"]) == Status.OK
+        assert main(["get", "tachobot.controller", "controller.yaw.kp"]) == Status.OK
+        assert "controller.yaw.kp = 0.5 " in capsys.readouterr().out
+        assert main(["set", "tachobot", "controller.yaw.kp=0.5"]) == Status.REFUSED
+        assert "`set tachobot.controller controller.yaw.kp=VALUE`" in capsys.readouterr().err
+        assert main(["get", "tachobot", "controller.yaw.kp"]) == Status.BAD_INPUT
+        assert "this run does not take it up" in capsys.readouterr().err
+        assert main(["ports", "tachobot.pilot"]) == Status.BAD_INPUT
+        assert "pilot: this board has no such role" in capsys.readouterr().err
+        assert main(["ports", "tachobot.robot"]) == Status.OK

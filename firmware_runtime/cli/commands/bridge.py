@@ -5,7 +5,7 @@ from pathlib import Path
 from time import monotonic_ns
 
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.bridge import Bridge
@@ -68,8 +68,8 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Carry datagrams until a signal comes."""
-    board = chosen_board(arguments.board, arguments.assignments)
-    route = _route(arguments, arguments.statistics or default_path(board.name))
+    _, run = chosen_run(arguments.board, arguments.assignments)
+    route = _route(arguments, arguments.statistics or default_path(run))
     notices = Notices.from_environment()
 
     def log(what: str) -> None:

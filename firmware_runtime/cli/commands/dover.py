@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.dover.bridge import DoverBridge
@@ -56,7 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if both := set(sends.values()) & set(takes.values()):
         fault = f"port {min(both)} is in --send and in --take, so the robot would hear itself"
         raise ConfigError.of_one("dover", f"{fault}; expected two ports")
-    path = arguments.statistics or default_path(chosen_board(arguments.board).name)
+    path = arguments.statistics or default_path(chosen_run(arguments.board)[1])
     bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes, _say)
     print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)
     try:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.described import Setting, described
+from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import has_key
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
 from firmware_runtime.spelling import did_you_mean
@@ -45,9 +46,9 @@ def _add_run(verb: argparse.ArgumentParser) -> None:
 
 def _get(arguments: argparse.Namespace) -> int:
     """Print what the run answers; ControlError says why there is no answer."""
-    board = chosen_board(arguments.board)
-    values = ask(_socket(arguments, board.name), "get")["values"]
-    _refuse_unknown("get", arguments.keys, values)
+    board, run = chosen_run(arguments.board)
+    values = ask(_socket(arguments, run), "get")["values"]
+    _refuse_unknown("get", arguments.keys, values, board)
     wanted = {key: values[key] for key in arguments.keys or values}
     if arguments.json:
         print(json.dumps(wanted, allow_nan=False))
@@ -59,11 +60,11 @@ def _get(arguments: argparse.Namespace) -> int:
 
 def _set(arguments: argparse.Namespace) -> int:
     """Have the run take up the values, and print them as they are then."""
-    board = chosen_board(arguments.board)
-    values, path = dict(_assignments(arguments.values)), _socket(arguments, board.name)
+    board, run = chosen_run(arguments.board)
+    values, path = dict(_assignments(arguments.values)), _socket(arguments, run)
     known = ask(path, "get")["values"]
     fixed = {key for key in values if has_key(board.settings, key)}  # why not, says the run
-    _refuse_unknown("set", [key for key in values if key not in fixed], known)
+    _refuse_unknown("set", [key for key in values if key not in fixed], known, board)
     answer = ask(path, "set", values=values)
     for reason in answer["refused"]:
         print(f"firmware-runtime: set refused: {reason}", file=sys.stderr)
@@ -74,13 +75,18 @@ def _set(arguments: argparse.Namespace) -> int:
     return Status.OK
 
 
-def _socket(arguments: argparse.Namespace, board: str) -> Path:
-    return Companion.CONTROL.beside(arguments.statistics or default_path(board))
+def _socket(arguments: argparse.Namespace, run: str) -> Path:
+    return Companion.CONTROL.beside(arguments.statistics or default_path(run))
 
 
-def _refuse_unknown(verb: str, keys: Sequence[str], known: Mapping[str, object]) -> None:
+def _refuse_unknown(
+    verb: str, keys: Sequence[str], known: Mapping[str, object], board: Board
+) -> None:
+    expected = f"expected one of {', '.join(known) or 'none: it takes up no key'}"
     faults = [
-        f"{key}: unknown key; expected one of {', '.join(known)}{did_you_mean(key, known)}"
+        f"{key}: this run does not take it up; {expected}"
+        if has_key(board.settings, key)
+        else f"{key}: unknown key; {expected}{did_you_mean(key, known)}"
         for key in keys
         if key not in known
     ]

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY, message_of
 from firmware_runtime.links.ports.ports_client import PortsClient
@@ -21,8 +21,9 @@ from firmware_runtime.status import Status
 
 _ADDRESS = re.compile(r".+:\d+")
 _ABOUT = """
-BOARD is a robot that runs on this computer. ADDRESS:PORT is a bridge, on any: one that is not on
-this computer has a key, and --key names a copy of it.
+BOARD is a robot that runs on this computer, BOARD.ROLE the end of one that runs in two processes
+and has no hardware, such as tachobot.controller. ADDRESS:PORT is a bridge, on any: one that is not
+on this computer has a key, and --key names a copy of it.
 """
 
 
@@ -92,7 +93,7 @@ def _watch(arguments: argparse.Namespace) -> int:
 def _connected(arguments: argparse.Namespace) -> Iterator[PortsClient]:
     where: str | Path = arguments.place
     if not _ADDRESS.fullmatch(arguments.place):
-        path = arguments.statistics or default_path(chosen_board(arguments.place).name)
+        path = arguments.statistics or default_path(chosen_run(arguments.place)[1])
         where = Companion.PORTS.beside(path)
     elif arguments.statistics is not None:
         fault = "belongs to a BOARD of this computer; expected none with ADDRESS:PORT"
