@@ -1,7 +1,5 @@
 """`run --plot FILE`: the picture of a run, where a board's bench can draw one."""
 
-import errno
-import os
 from pathlib import Path
 
 from firmware_runtime.board.rig import Drawn
@@ -13,32 +11,18 @@ ENDINGS = (".svg", ".png")
 
 
 def check_plot(session: Session, path: Path) -> None:
-    """Refuse, before the run, a picture that cannot be made. Raises ConfigError."""
+    """Refuse, before the run, a picture that cannot be drawn. Raises ConfigError."""
     faults = []
     if not isinstance(session.rig, Drawn):
         faults.append("--plot: no picture of this run; expected doubles whose rig draws one")
     if path.suffix not in ENDINGS:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
-    if _is_too_long(path):
-        faults.append(f"--plot: {path}: file name too long")
-    if path.is_dir():
-        faults.append(f"--plot: {path} is a directory, expected a file that can be written")
-    if not os.access(path.absolute().parent / ".", os.W_OK | os.X_OK):
-        faults.append(f"--plot: {path.parent}: expected a directory that can be written")
     try:
         require_renderer(path)
     except ValueError as error:
         faults.append(f"--plot: {error}")
     if faults:
         raise ConfigError(session.board.name, faults)
-
-
-def _is_too_long(path: Path) -> bool:
-    try:
-        path.lstat()
-    except OSError as error:
-        return error.errno == errno.ENAMETOOLONG
-    return False
 
 
 def write_plot(session: Session, path: Path, reason: str) -> None:

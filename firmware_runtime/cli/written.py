@@ -1,11 +1,12 @@
 """A text that a verb has made, into a file or to the screen."""
 
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.writable import why_not_writable
 
 
 def check_output(output: Path, suffixes: Collection[str]) -> None:
@@ -16,6 +17,19 @@ def check_output(output: Path, suffixes: Collection[str]) -> None:
     if not os.access(output.parent, os.W_OK):
         fault = f"{output}: no folder that can be written; expected one"
         raise ConfigError("-o", [fault])
+
+
+def check_files(verb: str, files: Mapping[str, Path | None]) -> None:
+    """Raise ConfigError for files that cannot be written, by the options that name them."""
+    faults = [
+        f"{option} {path}: cannot be written ({why}); expected a file that can be written"
+        for option, path in files.items()
+        if path is not None and (why := why_not_writable(path)) is not None
+    ]
+    if len(faults) == 1:
+        raise ConfigError.of_one(verb, faults[0])
+    if faults:
+        raise ConfigError(verb, faults)
 
 
 def write_text(text: str, output: Path | None) -> None:

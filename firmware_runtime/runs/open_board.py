@@ -39,6 +39,7 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.writable import why_not_writable
 
 Settings = Mapping[str, object]
 """Numbers of board.toml by their dotted keys."""
@@ -208,6 +209,9 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         demand(what, stated, "True or False", is_sound=isinstance(stated, bool))  # "no" is true
     demand("log", log, "a function", is_sound=callable(log))
     kept_at, recording = path_of("statistics", statistics), path_of("record", record)
+    if recording is not None and (why := why_not_writable(recording)) is not None:
+        fault = f"{recording}: cannot be written ({why}); expected a file that can be written"
+        raise ConfigError("record", [fault])
     found = _board(str(board), set, log)
     end = None if role is None else end_of(found, role)
     has_hardware = end is None or end.has_hardware

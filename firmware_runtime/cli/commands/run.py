@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from time import monotonic_ns
@@ -23,6 +23,7 @@ from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_
 from firmware_runtime.cli.run_options import add_run_options
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
+from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
@@ -63,6 +64,8 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
     refuse_ros()
+    options = ("trace", "record", "plot", "outputs")
+    check_files("run", {f"--{each}": getattr(arguments, each) for each in options})
     choose_stage(arguments)
     choose_clock(arguments)
     if arguments.events is not None and (
@@ -126,17 +129,17 @@ def _session(
 def _run(
     arguments: argparse.Namespace, session: Session, notices: Notices, messages: Messages
 ) -> int:
+    """Run it; its files are written to their ends once the hardware is released."""
     executive = session.executive
-    try:
+    with ExitStack() as files, closing(session):
         draw = _plotting(session, arguments.plot)
         report = Report(session, arguments, messages)
         plan_inputs(session, arguments.inputs, report.until)
         reports = _reports(session, arguments.report_to)
+        ended = files.enter_context(_recording(session, arguments.record, messages))
+        at_end = arguments.loop is not None
+        files.enter_context(tracing(executive.simulator, arguments.trace, at_end=at_end))
         with (
-            _recording(session, arguments.record, messages) as ended,
-            tracing(
-                session.executive.simulator, arguments.trace, at_end=arguments.loop is not None
-            ),
             _serving(session, notices, messages) as reload,
             progress_shown(session, report.until, messages, wanted=not arguments.json),
             stop_on_signals(executive.request_stop, reload, executive.give_up),
@@ -156,8 +159,6 @@ def _run(
             not_printed(error)
             status = status or Status.NOT_PRINTED
         draw(outcome.reason)
-    finally:
-        session.close()
     if reports is not None:
         reports.close()
     return status

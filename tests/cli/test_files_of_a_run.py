@@ -1,0 +1,90 @@
+"""Files that a run writes: refused before its chips are asked, ended once they are released."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import firmware_runtime
+from firmware_runtime.cli.commands import run
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.sink import PipeSink
+from firmware_runtime.runs import open_board
+from firmware_runtime.runs.hardware import Hardware
+from firmware_runtime.stages import staged_run
+from firmware_runtime.statistics.trace_file import TraceFile
+
+Command = Callable[..., Any]
+BRIEFLY = ("--doubles", "--clock", "virtual", "--for", "0.05")
+
+
+@pytest.fixture
+def nothing_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A session, or an end of a stage, that is begun fails the test."""
+
+    def begun(*_: object, **__: object) -> None:
+        raise AssertionError("hardware was opened")
+
+    monkeypatch.setattr(run, "Session", begun)
+    monkeypatch.setattr(open_board, "Session", begun)
+    monkeypatch.setattr(staged_run, "EndProcess", begun)
+
+
+@pytest.mark.usefixtures("nothing_is_opened")
+@pytest.mark.parametrize("stage", [(), ("--stage", "network")])
+@pytest.mark.parametrize("option", ["--trace", "--record"])
+def test_a_file_that_cannot_be_made_is_refused_before_the_hardware_is_opened(
+    command: Command, tmp_path: Path, option: str, stage: tuple[str, ...]
+) -> None:
+    for path in (tmp_path / "no" / "file", tmp_path):
+        ended = command("run", "tachobot", *(stage or BRIEFLY), option, path)
+        assert (ended.status, ended.out) == (2, "")
+        (said,) = ended.error.splitlines()
+        assert said.startswith(f"firmware-runtime: run: {option} {path}: cannot be written (")
+        assert said.endswith("; expected a file that can be written")
+
+
+@pytest.mark.usefixtures("nothing_is_opened")
+def test_all_of_them_are_said_at_once(command: Command, tmp_path: Path) -> None:
+    words = [word for each in ("--trace", "--record", "--plot") for word in (each, tmp_path)]
+    ended = command("run", "detective", *BRIEFLY, *words)
+    assert ended.status == 2
+    assert [each in ended.error for each in ("3 faults", "--trace", "--record", "--plot")] == [
+        True
+    ] * 4
+
+
+@pytest.mark.usefixtures("nothing_is_opened")
+def test_a_program_is_refused_likewise(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="there is no folder"):
+        firmware_runtime.open_board("tachobot", record=tmp_path / "no" / "file")
+
+
+def _noted(
+    order: list[str], name: str, close: Callable[[object], object]
+) -> Callable[[object], object]:
+    """A close that notes when it is called."""
+
+    def noting(closed: object) -> object:
+        order.append(name)
+        return close(closed)
+
+    return noting
+
+
+@pytest.mark.slow
+def test_they_are_ended_once_the_hardware_is_released(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order: list[str] = []
+    closed: list[type[Any]] = [Hardware, PipeSink, TraceFile]
+    for each in closed:
+        monkeypatch.setattr(each, "close", _noted(order, each.__name__, each.close))
+    trace, recording = tmp_path / "trace", tmp_path / "recording"
+    words = ("--trace", trace, "--record", recording)
+    command("run", "tachobot", *BRIEFLY[:-1], "3", *words)
+    assert order[0] == "Hardware"
+    assert sorted(order[1:]) == ["PipeSink", "TraceFile"]
+    assert command("replay", recording).status == 0
+    assert trace.stat().st_size > 0
