@@ -15,6 +15,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STATE, WRITTEN, Layout
+from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.worst_list import WorstList
 from firmware_runtime.system.switch_trace import NoTracingError, Switch, Thread
@@ -126,11 +127,36 @@ def test_as_json_it_is_the_entry_of_the_worst_and_who_ran(command: Command) -> N
 
 
 @pytest.mark.usefixtures("untraced")
-def test_of_a_run_that_is_over_nothing_is_followed_or_traced(command: Command, run: Run) -> None:
+def test_of_a_run_that_is_over_there_is_what_its_statistics_have(
+    command: Command, run: Run
+) -> None:
     run.file.cells[STATE] = RunState.ENDED
     ended = command("blame", "robot")
-    assert (ended.status, ended.out) == (0, "")
-    assert "this run has ended; expected one under way" in ended.error
+    assert ended.status == 3
+    assert ended.out == (
+        "imu at 0.010 s, 3.20 ms late, step 90.0 us: processor taken, 3.10 ms of 3.20 ms; "
+        "ran instead: unknown\n"
+    )
+    (said,) = ended.error.splitlines()
+    assert "this run is over (ended), after " in said
+    assert "; expected one under way, to find what ran instead; 1 of its worst" in said
+    (line,) = command("blame", "robot", "--json").out.splitlines()
+    assert json.loads(line)["ran_instead"] is None
+
+
+@pytest.mark.usefixtures("untraced")
+def test_of_a_run_whose_process_has_died_it_says_so(
+    command: Command, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        blame,
+        "read_statistics",
+        lambda path: structs.replace(read_statistics(path), writer_alive=False),
+    )
+    assert run.file.cells[STATE] == RunState.RUNNING
+    ended = command("blame", "robot")
+    assert ended.status == 3
+    assert "this run is over (died), after " in ended.error
 
 
 def test_without_a_run_it_says_so(command: Command) -> None:

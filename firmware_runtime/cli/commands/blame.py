@@ -11,10 +11,11 @@ from time import monotonic
 from msgspec import to_builtins
 
 from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of, positive
+from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
-from firmware_runtime.statistics.number_formats import instant, microseconds
+from firmware_runtime.statistics.number_formats import instant, microseconds, seconds
 from firmware_runtime.statistics.ran_instead import RanInstead, ran_instead
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -23,14 +24,15 @@ from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, sw
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 LOOK_EVERY_S = 0.2
-_ENDED = "this run has ended; expected one under way; `stats` has its late activations"
 MARGIN_NS = 500_000
 """How inexactly the run's clock is known beside the trace's, ns."""
 _ABOUT = """
 It reads what the run writes anyway, in a process of its own, and prints a line for each activation
 that comes among the worst with a cause. With the right to the kernel's tracing (root's, as a rule)
 it also names the threads that had the processor while the loop could have run; without, it says
-that they are unknown. It costs each switch between threads a little, and ends with it.
+that they are unknown. It costs each switch between threads a little, and ends with it. Of a run
+that is over there is nothing to follow: it prints those of the worst that have a cause, and ends
+with status 3.
 """
 
 
@@ -50,20 +52,37 @@ def execute(arguments: argparse.Namespace) -> int:
     """Follow the run to its end, for so long, or until a signal comes."""
     kept = path_of(arguments.kept)
     statistics = read_statistics(kept)
+    if not _is_under_way(statistics):
+        return _of_one_that_is_over(kept, statistics, as_json=arguments.json)
     ends_at = monotonic() + (arguments.seconds or float("inf"))
     with ExitStack() as open_:
         signal = open_.enter_context(until_signal())
-        trace = None
-        if _is_under_way(statistics):
-            trace = _trace(open_, statistics)
-        else:
-            print(f"firmware-runtime: {kept}: {_ENDED}", file=sys.stderr)
-        follower = Follower(kept, statistics, trace)
+        follower = Follower(kept, statistics, _trace(open_, statistics))
         while _is_under_way(statistics) and monotonic() < ends_at and not _waited(signal):
             statistics = read_statistics(kept)
             for late in follower.new_in(statistics):
-                print(json.dumps(late.as_json()) if arguments.json else late.text(), flush=True)
+                _print(late, as_json=arguments.json)
     return Status.INTERRUPTED if signal.name == "SIGINT" else Status.OK
+
+
+def _of_one_that_is_over(kept: Path, statistics: Statistics, *, as_json: bool) -> Status:
+    """Say how it ended, and print what is still known of its late activations."""
+    figures = statistics.figures()
+    run = figures.conditions.run
+    is_told = run.reason is not None and run.state != "ended"
+    how = f"{run.state}: {run.reason}" if is_told else run.state
+    said = f"this run is over ({how}), after {seconds(run.elapsed_s)}"
+    late = sorted((each for each in figures.worst if each.blame is not None), key=_instant)
+    known = f"{len(late)} of its worst activations have a cause" if late else "no cause is known"
+    expected = "expected one under way, to find what ran instead"
+    print_line(f"firmware-runtime: {kept}: {said}; {expected}; {known}", sys.stderr)
+    for each in late:
+        _print(LateOne(each, None), as_json=as_json)
+    return Status.NO_DEVICE
+
+
+def _print(late: "LateOne", *, as_json: bool) -> None:
+    print(json.dumps(late.as_json()) if as_json else late.text(), flush=True)
 
 
 def _waited(signal: UntilSignal) -> bool:
