@@ -30,7 +30,12 @@ class HeardPort(OutPort[Any]):
 
     @property
     def leads_somewhere(self) -> bool:
-        """It is listened to."""
+        """True, whether or not anything else listens: the recording is what listens.
+
+        A model that asks makes its value in every recorded run, so that the same leaves it in a
+        replay, where there is no `--trace` and no plot, as in the run, where there may have been. A
+        recording does not depend on who else listened, and has the value for `export` and `debug`.
+        """
         return True
 
 

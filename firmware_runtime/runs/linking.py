@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     from firmware_runtime.links.cut.link import Link
     from firmware_runtime.links.cut.refusal import Reason
 
+_UNANSWERED = (
+    "expected an end that is there, with the same key if there is one: what another key has signed "
+    "is counted there, and not answered"
+)
+_FORGED = "signed with another key, or from another address; expected the same key at both ends"
+
 
 def way_of(stated: str | None) -> "OpenChannel | None":
     """What opens the way that is stated to the other end, if one is. Raises ConfigError."""
@@ -137,13 +143,13 @@ class LinkedEnd:
 
 
 def _came(refused: "Mapping[Reason, int]") -> str:
-    """What came all the same, and was refused."""
+    """What came all the same, and was refused; of nothing, what may be the reason."""
     if not refused:
-        return ""
+        return f": nothing came; {_UNANSWERED}"
     total = sum(refused.values())
     counts = ", ".join(f"{reason} {count}" for reason, count in refused.items())
     if len(refused) == 1 and "forged" in refused:
-        return f": {total} datagrams came, and none was signed with this key"
+        return f": {total} datagrams came, and none was authentic: {_FORGED}"
     return f": {total} datagrams came, and all were refused ({counts})"
 
 

@@ -84,6 +84,7 @@ class Ends:
     ) -> None:
         self.now = SECOND
         self.bad: list[str] = []
+        self.said: list[str] = []
         self.byes: list[Farewell] = []
         self.way = Way()
         own = part(role)
@@ -99,7 +100,7 @@ class Ends:
             board="rover",
             role="robot",
             takes_old=takes_old,
-            log=lambda _: None,
+            log=self.said.append,
             time=lambda: self.now,
         )
         self.link.on_bad = self.bad.append
@@ -399,3 +400,20 @@ def test_a_sentence_says_that_the_other_end_is_cut_elsewhere() -> None:
         ends.get(ends.other.hello(ends.now))
     assert ends.refused() == {Reason.OTHER_CUT: 3}
     assert len(said) == 1
+
+
+def test_what_is_not_authentic_is_said_once_before_there_is_a_peer_and_then_only_counted() -> None:
+    ends = Ends()
+    for forged in (1, 40, 100_000):
+        ends.get(decoded(report(Carried({Reason.FORGED: forged}))))
+    (said,) = ends.said
+    assert "signed with another key" in said
+    assert ends.link.counts.refused[Reason.FORGED] == 100_000
+
+
+def test_what_is_not_authentic_is_only_counted_while_there_is_a_peer() -> None:
+    ends = Ends().meet()
+    ends.said.clear()
+    ends.get(decoded(report(Carried({Reason.FORGED: 40}))))
+    assert ends.said == []
+    assert ends.link.counts.refused[Reason.FORGED] == 40

@@ -82,7 +82,7 @@ class Link(EventSource):
         """Since when what this end says arrives, as far as is known; 0 before it was doubtful."""
         self._meter: LinkMeter | None = None
         self._refused_cut = ""
-        self._has_said_taken = False
+        self._has_said_taken = self._has_said_forged = False
         self._is_closed = False
         executive.add_source(self)
         executive.hooks.insert(0, self)
@@ -181,6 +181,7 @@ class Link(EventSource):
         session = self.peer.session_of_peer
         if frame.kind is Kind.REPORT:
             self.counts.carried = report_of(frame.body)
+            self._say_if_forged()
             return
         if not self.peer.accept(frame, clock):
             self._say_if_taken()
@@ -238,6 +239,14 @@ class Link(EventSource):
         if self.peer.is_taken and not self._has_said_taken:
             self._log("link: the other end has another peer already: waiting for that to end")
         self._has_said_taken = self.peer.is_taken
+
+    def _say_if_forged(self) -> None:
+        """Once in a run, and only before there is a peer: what can be sent by all says no more."""
+        is_alone = self.peer.greeting is None
+        if is_alone and self.counts.refused[Reason.FORGED] > 0 and not self._has_said_forged:
+            self._has_said_forged = True
+            fault = "what comes is signed with another key, or comes from another address"
+            self._log(f"link: {fault}; expected the same key at both ends; it is only counted now")
 
     def _refuse(self, refusal: Refused) -> None:
         self.counts.own[refusal.reason] += 1

@@ -1,0 +1,33 @@
+"""A recording does not depend on who else listened: a model may ask whether its port is heard."""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.devs.trace import trace
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.verdict import replay
+from firmware_runtime.runs.session import Session
+from tests.support.recorded import every_section, record
+
+Message = tuple[int, str, object]
+
+
+@pytest.mark.slow
+def test_a_run_with_a_trace_is_recorded_as_one_without_and_both_replay(tmp_path: Path) -> None:
+    heard: list[Message] = []
+
+    def listen(session: Session) -> None:
+        trace(session.executive.simulator, lambda *message: heard.append(message))
+
+    alone = record(tmp_path / "alone.recording", "tachobot", 1)
+    traced = record(tmp_path / "traced.recording", "tachobot", 1, before=listen)
+    assert "world.x" in {port for _, port, _ in heard}
+    assert every_section(traced) == every_section(alone)
+    for path in (alone, traced):
+        recording = read_recording(path)
+        header = recording.header
+        assert "world.x" in header.ports
+        verdict = replay(recording, board_of_table(header.source, header.table))
+        assert verdict.is_identical, verdict.first
