@@ -17,21 +17,21 @@ def at_most(count: int, mean: float) -> float:
     )
 
 
-def highest_share(count: int, of: int, certainty: float = CERTAINTY) -> float:
-    """The share that the truth does not exceed, with this certainty, after `count` late `of` all.
+def highest_share(count: int, of: int) -> float:
+    """The share that the truth does not exceed, with CERTAINTY, after `count` late `of` all.
 
     None late of 10,000 gives 3.0 in 10,000; 1 at most, however few there were.
     """
     low, high = 0.0, 4.0 * (count + 10)
     for _ in range(60):  # halves the interval down to what floats can resolve
         mean = (low + high) / 2
-        if at_most(count, mean) > 1 - certainty:
+        if at_most(count, mean) > 1 - CERTAINTY:
             low = mean
         else:
             high = mean
     return min(high / of, 1.0)
 
 
-def needed(share: float, certainty: float = CERTAINTY) -> int:
-    """How many activations, none of them late, show that fewer than this share are."""
-    return math.ceil(-math.log(1 - certainty) / share)
+def needed(share: float) -> int:
+    """How many activations, none late, show with CERTAINTY that fewer than this share are."""
+    return math.ceil(-math.log(1 - CERTAINTY) / share)

@@ -125,12 +125,12 @@ class Executive:
         """What it schedules and counts by, by name; inputs that have not arrived are none of it."""
         return {**self._profiler.state, "progress": self.progress, "ledger": self._ledger}
 
-    def arm(self, *, armed: bool, generation: int) -> None:
+    def arm(self, *, armed: bool, epoch: int) -> None:
         """Note in the statistics that outputs may be driven from now on, or may not.
 
-        `generation` is the guard's last takeover that is known where this is decided.
+        `epoch` is the latest that is known where this is decided, see `runs.watched_run`.
         """
-        self._ledger.arm(armed=armed, generation=generation)
+        self._ledger.arm(armed=armed, epoch=epoch)
         if self._tap is not None:
             self._tap.arm(armed=armed)
 
@@ -220,7 +220,7 @@ class Executive:
         """Go on at the instant that has been reached; a run that begins may be armed."""
         self.clock.start(self.reached)
         if self.reached == 0 and self._configuration.armed_at_start:
-            self.arm(armed=True, generation=0)
+            self.arm(armed=True, epoch=0)
 
     def _open_ending(self, make_safe: Callable[[], list[str]]) -> Ending:
         """What switches off and lets the models exit, which is recorded if anything is."""

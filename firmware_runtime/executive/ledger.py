@@ -119,11 +119,11 @@ class Ledger:
             self._step.end(ended)
         return due
 
-    def arm(self, *, armed: bool, generation: int) -> None:
-        """Note whether the run may drive its outputs, and which takeover by a guard it has seen."""
+    def arm(self, *, armed: bool, epoch: int) -> None:
+        """Note whether the run may drive its outputs, and which epoch it has seen."""
         self.file.open_section()
         self.file.cells[ARMED] = armed
-        self.file.cells[ACKNOWLEDGED] = generation
+        self.file.cells[ACKNOWLEDGED] = epoch
         self.file.close_section_as_it_was()
 
     def give_up_priority(self, now: int) -> None:

@@ -12,7 +12,7 @@ refuse a file with any other encoding. Times are instants of the run, ns since i
 
 import io
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from firmware_runtime.blackbox.header import Header
@@ -46,18 +46,12 @@ _MARKED: Final = {
 }
 
 
-def mcap_of(
-    header: Header,
-    board: Board,
-    sections: Iterable[Section],
-    before: Callable[[Section], None] = lambda _: None,
-) -> bytes:
+def mcap_of(header: Header, board: Board, sections: Iterable[Section]) -> bytes:
     """The bytes of an MCAP file. Raises ConfigError without the extra `mcap`."""
     into = io.BytesIO()
     writer = module_of_extra("mcap_ros2.writer", "mcap").Writer(into)
     export = _Export(header, board, writer)
     for section in sections:
-        before(section)
         export.add(section)
     writer.finish()
     return into.getvalue()

@@ -213,7 +213,7 @@ class Arming:
 
     def _acknowledge(self) -> None:
         self._acknowledged = self._executive.cells[EPOCH]
-        self._executive.arm(armed=self.armed, generation=self._acknowledged)
+        self._executive.arm(armed=self.armed, epoch=self._acknowledged)
 
     def _why_withdrawn(self) -> str:
         epoch = self._executive.cells[EPOCH]

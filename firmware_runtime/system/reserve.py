@@ -9,8 +9,7 @@ SIZE: Final = 4 << 20
 class Reserve:
     """Holds some memory, touched, so that it can be given back to the allocator and used."""
 
-    def __init__(self, size: int = SIZE) -> None:
-        self._size = size
+    def __init__(self) -> None:
         self._held = b""
         self.hold()
 
@@ -22,7 +21,7 @@ class Reserve:
     def hold(self) -> None:
         """Take it, if there is as much."""
         with suppress(MemoryError):
-            self._held = b"\1" * self._size
+            self._held = b"\1" * SIZE
 
     def release(self) -> None:
         """Give it back: what is allocated next may have it."""

@@ -17,21 +17,15 @@ from collections.abc import Callable
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250_auxiliary_master import AuxiliaryMaster
-from sim_doubles.chips.mpu9250_fifo import Fifo, enabled_blocks
+from sim_doubles.chips.mpu9250_fifo import Fifo
 from sim_doubles.chips.mpu9250_registers import (
     ACCEL_XOUT_H,
     ANYRD_2CLEAR,
     BYPASS_EN,
-    CLKSEL,
-    CLOCK_STOPPED,
-    CONFIG,
     CYCLE,
     EXT_SENS_DATA_00,
     FIFO_COUNTH,
-    FIFO_COUNTL,
     FIFO_ENABLE,
-    FIFO_MODE,
-    FIFO_OFLOW,
     FIFO_R_W,
     FIFO_RST,
     H_RESET,
@@ -46,18 +40,15 @@ from sim_doubles.chips.mpu9250_registers import (
     READ_ONLY,
     SIG_COND_RST,
     SIGNAL_PATH_RESET,
-    SLEEP,
     USER_CTRL,
     power_up,
 )
-from sim_doubles.chips.mpu9250_sample_clock import SampleClock, edges, sample_period
+from sim_doubles.chips.mpu9250_sample_clock import SampleClock, edges, is_sampling, sample_period
 from sim_doubles.chips.mpu9250_signal_path import SignalPath
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
-from sim_doubles.inertial_truth import Inertia, InertialTruth
-
-__all__ = ["InertialTruth", "Mpu9250Double"]
+from sim_doubles.inertial_truth import Inertia
 
 POWER_UP_TIME = 11 * MILLISECOND
 RESET_TIME = 100 * MILLISECOND
@@ -99,7 +90,7 @@ class Mpu9250Double(Target):
         self._clock = SampleClock()
         self._signal_path = SignalPath(self._registers)
         self._master = AuxiliaryMaster(self._registers, magnetometer)
-        self._fifo = Fifo()
+        self._fifo = Fifo(self._registers, self.warnings)
         self._pointer = 0
         self._is_sample_due = False
         """The last sample is not in the data registers yet: it is put there when they are read."""
@@ -208,8 +199,7 @@ class Mpu9250Double(Target):
         if register == FIFO_R_W:
             return self._fifo.pop()
         if register == FIFO_COUNTH:
-            self._registers[FIFO_COUNTH : FIFO_COUNTL + 1] = len(self._fifo).to_bytes(2, "big")
-            return self._registers[FIFO_COUNTH]
+            return self._fifo.latch_count()
         value = self._registers[register]
         self._registers[register] = 0
         return value
@@ -226,8 +216,7 @@ class Mpu9250Double(Target):
         self._registers[:] = self._power_up
         self._fifo.clear()
         self._clock.stop()
-        for sensor in self._signal_path.sensors:
-            sensor.switch(self._at, on=False)
+        self._signal_path.switch_off(self._at)
         self._configure()
 
     def _end_reset(self) -> None:
@@ -248,9 +237,9 @@ class Mpu9250Double(Target):
         elif register in READ_ONLY:
             self.warnings.note(f"register 0x{register:02x} is read-only; the real chip ignores it")
         elif register == FIFO_R_W:
-            self._push(bytes([byte]))
+            self._fifo.push(bytes([byte]))
         elif register == SIGNAL_PATH_RESET:
-            self._reset_signal_path(byte)
+            self._signal_path.forget(byte)
         else:
             self._registers[register] = byte
             if register == USER_CTRL:
@@ -261,14 +250,11 @@ class Mpu9250Double(Target):
 
     def _write_user_control(self, byte: int) -> None:
         if byte & FIFO_RST:
-            if byte & FIFO_ENABLE:
-                self.warnings.note("FIFO_RST written with FIFO_EN set; the real chip ignores it")
-            else:
-                self._fifo.clear()
+            self._fifo.reset(byte)
         if byte & I2C_MST_RST:
             self._registers[I2C_MST_STATUS] = 0
         if byte & SIG_COND_RST:
-            self._reset_signal_path(0b111)
+            self._signal_path.forget(0b111)
             self._registers[ACCEL_XOUT_H:0x61] = bytes(0x61 - ACCEL_XOUT_H)
         if byte & I2C_IF_DIS:
             self.warnings.note("I2C_IF_DIS set over I2C; the real chip is deaf until a power cycle")
@@ -282,16 +268,9 @@ class Mpu9250Double(Target):
         elif byte & CYCLE:
             self.warnings.note("CYCLE set; this double does not model it and samples on")
 
-    def _reset_signal_path(self, sensors: int) -> None:
-        path = self._signal_path
-        for bit, sensor in ((1, path.thermometer), (2, path.accelerometer), (4, path.gyroscope)):
-            if sensors & bit:
-                sensor.forget()
-
     def _configure(self) -> None:
         """Recompute what follows from the registers."""
-        power = self._registers[PWR_MGMT_1]
-        running = not power & (SLEEP | H_RESET) and power & CLKSEL != CLOCK_STOPPED
+        running = is_sampling(self._registers)
         period = sample_period(self._registers)
         if running:
             self._clock.run(period, self._at)
@@ -314,13 +293,5 @@ class Mpu9250Double(Target):
         if self._signal_path.take(at, self._inertia(at)):
             self._registers[INT_STATUS] |= RAW_DATA_RDY
             if self._registers[USER_CTRL] & FIFO_ENABLE:
-                self._fill_fifo()
-
-    def _fill_fifo(self) -> None:
-        self._fill_data_registers()
-        self._push(enabled_blocks(self._registers) + self._master.fifo_bytes())
-
-    def _push(self, packet: bytes) -> None:
-        stop_when_full = bool(self._registers[CONFIG] & FIFO_MODE)
-        if self._fifo.push(packet, stop_when_full=stop_when_full):
-            self._registers[INT_STATUS] |= FIFO_OFLOW
+                self._fill_data_registers()
+                self._fifo.push_sample(self._master.fifo_bytes())

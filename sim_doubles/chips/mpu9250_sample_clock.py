@@ -13,12 +13,17 @@ from typing import NamedTuple
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from sim_doubles.chips.mpu9250_registers import (
+    CLKSEL,
+    CLOCK_STOPPED,
     CONFIG,
     FIFO_EN,
     FIFO_ENABLE,
     FIFO_MODE,
     GYRO_CONFIG,
+    H_RESET,
     I2C_MST_EN,
+    PWR_MGMT_1,
+    SLEEP,
     SMPLRT_DIV,
     USER_CTRL,
 )
@@ -44,6 +49,12 @@ def edges(registers: bytearray, memory: int) -> Edges:
         return Edges(auxiliary, auxiliary + memory)
     stops_when_full = registers[CONFIG] & FIFO_MODE
     return Edges(FIFO_TICKS if stops_when_full else auxiliary, FIFO_TICKS + memory)
+
+
+def is_sampling(registers: bytearray) -> bool:
+    """Whether samples are taken: awake, clocked, and not in a reset."""
+    power = registers[PWR_MGMT_1]
+    return not power & (SLEEP | H_RESET) and power & CLKSEL != CLOCK_STOPPED
 
 
 def sample_period(registers: bytearray) -> int:

@@ -76,6 +76,18 @@ class SignalPath:
             sensor.skip_start_up(at)
         self._find_ready()
 
+    def switch_off(self, at: int) -> None:
+        """Have every sensor stop, as in a reset."""
+        for sensor in self.sensors:
+            sensor.switch(at, on=False)
+
+    def forget(self, sensors: int) -> None:
+        """Clear the filters that these bits of SIGNAL_PATH_RESET name."""
+        by_bit = ((1, self.thermometer), (2, self.accelerometer), (4, self.gyroscope))
+        for bit, sensor in by_bit:
+            if sensors & bit:
+                sensor.forget()
+
     def take(self, at: int, truth: Inertia) -> bool:
         """Let every sensor take one sample; True when all that are switched on are ready."""
         acceleration, temperature = truth.acceleration, (truth.temperature_c,)

@@ -21,7 +21,6 @@ from sim_doubles.chips.pca9685_registers import (
     ALL_LED_OFF_H,
     ALL_LED_ON_L,
     ALLCALLADR,
-    ENABLES,
     EXTCLK,
     LEAST_PRE_SCALE,
     LED0_ON_L,
@@ -35,9 +34,9 @@ from sim_doubles.chips.pca9685_registers import (
     RESTART,
     SLEEP,
     SOFTWARE_RESET,
-    SUBADR1,
     WRITABLE,
     Mode1Rules,
+    enabled_addresses,
 )
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
@@ -62,16 +61,14 @@ class Pca9685Double(Target):
         *,
         true_osc_hz: float = 25e6,
         external_clock_hz: float | None = None,
-        name: str | None = None,
     ) -> None:
         if not 0x40 <= address <= 0x7F or address == 0x70:
             raise ValueError(
                 f"PCA9685: address is 0x{address:02x}, expected 0x40 to 0x7f without 0x70"
             )
         self.address = address
-        self.name = name or f"PCA9685 0x{address:02x}"
         self.before_change: Callable[[], None] | None = None
-        self.warnings = ProtocolWarnings(self.name)
+        self.warnings = ProtocolWarnings(f"PCA9685 0x{address:02x}")
         self._true_osc_hz = true_osc_hz
         self._external_clock_hz = external_clock_hz
         self._output_enabled = True
@@ -258,12 +255,7 @@ class Pca9685Double(Target):
         self._update_outputs()
 
     def _find_addresses(self) -> None:
-        enabled = [
-            self._registers[SUBADR1 + index] >> 1
-            for index, enable in enumerate(ENABLES)
-            if self._registers[MODE1] & enable
-        ]
-        self._addresses = frozenset((self.address, *enabled))
+        self._addresses = frozenset((self.address, *enabled_addresses(self._registers)))
 
     # Outputs
 

@@ -66,7 +66,7 @@ class OutputLatch:
         if not mode2 & OUTDRV:
             return ALL_LOW
         duties = tuple(
-            [  # `pwm_duty`, written out for sixteen channels a change
+            [  # full-off wins over full-on
                 0.0 if off & FULL else 1.0 if on & FULL else (off - on) % STEPS / STEPS
                 for on, off in self._counts
             ]
@@ -86,15 +86,6 @@ class OutputLatch:
                     f"channel {channel} has ON == OFF == {on}, which the data sheet forbids; "
                     "silicon was seen to give 0 %"
                 )
-
-
-def pwm_duty(on: int, off: int) -> float:
-    """Return the fraction of a PWM cycle an output is on; full-off wins over full-on."""
-    if off & FULL:
-        return 0.0
-    if on & FULL:
-        return 1.0
-    return (off - on) % STEPS / STEPS
 
 
 def disabled_duties(mode2: int) -> tuple[float, ...]:

@@ -44,6 +44,15 @@ WRITABLE = bytes([0x3F, 0x1F, 0xFE, 0xFE, 0xFE, 0xFE, *_LED_WRITABLE])
 NEXT = bytes([*range(1, 0x46), 0, *range(0x47, 0xFF), 0, 0])
 
 
+def enabled_addresses(registers: bytearray) -> list[int]:
+    """The sub-addresses and the all-call address that MODE1 enables."""
+    return [
+        registers[SUBADR1 + index] >> 1
+        for index, enable in enumerate(ENABLES)
+        if registers[MODE1] & enable
+    ]
+
+
 OSCILLATOR_START = 500 * MICROSECOND
 
 

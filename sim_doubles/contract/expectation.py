@@ -1,7 +1,7 @@
 """Expectations of the contract: what does not hold is an AssertionError with a sentence."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TypeVar
 
 from sim_doubles.contract.row import Row
@@ -33,9 +33,9 @@ def expect_raised(kind: type[E], matching: str, action: Callable[[], object]) ->
     raise AssertionError(f"nothing was raised, expected {kind.__name__}")
 
 
-def expect_sound(row: Row, warnings: Sequence[str] | None = None) -> None:
+def expect_sound(row: Row) -> None:
     """Raise AssertionError if the double noted a warning or the bus an error."""
-    expect_equal("protocol warnings", list(row.warnings() if warnings is None else warnings), [])
+    expect_equal("protocol warnings", list(row.warnings()), [])
     expect_equal("errors on the bus", row.bus.errors, 0)
 
 

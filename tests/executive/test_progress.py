@@ -144,5 +144,5 @@ def test_arming_is_no_sign_of_life() -> None:
     run = Run(Robot(), VirtualClock())
     run.until(PERIOD)
     before = run.executive.cells[HEARTBEAT]
-    run.executive.arm(armed=False, generation=3)
+    run.executive.arm(armed=False, epoch=3)
     assert run.executive.cells[HEARTBEAT] == before > 0

@@ -3,14 +3,12 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.devs.component import Component
 from firmware_runtime.diagram.draw import Form, diagram
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.status import Status
 
 FORMS: dict[str, Form] = {".svg": "svg", ".mmd": "mmd"}
@@ -53,5 +51,4 @@ def _model(arguments: argparse.Namespace) -> Component:
     board = chosen_board(arguments.board, arguments.assignments)
     if board.event_model is not None and not arguments.whole:
         return board.event_model(None)
-    buses = {name: AbsentBus(name) for name in board.settings.buses}
-    return board.build(Lines(buses, {name: AbsentPort(name) for name in board.ports})).model
+    return board.unconnected().model

@@ -2,12 +2,10 @@
 
 import argparse
 
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.devs.tree import tree
-from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.status import Status
 
 
@@ -23,8 +21,5 @@ def execute(arguments: argparse.Namespace) -> int:
         print(tree(chosen_model(arguments.board, arguments.assignments)))
         return Status.OK
     board = chosen_board(arguments.board, arguments.assignments)
-    buses = {name: AbsentBus(name) for name in board.settings.buses}
-    ports = {name: AbsentPort(name) for name in board.ports}
-    robot = board.build(Lines(buses, ports))
-    print(tree(robot.model))
+    print(tree(board.unconnected().model))
     return Status.OK

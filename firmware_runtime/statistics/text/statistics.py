@@ -43,8 +43,8 @@ def statistics_text(figures: Figures, worst: int = _WORST_SHOWN) -> list[str]:
     ]
 
 
-def causes_text(causes: Causes, shown: int = 4) -> str:
-    """What an activation spent its time on, the longest first; the wire is within the models."""
+def causes_text(causes: Causes) -> str:
+    """What an activation spent most of its time on, four at most; the wire is within models."""
     spent = {
         "waking": causes.wake_us,
         "steps before": causes.behind_us,
@@ -56,7 +56,7 @@ def causes_text(causes: Causes, shown: int = 4) -> str:
             for address, us in devices.items()
         },
     }
-    longest = sorted(spent.items(), key=lambda each: -each[1])[:shown]
+    longest = sorted(spent.items(), key=lambda each: -each[1])[:4]
     text = ", ".join(f"{name} {microseconds(us)}" for name, us in longest if us > 0)
     return text or "nothing measurable"
 

@@ -4,9 +4,10 @@ import pytest
 
 from firmware_runtime.hal.errors import NoAcknowledge
 from sim_doubles.chips.ak8963 import Ak8963Double
-from sim_doubles.chips.mpu9250 import InertialTruth, Mpu9250Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.inertial_truth import InertialTruth
 from tests.support.magnetometer import BYPASS, MASTER, HostOfMagnetometer
 
 MILLISECOND = 1_000_000

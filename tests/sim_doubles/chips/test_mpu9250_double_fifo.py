@@ -2,9 +2,10 @@
 
 import pytest
 
-from sim_doubles.chips.mpu9250 import InertialTruth, Mpu9250Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.inertial_truth import InertialTruth
 
 MILLISECOND = 1_000_000
 TRUTH = InertialTruth((9.80665, 0.0, -9.80665), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0), 25.0)
