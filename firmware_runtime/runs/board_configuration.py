@@ -73,9 +73,9 @@ def _deadlines(root: Component, stated: Iterable[PathDeadlineSettings]) -> tuple
         port, actuator = find_out_port(root, each.source), find_component(root, each.actuator)
         if port is None:
             faults.append(f"deadlines.source: {each.source!r}: the model has no such output port")
-        elif not isinstance(actuator, Atomic):
+        if not isinstance(actuator, Atomic):
             faults.append(f"deadlines.actuator: {each.actuator!r}: the model has no such atomic")
-        else:
+        elif port is not None:
             name = f"{each.source} -> {each.actuator}"
             within = round(each.within_us * MICROSECOND)
             deadlines.append(PathDeadline(name, port, actuator, within))

@@ -10,6 +10,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.board_configuration import configuration_of
+from firmware_runtime.runs.named_in_vain import named_in_vain
 from firmware_runtime.runs.rigs import has_rig
 from firmware_runtime.runs.session import Session
 from firmware_runtime.status import Status
@@ -27,6 +28,7 @@ def execute(arguments: argparse.Namespace) -> int:
     _put_together(board)
     check_ends(board)
     topics = topics_of(board)
+    warnings = [*board.warnings, *named_in_vain(board)]
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""
@@ -38,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     print(f"  recording: {_recording(board)}")
     counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"
     print(f"  ros2 topics: {counts}")
-    for warning in board.warnings:
+    for warning in warnings:
         print(f"  warning: {warning}")
     return Status.OK
 
