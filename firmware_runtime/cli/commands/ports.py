@@ -63,10 +63,11 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
 
 
 def _ports(arguments: argparse.Namespace) -> int:
-    """Print direction, name and type of each."""
+    """Print direction, name and type of each, and how a record that enters is written."""
     with _connected(arguments) as robot:
         for port in robot.ports():
-            print(f"{port['direction']:3} {port['name']}: {port['type']}")
+            form = f"  {port['value']}" if "value" in port else ""
+            print(f"{port['direction']:3} {port['name']}: {port['type']}{form}")
     return Status.OK
 
 

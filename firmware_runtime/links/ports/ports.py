@@ -14,6 +14,7 @@ from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.trace import path_below
 from firmware_runtime.links.ports.datagrams import Refusal
+from firmware_runtime.links.ports.forms import form_of
 from firmware_runtime.links.ports.values import Read, reader_of
 
 
@@ -56,7 +57,9 @@ class Ports:
         try:
             return entry.port, entry.read(value)
         except Refusal as why:
-            raise Refusal(f"{name}: not a {entry.port.type.__name__}: {why}") from why
+            form = form_of(entry.port.type)
+            expected = "" if form is None else f"; expected {form}"
+            raise Refusal(f"{name}: not a {entry.port.type.__name__}: {why}{expected}") from why
 
     def watched(self, paths: Iterable[str]) -> dict[str, OutPort[Any]]:
         """The output ports at these paths. Raises Refusal."""
@@ -70,15 +73,21 @@ class Ports:
         return found
 
     def listing(self) -> list[dict[str, str]]:
-        """Name, direction and type of each."""
-        directed: list[tuple[str, str, type[Any]]] = [
-            *((name, "in", entry.port.type) for name, entry in self.entries.items()),
-            *((path, "out", port.type) for path, port in self.outputs.items()),
+        """Name, direction and type of each, and of what enters as a record its `value`'s form."""
+        entering = [
+            {"name": name, "direction": "in", "type": entry.port.type.__name__, **_form(entry)}
+            for name, entry in self.entries.items()
         ]
-        return [
-            {"name": name, "direction": direction, "type": kind.__name__}
-            for name, direction, kind in directed
+        leaving = [
+            {"name": path, "direction": "out", "type": port.type.__name__}
+            for path, port in self.outputs.items()
         ]
+        return [*entering, *leaving]
+
+
+def _form(entry: Entry) -> dict[str, str]:
+    form = None if entry.read is None else form_of(entry.port.type)
+    return {} if form is None else {"value": form}
 
 
 Sent: TypeAlias = tuple[str, int, object]

@@ -83,7 +83,7 @@ def _form(kind: Any) -> _Form:  # noqa: ANN401 -- a type hint
         return _GENERIC[origin](parts)
     if isinstance(kind, type) and issubclass(kind, Enum):
         return Literal[tuple(kind.__members__)], kind.__getitem__
-    if isinstance(kind, type) and _has_fields(kind):
+    if isinstance(kind, type) and has_fields(kind):
         return _record_form(kind)
     raise TypeError(f"{kind}: it does not say what it is made of")
 
@@ -160,8 +160,8 @@ def _reading(form: Any, make: _Make) -> Callable[[Raw], object]:  # noqa: ANN401
 
 def _record_form(kind: type[Any]) -> _Form:
     """A record whose fields that have a default may be left out: the class fills them in."""
-    hints, optional = get_type_hints(kind, include_extras=True), _defaulted(kind)
-    forms = {name: _form(hints[name]) for name in _fields_of(kind)}
+    hints, optional = get_type_hints(kind, include_extras=True), defaults_of(kind)
+    forms = {name: _form(hints[name]) for name in fields_of(kind)}
     fields = [_field(name, form, name in optional) for name, (form, _) in forms.items()]
     struct = msgspec.defstruct(kind.__name__, fields, forbid_unknown_fields=True, kw_only=True)
 
@@ -187,28 +187,33 @@ def _is_said(found: object) -> bool:
     return found is not msgspec.UNSET and not (isinstance(found, Raw) and not bytes(found))
 
 
-def _has_fields(kind: type[Any]) -> bool:
+def has_fields(kind: type[Any]) -> bool:
+    """Whether a class is a record: a dataclass, a named tuple or a Struct."""
     return is_dataclass(kind) or hasattr(kind, "_fields") or issubclass(kind, msgspec.Struct)
 
 
-def _fields_of(kind: type[Any]) -> list[str]:
+def fields_of(kind: type[Any]) -> list[str]:
+    """The fields that a record is given."""
     if is_dataclass(kind):
         return [field.name for field in dataclasses.fields(kind) if field.init]
     return list(kind.__struct_fields__ if issubclass(kind, msgspec.Struct) else kind._fields)
 
 
-def _defaulted(kind: type[Any]) -> set[str]:
-    """The fields that a record need not be given."""
+def defaults_of(kind: type[Any]) -> dict[str, object]:
+    """The fields that a record need not be given, with what they are then."""
     if is_dataclass(kind):
-        missing = dataclasses.MISSING
         return {
-            field.name
+            field.name: field.default
             for field in dataclasses.fields(kind)
-            if field.default is not missing or field.default_factory is not missing
+            if not (field.default is field.default_factory is dataclasses.MISSING)
         }
     if issubclass(kind, msgspec.Struct):
-        return {field.name for field in msgspec.structs.fields(kind) if not field.required}
-    return set(kind._field_defaults)
+        return {
+            field.name: field.default
+            for field in msgspec.structs.fields(kind)
+            if not field.required
+        }
+    return dict(kind._field_defaults)
 
 
 _GENERIC: Final[dict[Any, Callable[[tuple[Any, ...]], _Form]]] = {

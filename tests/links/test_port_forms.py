@@ -1,0 +1,103 @@
+"""How a value of a port is written: said by `ports`, and where one is refused."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Annotated, Literal, NamedTuple
+
+import pytest
+from msgspec import Meta, Raw, Struct
+
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.links.ports.datagrams import Refusal
+from firmware_runtime.links.ports.forms import LONGEST, form_of
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.links.ports.values import reader_of
+
+
+class Leak(Enum):
+    DRY = 0
+    WET = 1
+
+
+class Pilot(NamedTuple):
+    depth_m: float
+    surge: float = 0.0
+    leak: Leak = Leak.DRY
+
+
+@dataclass(frozen=True)
+class Report:
+    compartment: str
+    leak: Leak
+    moisture: Annotated[float, Meta(ge=0)] | None = None
+    marks: tuple[int, ...] = ()
+    volts: dict[str, float] = field(default_factory=dict)
+
+
+class Course(Struct, frozen=True):
+    to: tuple[float, float]
+    by: Literal["surge", "sway"]
+    legs: list[Pilot]
+
+
+class Wide(NamedTuple):
+    a_field_with_a_name_of_some_length: Course
+    another_field_with_a_name_of_some_length: Course
+    yet_another_field_with_a_name_of_some_length: Course
+    and_the_last_field_with_a_name_of_some_length: Course
+
+
+PILOT = '{"depth_m": float, "surge": float = 0.0, "leak": "DRY" | "WET" = "DRY"}'
+
+REPORT = (
+    '{"compartment": str, "leak": "DRY" | "WET", "moisture": float | null = null, '
+    '"marks": [int, ...] = [], "volts": {str: float} = ...}'
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "form"),
+    [
+        (float, None),
+        (Leak, '"DRY" | "WET"'),
+        (Pilot, PILOT),
+        (Report, REPORT),
+        (Course, f'{{"to": [float, float], "by": "surge" | "sway", "legs": [{PILOT}, ...]}}'),
+    ],
+)
+def test_a_form_says_what_a_value_is_made_of(kind: type[object], form: str | None) -> None:
+    assert form_of(kind) == form
+    assert reader_of(kind) is not None, "such values are read"
+
+
+def test_a_long_form_is_cut() -> None:
+    form = form_of(Wide)
+    assert form is not None
+    assert (len(form), form[-3:]) == (LONGEST + 3, "...")
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (b'{"depth_m": 1.0, "leak": "wet"}', "Invalid enum value 'wet'"),
+        (b'{"dept_m": 1.0}', "unknown field `dept_m`"),
+        (b"true", "Expected `object`, got `bool`"),
+    ],
+)
+def test_a_refusal_says_what_was_expected(value: bytes, said: str) -> None:
+    model = Coupled("diver")
+    model.in_port("pilot", Pilot)
+    with pytest.raises(Refusal) as caught:
+        Ports(model).arrival("pilot", Raw(value))
+    assert said in str(caught.value)
+    assert str(caught.value).endswith(f"; expected {PILOT}")
+
+
+def test_the_list_has_the_form_of_what_enters_and_of_no_other_port() -> None:
+    model = Coupled("diver")
+    model.in_port("pilot", Pilot)
+    model.in_port("depth", float)
+    model.in_port("anything", object)
+    model.out_port("report", Report)
+    listed = {each["name"]: each.get("value") for each in Ports(model).listing()}
+    assert listed == {"pilot": PILOT, "depth": None, "anything": None, "report": None}
