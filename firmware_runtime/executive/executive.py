@@ -25,7 +25,7 @@ from firmware_runtime.executive.outcome import Ending, Outcome, SwitchOffRetry
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.statistics.conditions import Settings, settings_after
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.statistics.layout import ELAPSED, YIELDED, Layout
+from firmware_runtime.statistics.layout import YIELDED, Layout
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.timeline import Lately
 
@@ -261,6 +261,8 @@ class Executive:
         return outcome
 
     def _go_on_ending(self, now: int) -> None:
-        """Let the world go on, and show that the loop is alive, while it still switches off."""
+        """Let the world go on while it still switches off.
+
+        It shows no sign of life: what it cannot switch off the guard is to try, which may be able.
+        """
         self.world_now.begin(now, now)
-        self._ledger.idle(self.cells[ELAPSED])  # the run itself is over

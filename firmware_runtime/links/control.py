@@ -15,12 +15,14 @@ Only the run's own user and root may ask: reading statistics takes fewer rights 
 import json
 import os
 import socket
+import struct
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic_ns, time_ns
 from types import MappingProxyType
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
@@ -34,6 +36,9 @@ LONGEST: Final = 1 << 16
 """Bytes of the longest request and the longest answer."""
 SLOW_PATIENCE: Final = SECOND // 2
 """Ns after which a slow request is answered all the same: a fast loop never has so much time."""
+_SO_TIMESTAMPNS = 35
+_TIMESTAMP = struct.Struct("@ll")  # struct timespec
+_BESIDE = socket.CMSG_SPACE(_TIMESTAMP.size)
 _MOST_SLOW = 8
 _TO_SHOW = 200
 
@@ -59,10 +64,13 @@ class ControlSocket:
     ) -> None:
         self._answers = answers
         self._slow = slow
-        self._waiting: deque[tuple[Request, Any]] = deque()
+        self._waiting: deque[_Asked] = deque()
         self._answer_at = 0
         self._file = SocketFile(path, 0o600)
         self._socket = self._file.socket
+        self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+        self.asked_at = 0
+        """When the request that is answered was sent, ns of CLOCK_MONOTONIC, by the kernel."""
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when there is a request."""
@@ -76,35 +84,38 @@ class ControlSocket:
     def answer_next(self) -> bool:
         """Answer the request that waits longest; whether there was one."""
         try:
-            datagram, sender = self._socket.recvfrom(LONGEST)
+            datagram, beside, _, sender = self._socket.recvmsg(LONGEST, _BESIDE)
         except BlockingIOError:
             return False
-        request = _request_of(datagram)
-        if request.get("request") in self._slow and len(self._waiting) < _MOST_SLOW:
-            self._waiting.append((request, sender))
+        asked = _Asked(_request_of(datagram), sender, _sent_at(beside))
+        if asked.request.get("request") in self._slow and len(self._waiting) < _MOST_SLOW:
+            self._waiting.append(asked)
         else:
-            self._send(self._answer(request), sender)
+            self._answer(asked)
         return True
 
     def between_steps(self, now: int, left: int) -> None:
         """Answer a slow request, as soon as it makes no activation late."""
         if not self._waiting:
             self._answer_at = now + SLOW_PATIENCE
-        elif left >= self._slow[self._waiting[0][0]["request"]] or now >= self._answer_at:
-            request, sender = self._waiting.popleft()
-            self._send(self._answer(request), sender)
+        elif left >= self._slow[self._waiting[0].request["request"]] or now >= self._answer_at:
+            self._answer(self._waiting.popleft())
 
     def refuse_waiting(self, name: str, why: str) -> None:
         """Refuse the slow requests of this name that wait."""
-        for each in [each for each in self._waiting if each[0]["request"] == name]:
+        for each in [each for each in self._waiting if each.request["request"] == name]:
             self._waiting.remove(each)
-            self._send({"refused": [why]}, each[1])
+            self._send({"refused": [why]}, each.sender)
 
     def close(self) -> None:
         """Stop listening; the socket of another run that has taken this one's place stays."""
         self._file.close()
 
-    def _answer(self, request: Request) -> Answer:
+    def _answer(self, asked: "_Asked") -> None:
+        self.asked_at = asked.at
+        self._send(self._answer_to(asked.request), asked.sender)
+
+    def _answer_to(self, request: Request) -> Answer:
         respond = self._answers.get(request.pop("request", ""))
         if respond is None:
             return {"refused": [f"unknown request; expected one of {', '.join(self._answers)}"]}
@@ -116,6 +127,24 @@ class ControlSocket:
     def _send(self, answer: Answer, sender: Any) -> None:  # noqa: ANN401 -- as sockets have it
         with suppress(OSError, TypeError):  # who asked has gone, or has no address
             self._socket.sendto(json.dumps(answer).encode(), sender)
+
+
+class _Asked(NamedTuple):
+    """A request, the address of who waits for the answer, and when it was sent."""
+
+    request: Request
+    sender: Any
+    at: int
+
+
+def _sent_at(beside: Sequence[tuple[int, int, bytes]]) -> int:
+    """When a datagram was sent, ns of CLOCK_MONOTONIC; the kernel says it by the wall clock."""
+    for _, kind, value in beside:
+        if kind == _SO_TIMESTAMPNS:
+            seconds, rest = _TIMESTAMP.unpack(value)
+            age: int = time_ns() - (seconds * SECOND + rest)
+            return monotonic_ns() - max(age, 0)
+    return monotonic_ns()
 
 
 def _request_of(datagram: bytes) -> Request:

@@ -103,6 +103,7 @@ class Arming:
         self._checks = () if self.is_free else (self._check_guard, *checks)
         if link is not None:
             self._checks = (link, *self._checks)
+        self._is_suspended = False
         self._epoch = 0
         self._acknowledged = 0
         self._try_at = 0
@@ -128,12 +129,16 @@ class Arming:
         elif not self.armed:
             self._epoch = self._executive.cells[EPOCH]
             self.armed = self.was_armed = True
-            self.is_wanted = False
+            self.is_wanted = self._is_suspended = False
             self._off_again_at = NEVER
             self._acknowledge()
             if not self._is_quiet:
                 self._log("armed")
         return against
+
+    def was_taken_since(self, at: int) -> bool:
+        """Whether its right to drive was taken after that instant of CLOCK_MONOTONIC, ns."""
+        return abs(self._executive.cells[EPOCH]) > at
 
     def disarm(self, reason: str) -> list[str]:
         """Make the outputs safe and keep them so; return what failed, one sentence each.
@@ -145,11 +150,14 @@ class Arming:
         return failed
 
     def suspend(self, reason: str) -> None:
-        """Disarm, and arm again as soon as all pre-arm checks pass, if it is armed."""
+        """Disarm, and arm again as soon as all pre-arm checks pass, if it is armed.
+
+        A takeover meanwhile ends that: then it is armed on request.
+        """
         self._notice()
         if self.armed:
             self.disarm(reason)
-            self.is_wanted = True
+            self.is_wanted = self._is_suspended = True
             self._try_at = 0
 
     def pause(self) -> list[str]:
@@ -173,7 +181,10 @@ class Arming:
         if self.armed:
             return
         if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
-            self.is_wanted = self.is_wanted and not is_requested(epoch)
+            if self.is_wanted and (is_requested(epoch) or self._is_suspended):
+                self.is_wanted = self._is_suspended = False
+                self.reason = self._why_withdrawn()
+                self._log(f"stays disarmed: {self.reason}")
             self._switch_off()
             self._acknowledge()
         elif now >= self._off_again_at:
@@ -191,7 +202,7 @@ class Arming:
 
     def _withdraw(self, reason: str) -> list[str]:
         """Make the outputs safe, for this reason; return what failed."""
-        self.armed = self.is_wanted = False
+        self.armed = self.is_wanted = self._is_suspended = False
         self.reason = reason
         failed = self._switch_off()
         self._acknowledge()

@@ -11,11 +11,18 @@ set        changes all that `values` names, or none
 import secrets
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from time import monotonic_ns
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import Answer, ControlSocket, Request, refuse_more
+from firmware_runtime.links.control import (
+    TIMEOUT_S,
+    Answer,
+    ControlSocket,
+    Request,
+    refuse_more,
+)
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.leases import Leases, length
 from firmware_runtime.runs.tuning import Tuning
@@ -75,11 +82,22 @@ class Requests:
             length(lease_s)
         if self._arming is None:
             return {"refused": [], "armed": True}
+        if (why := self._why_outdated(self._arming)) is not None:
+            return {"refused": [why], "armed": self._arming.armed}
         refused = self._arming.request(self._executive.clock.now())
         answer: Answer = {"refused": refused, "armed": self._arming.armed}
         if lease_s is not None and self._leases is not None and not refused:
             answer["lease"] = self._leases.take(lease_s)
         return answer
+
+    def _why_outdated(self, arming: Arming) -> str | None:
+        """Why a request to arm counts no more: a run that stood still finds it when it goes on."""
+        asked_at = self._socket.asked_at
+        if arming.was_taken_since(asked_at):
+            return "requested before the right to drive was taken; expected a request after that"
+        if (age := monotonic_ns() - asked_at) > TIMEOUT_S * SECOND:
+            return f"requested {age / SECOND:.0f} s ago; expected one that is still waited for"
+        return None
 
     def _disarm(self, request: Request) -> Answer:
         refuse_more(request)

@@ -52,7 +52,7 @@ class SafeState:
         self._places = self._lines if doubles is None else [str(doubles.resolve())]
         self._statistics = statistics
         self._runs: dict[int, WatchedRun] = {}
-        self._is_driven = False
+        self._is_driven = self._is_known = False
         self._holders: list[Holder] = []
         self.statistics_found: set[Path] = set()
         """Where else the runs that were found keep their statistics."""
@@ -67,6 +67,7 @@ class SafeState:
         self._is_driven = is_driven(self._lines)
         self._holders = holders_of(self._lines)
         for file, name in statistics_of(self._holders):
+            self._is_known = True
             self._take_from(file, name)
             self.statistics_found.add(name)
 
@@ -75,8 +76,13 @@ class SafeState:
         return [failure for each in self._outputs for failure in each.make_safe()]
 
     def has_acknowledged(self) -> bool:
-        """Whether every run that lives knows that it must not drive, and has switched off."""
-        return not self._unaware()
+        """Whether every run that lives knows that it must not drive, and has switched off.
+
+        A run that still finds its chips has no statistics yet: it is looked for again.
+        """
+        if self._is_silent:
+            self.find_runs()
+        return not (self._is_silent or self._unaware())
 
     def stays_off(self, give_up_at: int, wait: Callable[[], bool]) -> list[str]:
         """Check that all stays off, as long as it takes; return what was on last.
@@ -99,12 +105,19 @@ class SafeState:
                 return [*on, *self._who_may(on), f"not checked for {must_stay / SECOND:g} s"]
 
     def warnings(self) -> list[str]:
-        """What is to be reported of runs that live."""
-        return [
+        """What is to be reported of runs that live, and of processes that may become runs."""
+        found = [
             f"process {pid} has not acknowledged that it must not drive: stopped, or it hangs; a "
             "write that was under way may still come; end it"
             for pid in self._unaware()
         ]
+        if self._is_silent:
+            holds = f"holds {', '.join(self._lines)} and keeps no statistics"
+            found += [
+                f"{process} {holds}: it may still drive, as a run that starts; end it"
+                for process in self._processes() or ["a process of another user"]
+            ]
+        return found
 
     @property
     def is_over(self) -> bool:
@@ -154,9 +167,18 @@ class SafeState:
 
     def _who_may(self, on: list[str]) -> Iterator[str]:
         """The processes with the lines open, where something is on."""
-        processes = {(each.process, each.command) for each in self._holders} if on else ()
-        for process, command in sorted(processes):
-            yield f"process {process} ({command}) has {', '.join(self._lines)} open"
+        for process in self._processes() if on else ():
+            yield f"{process} has {', '.join(self._lines)} open"
+
+    def _processes(self) -> list[str]:
+        """The processes with the lines open, in words."""
+        found = sorted({(each.process, each.command) for each in self._holders})
+        return [f"process {process} ({command})" for process, command in found]
+
+    @property
+    def _is_silent(self) -> bool:
+        """Whether a process has the lines for itself of which nothing else is known."""
+        return self._is_driven and not self._is_known and not self._living()
 
     def _living(self) -> list[int]:
         return [pid for pid, run in self._runs.items() if not run.has_ended]

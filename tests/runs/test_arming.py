@@ -304,6 +304,36 @@ def test_what_a_person_takes_in_a_pause_is_not_armed_again() -> None:
     assert not rig.arming.interlock()
 
 
+def test_what_the_guard_takes_in_a_pause_is_armed_again_when_the_run_goes_on() -> None:
+    """It takes every run over that pauses for longer than a hang is waited for."""
+    rig = Rig(at_start=True)
+    rig.arming.between_steps(0, 0)
+    rig.arming.pause()
+    rig.executive.cells[EPOCH] = 7
+    for now in (0, SECOND):
+        rig.arming.between_steps(now, 0)
+    assert rig.arming.interlock()
+
+
+@pytest.mark.parametrize(("epoch", "by"), [(7, "the guard"), (-7, "safe-state")])
+def test_what_is_taken_while_a_link_is_bad_is_not_armed_again(epoch: int, by: str) -> None:
+    rig = Rig(at_start=True)
+    rig.arming.between_steps(0, 0)
+    rig.against = "the controller has been silent for 0.5 s"
+    rig.arming.suspend(rig.against)
+    rig.executive.cells[EPOCH] = epoch
+    rig.arming.between_steps(0, 0)
+    rig.against = None
+    rig.arming.between_steps(SECOND, 0)
+    assert not rig.arming.interlock()
+    assert by in rig.arming.reason
+    assert rig.logged[-1] == f"stays disarmed: {rig.arming.reason}"
+    assert rig.arming.request(SECOND) == []
+    rig.arming.suspend("silent again")
+    rig.arming.between_steps(2 * SECOND, 0)
+    assert rig.arming.interlock()
+
+
 def test_a_free_run_pauses_without_a_word() -> None:
     rig = Rig(at_start=True, free=True)
     rig.arming.between_steps(0, 0)

@@ -4,6 +4,7 @@ import json
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic_ns
 
 import pytest
 
@@ -12,10 +13,11 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import Answer, ControlSocket
+from firmware_runtime.links.control import TIMEOUT_S, Answer, ControlSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.requests import SLOW, Requests
 from firmware_runtime.runs.tuning import Tuning
+from firmware_runtime.statistics.layout import EPOCH
 from tests.support.periodic_models import Robot
 
 
@@ -24,6 +26,7 @@ class Asked:
 
     def __init__(self, path: Path) -> None:
         executive = Executive(Robot(), VirtualClock(), list, Configuration(armed_at_start=False))
+        self.executive = executive
         self.arming = Arming(executive, Permission(at_start=False, demand_guard=False), list)
         tuning = Tuning(registry.load("tachobot"), lambda _: None)
         self.requests = Requests(path, executive, self.arming, tuning, lambda _: None)
@@ -69,6 +72,32 @@ def test_arming_waits_for_time_enough_so_that_it_makes_no_step_late(asked: Asked
     asked.pass_by(SLOW["arm"])
     assert asked.arming.armed
     assert asked.answers() == [{"refused": [], "armed": True}]
+
+
+@pytest.mark.parametrize("sign", [1, -1], ids=["by the guard", "by safe-state"])
+def test_a_request_to_arm_from_before_a_takeover_is_refused(asked: Asked, sign: int) -> None:
+    """A run that stood still finds it when it goes on; who sent it was told of no answer."""
+    asked.ask(b"arm")
+    asked.executive.cells[EPOCH] = sign * monotonic_ns()
+    asked.arming.between_steps(0, 0)
+    asked.pass_by(SECOND)
+    assert not asked.arming.armed
+    [answer] = asked.answers()
+    assert "before the right to drive was taken" in answer["refused"][0]
+    asked.ask(b"arm")
+    asked.pass_by(SECOND)
+    assert asked.arming.armed
+
+
+def test_a_request_to_arm_that_nothing_waits_for_any_more_is_refused(
+    asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked.ask(b"arm")
+    later = monotonic_ns() + round((TIMEOUT_S + 1) * SECOND)
+    monkeypatch.setattr("firmware_runtime.runs.requests.monotonic_ns", lambda: later)
+    asked.pass_by(SECOND)
+    assert not asked.arming.armed
+    assert "expected one that is still waited for" in asked.answers()[0]["refused"][0]
 
 
 def test_disarming_waits_for_nothing_and_no_request_before_it_arms(asked: Asked) -> None:
