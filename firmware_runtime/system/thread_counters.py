@@ -21,6 +21,7 @@ from firmware_runtime.system.c_library import LIBRARY
 from firmware_runtime.system.continued import CONTINUED
 from firmware_runtime.system.disk_times import DISKS, disks_ns
 from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
+from firmware_runtime.system.frozen_groups import FrozenGroups
 from firmware_runtime.system.processors import CPUS
 from firmware_runtime.system.supply import Supply
 from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns, throttlings
@@ -86,7 +87,7 @@ class Counted(Struct, frozen=True, kw_only=True):
     interrupts: int | None = None
     """Of the whole machine."""
     continued: int | None = None
-    """How often the process was let go on after a stop."""
+    """How often the process was let go on after a stop, or its control group froze or went on."""
     from_cpu: int = 0
     to_cpu: int = 0
     was_regrouped: bool = False
@@ -116,6 +117,7 @@ class ThreadCounters:
         self._membership = _open(files, f"{own}/cgroup")
         self._member_of = _read(self._membership)
         self._groups = [_open(files, name) for name in throttled_files(files)]
+        self._frozen = FrozenGroups(files)
         self.supply = Supply(files)
 
     def read(self) -> Reading:
@@ -128,7 +130,7 @@ class ThreadCounters:
             (usage.ru_minflt, usage.ru_majflt, usage.ru_nvcsw, usage.ru_nivcsw),
             frozenset(os.sched_getaffinity(0)),
             cpu,
-            CONTINUED.times,
+            _either(CONTINUED.times, self._frozen.times),
             _read(self._schedule),
             _read(self._io),
             _read(self._status),
@@ -147,6 +149,7 @@ class ThreadCounters:
             _close(self._groups)
             self._member_of = member_of
             self._groups = [_open(self._files, name) for name in throttled_files(self._files)]
+            self._frozen.follow()
 
     def close(self) -> None:
         """Close the files; what is read after that is not measured."""
@@ -155,6 +158,7 @@ class ThreadCounters:
         self._schedule = self._io = self._status = self._machine = self._disks = None
         self._frequencies, self._groups, self._membership = {}, [], None
         self._member_of = None
+        self._frozen.close()
 
 
 def between(before: Reading, after: Reading) -> Counted:
@@ -194,6 +198,12 @@ def between(before: Reading, after: Reading) -> Counted:
 
 def _grown(before: int | None, after: int | None) -> int | None:
     return None if before is None or after is None else after - before
+
+
+def _either(one: int | None, other: int | None) -> int | None:
+    """The sum of what is known."""
+    known = [each for each in (one, other) if each is not None]
+    return sum(known) if known else None
 
 
 def _in_ns(ticks: int | None) -> int | None:

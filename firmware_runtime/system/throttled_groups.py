@@ -16,7 +16,7 @@ _MICROSECOND = 1000
 
 def throttled_files(files: SystemFiles) -> list[str]:
     """The files `cpu.stat` of this process's groups that say how long they were throttled."""
-    mounts = _mounts(files)
+    mounts = group_mounts(files)
     found = []
     for line in files.lines("/proc/self/cgroup"):
         _, _, rest = line.partition(":")
@@ -49,7 +49,7 @@ def throttlings(content: bytes | None) -> int | None:
     return None
 
 
-def _mounts(files: SystemFiles) -> dict[str, str]:
+def group_mounts(files: SystemFiles) -> dict[str, str]:
     """Where the groups of version 2 are mounted, and those of the controller `cpu`."""
     found: dict[str, str] = {}
     for line in files.lines("/proc/self/mounts"):

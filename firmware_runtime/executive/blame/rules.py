@@ -122,7 +122,7 @@ def _culprit(cause: Cause, evidence: Evidence) -> int:
 
 
 def _stopped(of: Evidence) -> int | None:
-    """SIGCONT came, and the thread was asleep; what it was asleep for otherwise is known."""
+    """It was let go on, and the thread was asleep; what it was asleep for otherwise is known."""
     return of.asleep_ns if of.stops else 0
 
 
