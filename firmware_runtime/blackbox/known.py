@@ -19,6 +19,7 @@ from firmware_runtime.blackbox.layouts import (
     layout_of,
     parts_of,
 )
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.ports import InPort, OutPort, Owner
 
 
@@ -71,7 +72,7 @@ class KnownObjects:
             if type(thing) in ATOMS or id(thing) in self._numbers or is_number_of_numpy(thing):
                 continue
             if isinstance(thing, Owner | InPort | OutPort):
-                path = thing.path.partition(".")[2] or path
+                path = below_root(thing.path)
             is_passing = type(thing) in ITERATORS
             if not is_passing:
                 path = self._new_path(path)

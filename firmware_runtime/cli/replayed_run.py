@@ -45,7 +45,8 @@ def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
         if section.has_instant:
             shown.at(section.at)
             if speed is not None:
-                first.append((section.at, monotonic_ns())) if not first else None
+                if not first:
+                    first.append((section.at, monotonic_ns()))
                 begun_at, begun = first[0]
                 due = begun + round((section.at - begun_at) / speed)
                 sleep(max(0, due - monotonic_ns()) / SECOND)

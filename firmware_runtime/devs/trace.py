@@ -6,7 +6,7 @@ Built on listening, so a run without a trace pays nothing for it.
 from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias
 
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
 
@@ -26,10 +26,5 @@ def trace(simulator: Engine, write: Write, ports: Iterable[OutPort[Any]] | None 
 
 
 def _trace_port(simulator: Engine, port: OutPort[Any], write: Write) -> None:
-    path = path_below(simulator.root, port)
+    path = below_root(port.path)
     simulator.listen(port, lambda at, value: write(at, path, value))
-
-
-def path_below(root: Component, port: OutPort[Any]) -> str:
-    """The port's path without the root's name: `controller.yaw.command_n`."""
-    return port.path.removeprefix(f"{root.path}.")

@@ -10,6 +10,7 @@ are further ones dropped.
 from collections.abc import Iterable, Mapping, Sequence
 
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
@@ -19,7 +20,7 @@ from firmware_runtime.executive.event_account import EventAccount
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
-from firmware_runtime.executive.step import Step, relative_path
+from firmware_runtime.executive.step import Step
 from firmware_runtime.executive.untimed_account import UntimedEventAccount
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import Layout
@@ -32,7 +33,7 @@ def open_account(
     atomic: Atomic, functions: Functions, step: Step, policies: Mapping[str, ActivationPolicy]
 ) -> ModelAccount:
     """The account that stands in a model's place. Raises ConfigError for a period that is none."""
-    path = relative_path(atomic, step.root)
+    path = below_root(atomic.path)
     if type(atomic.period) is not int or atomic.period <= 0:
         fault = f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
         raise ConfigError(path, [fault])

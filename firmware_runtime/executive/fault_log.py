@@ -7,9 +7,9 @@ costs nothing. During a step a fault is noted here; the ledger has it written af
 from functools import partial
 from typing import Any
 
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.executive.step import relative_path
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS, FaultCount
@@ -44,7 +44,7 @@ class FaultLog:
             for port in ports:
                 simulator.listen(port, partial(self._note, len(paths)))
             if ports:
-                paths.append(relative_path(atomic, simulator.root))
+                paths.append(below_root(atomic.path))
         self.models = tuple(paths)
         """Those that have a port for faults, by path."""
         self._by_kind: list[dict[str, CountedFault]] = [{} for _ in paths]

@@ -16,12 +16,12 @@ from typing import Protocol, Self, runtime_checkable
 from msgspec import Struct
 from msgspec.structs import replace
 
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.fault_log import FaultLog
-from firmware_runtime.executive.step import relative_path
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.statistics.statistics import RunState
 
@@ -71,7 +71,7 @@ class Readiness:
 
     def __init__(self, simulator: Engine, faults: FaultLog) -> None:
         self.waiting: list[tuple[str, Device]] = [
-            (relative_path(atomic, simulator.root), atomic)
+            (below_root(atomic.path), atomic)
             for atomic in simulator.atomics
             if isinstance(atomic, Device) and atomic.unready() is not None
         ]

@@ -46,7 +46,7 @@ class Profiler:
         tap = configuration.tap
         is_recorded = configuration.statistics_path is not None
         reading = now if tap is None else tap.reading(now)
-        self.step = Step(root, reading, takes_time=is_recorded or not stands_still)
+        self.step = Step(reading, takes_time=is_recorded or not stands_still)
         self._policies = configuration.policies
         self._accounts: list[ModelAccount] = []
         instruments = [self._open_account] if tap is None else [tap.instrument, self._open_account]

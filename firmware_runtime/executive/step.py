@@ -4,16 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.statistics.spans import STEP, WAKING, SpanRing
 
 Record: TypeAlias = Callable[[int, int, int], None]
 """The flight recorder's: track, begin and end, instants in ns."""
-
-
-def relative_path(component: Component, root: Component) -> str:
-    """The path without the root's name: `controller.yaw`; the root itself goes by its name."""
-    return component.path.removeprefix(f"{root.path}.")
 
 
 class Step:
@@ -29,7 +24,7 @@ class Step:
     is recorded.
     """
 
-    def __init__(self, root: Component, now: Callable[[], int], *, takes_time: bool = True) -> None:
+    def __init__(self, now: Callable[[], int], *, takes_time: bool = True) -> None:
         self.takes_time = takes_time
         self.at = 0
         self.started = 0
@@ -41,11 +36,10 @@ class Step:
         self.record: Record | None = None
         self.now = now
         self._zeros: list[int] = []
-        self.root = root
 
     def join(self, component: Component) -> int:
         """Give a model its place, in order of declaration; return its number."""
-        self.paths.append(relative_path(component, self.root))
+        self.paths.append(below_root(component.path))
         for column in (self.own_times, self.began_at, self._zeros):
             column.append(0)
         return len(self.paths) - 1

@@ -14,7 +14,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.chance import places
-from firmware_runtime.recording.code import changed_modules, code_of, digest_of
+from firmware_runtime.recording.code import code_of, digest_of
 from firmware_runtime.recording.comparison import Comparison, compare
 from firmware_runtime.recording.cut import Cut, cut_around, type_name
 from firmware_runtime.recording.noting_lines import noting_lines
@@ -102,11 +102,6 @@ def replay_of(recording: Recording, board: Board) -> Comparison:
         fault = f"the {header.role} uses {used}: what it learns there is not recorded"
         return replace(comparison, fault=f"{fault}; name the component in another role")
     return comparison
-
-
-def code_changes(recording: Recording, code: dict[str, str]) -> list[str]:
-    """Modules whose source is another than in the recorded run."""
-    return changed_modules(recording.header.code, code)
 
 
 def part_code(board: Board, names: Sequence[str]) -> dict[str, str]:

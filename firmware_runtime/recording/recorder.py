@@ -12,7 +12,7 @@ from typing import Any, Final
 from msgspec import to_builtins
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.ports import AnyPort, OutPort
 from firmware_runtime.devs.simulator import Simulator
@@ -68,7 +68,7 @@ class Recorder:
         self._sink = sink
         self._needed = STATES_NEED if is_real_time else -1
         self._states = States(cut.atomics)
-        self._paths = {atomic: _path(simulator, atomic) for atomic in cut.atomics}
+        self._paths = {atomic: below_root(atomic.path) for atomic in cut.atomics}
         self._pending: list[tuple[type[Any], Any]] = []
         self._records = 0
         self._listenings: list[Listening] = []
@@ -170,10 +170,6 @@ class Recorder:
         if self.dropped == 0:
             return None
         return f"{self.dropped} records were dropped: they came faster than they could be written"
-
-
-def _path(engine: Engine, atomic: Atomic) -> str:
-    return atomic.path.removeprefix(f"{engine.root.path}.")
 
 
 def _listening(

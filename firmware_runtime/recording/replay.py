@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import AnyPort
@@ -98,7 +98,7 @@ class _Replay:
         self._names = list(_leaving(header, cut))
         self._recording = recording
         self._player = Player(part)
-        self._atomics = {_below_root(atomic): atomic for atomic in cut.atomics}
+        self._atomics = {below_root(atomic.path): atomic for atomic in cut.atomics}
         self._retune = retune
         self._states, self._fields = States(cut.atomics), _Fields()
         self._result = Replayed()
@@ -228,7 +228,3 @@ def _leaving(header: Header, cut: Cut) -> Iterable[str]:
         faults = [f"{name} leaves the part: not there" for name in missing]
         raise ConfigError(f"recording of {header.board}", faults)
     return header.leaving
-
-
-def _below_root(atomic: Atomic) -> str:
-    return atomic.path.partition(".")[2]

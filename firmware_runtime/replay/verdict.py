@@ -11,7 +11,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.chance import places
-from firmware_runtime.recording.code import code_of
+from firmware_runtime.recording.code import changed_modules, code_of
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
@@ -128,16 +128,9 @@ def replay(
             player.take(section)
         verdict.add(player, first.at)
         verdict.has_drawn |= places() != stood
-        verdict.code_changed = code_changes(recording.header.code, player)
+        own = (each for each in player.simulator.atomics if each in player.own)
+        verdict.code_changed = changed_modules(recording.header.code, code_of(own))
     return verdict
-
-
-def code_changes(recorded: dict[str, str], player: Player) -> list[str]:
-    """Modules of the robot's models whose source is another than in the run, in order."""
-    code = code_of(each for each in player.simulator.atomics if each in player.own)
-    return sorted(
-        name for name in recorded.keys() | code.keys() if recorded.get(name) != code.get(name)
-    )
 
 
 def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:

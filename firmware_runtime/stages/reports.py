@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from time import monotonic_ns
 from typing import Any, Final
 
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.devs.trace import path_below
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.system.signals import STOPS
 
@@ -37,7 +37,7 @@ class EndReports:
         self._executive = executive
         self._socket = socket.socket(fileno=descriptor)
         self._socket.setblocking(False)
-        self._name = None if shown is None else path_below(executive.simulator.root, shown)
+        self._name = None if shown is None else below_root(shown.path)
         self._value: float | None = None
         self._more = more
         self._due_at = 0

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 import pytest
 
 from firmware_runtime.board import registry
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.executive.step import relative_path
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.page.page import page
 from firmware_runtime.statistics.prometheus.collector import exposition
@@ -30,7 +30,7 @@ def ran(board: str) -> Iterator[Session]:
 
 def paths_of(session: Session) -> list[str]:
     simulator = session.executive.simulator
-    return [relative_path(atomic, simulator.root) for atomic in simulator.atomics]
+    return [below_root(atomic.path) for atomic in simulator.atomics]
 
 
 @pytest.mark.parametrize("board", ["tachobot", "detective"])

@@ -103,6 +103,21 @@ def unknown_options(command: str) -> list[str]:
     return [option for option in OPTION.findall(command.partition("#")[0]) if option not in known]
 
 
+def test_commands_are_found_in_blocks_sentences_and_tables() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert ["replay", "tachobot"] in spelled_out(text)
+    page = (ROOT / "docs" / "first-model.md").read_text(encoding="utf-8")
+    assert ["top", "./room.stats"] in spelled_out(page)
+    table = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert "... run BOARD --doubles" in spans(table)
+    assert unknown_options("run BOARD --double") == ["--double"]
+
+
+def test_every_verb_has_its_line_in_the_page_of_commands() -> None:
+    table = spans((ROOT / "docs" / "commands.md").read_text(encoding="utf-8"))
+    assert VERBS.keys() <= {word.strip(",") for span in table for word in span.split()}
+
+
 @of_every_page
 def test_a_command_that_is_spelled_out_is_taken(page: Path) -> None:
     for words in spelled_out(page.read_text(encoding="utf-8")):

@@ -103,8 +103,8 @@ class Followed:
     """A `Progress` and the lags that it saw."""
 
     def __init__(self, speed: float = 1) -> None:
-        step = Step(Atomic("model"), lambda: 0)
-        step.join(step.root)
+        step = Step(lambda: 0)
+        step.join(Atomic("model"))
         self.progress = Progress(step, 10 * MILLISECOND, speed)
 
 

@@ -15,8 +15,9 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.models.pid import Pid
+from firmware_runtime.recording.code import changed_modules
 from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.recording.of_board import board_of, code_changes, part_code, replay_of
+from firmware_runtime.recording.of_board import board_of, part_code, replay_of
 from firmware_runtime.recording.recording import read_recording
 from firmware_runtime.runs.recorded_run import recorded
 from firmware_runtime.runs.session import Session
@@ -108,8 +109,9 @@ def test_the_code_of_the_controller_is_known_by_module(tmp_path: Path) -> None:
     assert {Attitude.__module__, Pid.__module__, "boards.tachobot.controller"} <= code.keys()
     packages = {name.partition(".")[0] for name in code}
     assert packages == {"boards", "firmware_runtime"}  # no double, nothing of Python's own
-    assert code_changes(recording, code) == []
-    assert code_changes(recording, {**code, Pid.__module__: "another"}) == [Pid.__module__]
+    then = recording.header.code
+    assert changed_modules(then, code) == []
+    assert changed_modules(then, {**code, Pid.__module__: "another"}) == [Pid.__module__]
 
 
 def test_a_recording_of_another_board_is_refused(tmp_path: Path) -> None:

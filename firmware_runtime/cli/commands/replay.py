@@ -26,9 +26,10 @@ from firmware_runtime.recording.changed_settings import (
     changed_settings,
     settings_said,
 )
+from firmware_runtime.recording.code import changed_modules
 from firmware_runtime.recording.comparison import Comparison
 from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.of_board import code_changes, part_code, replay_of
+from firmware_runtime.recording.of_board import part_code, replay_of
 from firmware_runtime.recording.recording import Recording, read_recording
 from firmware_runtime.recording.versions import changed_versions, versions_said
 from firmware_runtime.status import Status
@@ -151,9 +152,10 @@ def _replay_part(arguments: argparse.Namespace, path: Path) -> int:
         raise ConfigError.of_one("replay", f"{fault}; {_EXPECTED}")
     recording = read_recording(path)
     board = _board(arguments, recording)
-    changes = code_changes(recording, part_code(board, recording.header.components))
+    header = recording.header
+    changes = changed_modules(header.code, part_code(board, header.components))
     comparison = replay_of(recording, board)
-    settings = changed_settings(changed_board(recording.header, ()), board)
+    settings = changed_settings(changed_board(header, ()), board)
     if arguments.json:
         said = _as_json(recording, comparison, changes)
         print(json.dumps({**said, "settings_changed": settings}, allow_nan=False))

@@ -6,13 +6,12 @@ from typing import Any, Final, TypeAlias
 
 from msgspec import Raw, Struct
 
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
-from firmware_runtime.devs.trace import path_below
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.forms import form_of
 from firmware_runtime.links.ports.values import Read, reader_of
@@ -33,7 +32,7 @@ class Ports:
             port.name: Entry(port, reader_of(port.type)) for port in root.in_ports.values()
         }
         self.outputs: dict[str, OutPort[Any]] = {
-            path_below(root, port): port
+            below_root(port.path): port
             for component in with_all_below(root)
             for port in component.out_ports.values()
         }
