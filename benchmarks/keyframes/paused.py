@@ -2,7 +2,7 @@
 
 from time import thread_time_ns
 
-from firmware_runtime.blackbox.keyframes import StateTable
+from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board import registry
 from firmware_runtime.closing import Closing

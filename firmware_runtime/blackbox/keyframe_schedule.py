@@ -21,7 +21,7 @@ RESERVE: Final = 200 * MICROSECOND
 
 
 class Keyframes(Protocol):
-    """The state of the whole robot; `blackbox.keyframes` has it."""
+    """The state of the whole robot; `state.keyframes` has it."""
 
     def capture(self) -> bytes:
         """All of it, now."""

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from firmware_runtime.blackbox.keyframes import StateTable
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime
+from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.atomic import Atomic

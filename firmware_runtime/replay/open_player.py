@@ -11,8 +11,8 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.keyframes import ForeignState
 from firmware_runtime.blackbox.section import Section, encode_sent, pairs_of, sent_of
+from firmware_runtime.blackbox.state.keyframes import ForeignState
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.errors import HalError

@@ -6,8 +6,8 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.keyframes import ForeignState, StateTable, UnkeepableState
 from firmware_runtime.blackbox.section import Kind, Section, pairs_of, sentences
+from firmware_runtime.blackbox.state.keyframes import ForeignState, StateTable, UnkeepableState
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.errors import ModelError

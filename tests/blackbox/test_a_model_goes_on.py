@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.keyframes import StateTable
+from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator

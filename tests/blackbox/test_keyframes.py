@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.keyframes import (
+from firmware_runtime.blackbox.state.keyframes import (
     ABSENT,
     StateTable,
     UnkeepableState,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import pytest
 
-from firmware_runtime.blackbox.keyframes import (
+from firmware_runtime.blackbox.state.keyframes import (
     ForeignState,
     StateTable,
     UnkeepableState,

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.keyframes import (
+from firmware_runtime.blackbox.state.keyframes import (
     StateTable,
 )
 from tests.support.nodes import Node

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from firmware_runtime.blackbox.keyframes import StateTable
+from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock

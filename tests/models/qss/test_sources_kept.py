@@ -5,7 +5,7 @@ from functools import partial
 
 import pytest
 
-from firmware_runtime.blackbox.keyframes import StateTable
+from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.qss.model import SystemModel

@@ -9,7 +9,7 @@ import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
-from firmware_runtime.blackbox.layouts import (
+from firmware_runtime.blackbox.state.layouts import (
     ATOMS,
     ITERATORS,
     Layout,

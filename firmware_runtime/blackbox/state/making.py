@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import msgspec
 
-from firmware_runtime.blackbox.later import (
+from firmware_runtime.blackbox.state.later import (
     MADE_EMPTY,
     MADE_WHOLE,
     Known,
@@ -25,7 +25,7 @@ from firmware_runtime.blackbox.later import (
     Value,
     named,
 )
-from firmware_runtime.blackbox.layouts import Layout, Thing, by_name, layout_of
+from firmware_runtime.blackbox.state.layouts import Layout, Thing, by_name, layout_of
 
 _DEPTH: Final = 20_000
 """Calls within calls: a state takes some ten for each of the objects within objects that pickle,

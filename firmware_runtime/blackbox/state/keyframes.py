@@ -15,14 +15,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from threading import Lock, RLock
 from typing import Any, Final, Protocol
 
-from firmware_runtime.blackbox.carried import carried
-from firmware_runtime.blackbox.columns import Column, columns_of
-from firmware_runtime.blackbox.known import KnownObjects, edges_of
-from firmware_runtime.blackbox.later import NoValue
-from firmware_runtime.blackbox.layouts import Thing, UnkeepableState
-from firmware_runtime.blackbox.making import Making, deep_calls
-from firmware_runtime.blackbox.pickled import StateReader, StateWriter
-from firmware_runtime.blackbox.state_differences import (
+from firmware_runtime.blackbox.state.carried import carried
+from firmware_runtime.blackbox.state.columns import Column, columns_of
+from firmware_runtime.blackbox.state.known import KnownObjects, edges_of
+from firmware_runtime.blackbox.state.later import NoValue
+from firmware_runtime.blackbox.state.layouts import Thing, UnkeepableState
+from firmware_runtime.blackbox.state.making import Making, deep_calls
+from firmware_runtime.blackbox.state.pickled import StateReader, StateWriter
+from firmware_runtime.blackbox.state.state_differences import (
     ABSENT,
     FieldDifference,
     StateComparison,

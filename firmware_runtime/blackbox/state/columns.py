@@ -7,10 +7,10 @@ read of attributes are the dictionaries themselves, not copies: the pickler read
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple, Protocol, TypeAlias
 
-from firmware_runtime.blackbox.attributes import reader_of
-from firmware_runtime.blackbox.contents import Content, shown
-from firmware_runtime.blackbox.known import KnownObjects
-from firmware_runtime.blackbox.layouts import (
+from firmware_runtime.blackbox.state.attributes import reader_of
+from firmware_runtime.blackbox.state.contents import Content, shown
+from firmware_runtime.blackbox.state.known import KnownObjects
+from firmware_runtime.blackbox.state.layouts import (
     Layout,
     Thing,
     by_name,
@@ -18,8 +18,8 @@ from firmware_runtime.blackbox.layouts import (
     slots_getter,
     slots_or_names,
 )
-from firmware_runtime.blackbox.making import set_attributes, set_slots
-from firmware_runtime.blackbox.views import Views
+from firmware_runtime.blackbox.state.making import set_attributes, set_slots
+from firmware_runtime.blackbox.state.views import Views
 
 Fields: TypeAlias = Iterator[tuple[str, Thing]]
 """Paths and values."""

@@ -15,7 +15,7 @@ from enum import Enum
 from functools import partial
 from typing import Any, Final
 
-from firmware_runtime.blackbox.layouts import (
+from firmware_runtime.blackbox.state.layouts import (
     ITERATORS,
     Layout,
     Thing,

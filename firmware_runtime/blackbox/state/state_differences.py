@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from typing import Any, Final, NamedTuple
 
-from firmware_runtime.blackbox.known import KnownObjects
-from firmware_runtime.blackbox.later import Known, NoValue, Value, reduced
-from firmware_runtime.blackbox.layouts import Thing, by_name, layout_of
-from firmware_runtime.blackbox.making import Making
+from firmware_runtime.blackbox.state.known import KnownObjects
+from firmware_runtime.blackbox.state.later import Known, NoValue, Value, reduced
+from firmware_runtime.blackbox.state.layouts import Thing, by_name, layout_of
+from firmware_runtime.blackbox.state.making import Making
 
 
 class FieldDifference(NamedTuple):

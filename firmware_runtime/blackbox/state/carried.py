@@ -8,7 +8,7 @@ this robot was built with.
 from collections.abc import Callable
 from typing import Any
 
-from firmware_runtime.blackbox.layouts import Thing
+from firmware_runtime.blackbox.state.layouts import Thing
 
 Same = Callable[[Thing, Thing], bool]
 

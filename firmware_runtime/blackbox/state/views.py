@@ -7,8 +7,8 @@ import ctypes
 from collections.abc import Iterator, Sequence
 from typing import Final, TypeAlias
 
-from firmware_runtime.blackbox.later import NoValue
-from firmware_runtime.blackbox.layouts import UnkeepableState
+from firmware_runtime.blackbox.state.later import NoValue
+from firmware_runtime.blackbox.state.layouts import UnkeepableState
 
 Chunks: TypeAlias = dict[int, bytes]
 """Those with something in them, by their place in bytes."""

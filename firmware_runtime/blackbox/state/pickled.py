@@ -10,8 +10,8 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any, Final, Never
 
-from firmware_runtime.blackbox.later import Known, NoValue, Value, reduced
-from firmware_runtime.blackbox.layouts import Thing
+from firmware_runtime.blackbox.state.later import Known, NoValue, Value, reduced
+from firmware_runtime.blackbox.state.layouts import Thing
 
 PROTOCOL: Final = 5
 _PROTO: Final = pickle.PROTO + bytes([PROTOCOL])

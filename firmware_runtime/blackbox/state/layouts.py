@@ -29,8 +29,8 @@ from typing import Any, Final, TypeAlias
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.blackbox.attributes import attributes_of
-from firmware_runtime.blackbox.contents import Content, content_of
+from firmware_runtime.blackbox.state.attributes import attributes_of
+from firmware_runtime.blackbox.state.contents import Content, content_of
 from firmware_runtime.devs.errors import ModelError
 
 Thing: TypeAlias = Any
