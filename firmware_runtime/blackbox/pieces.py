@@ -63,8 +63,13 @@ class Pieces:
         """Sync if it is time to."""
         if self._ring is None:
             self._find()
-        elif self._is_synced and now >= self._sync_at:
+        elif now >= self._sync_at:
             self._sync_at = now + self._sync
+            self.sync()
+
+    def sync(self) -> None:
+        """Bring what is new to the disk, if it is synced at all."""
+        if self._ring is not None and self._is_synced:
             self._write(self._ring, self._synced)
 
     def keep(self, why: str, number: int) -> None:

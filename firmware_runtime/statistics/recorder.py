@@ -52,6 +52,9 @@ class Pieces(Protocol):
     def poll(self, now: int) -> None:
         """Copy what is new, if it is time to."""
 
+    def sync(self) -> None:
+        """Copy what is new, now."""
+
     def keep(self, why: str, number: int) -> None:
         """Keep what came before this moment: `why` is `late` or `guard`."""
 
@@ -99,10 +102,12 @@ class Recorder:
             self._run = self._begin(statistics, now)
         self._run.poll(statistics, now)
 
-    def close(self) -> None:
-        """Keep what is known of the run under way."""
+    def close(self, now: int) -> None:
+        """Keep what is known of the run under way, up to this moment."""
+        self.poll(now)
         if self._run is not None and not self._run.is_over:
             self._run.close()
+            self._pieces.sync()
         self._pieces.close()
 
     def _begin(self, statistics: Statistics, now: int) -> "_Run":

@@ -237,3 +237,21 @@ def test_sections_of_a_real_run_are_kept_as_they_are(rig: Rig, tmp_path: Path) -
         kept = [each for _, contents in ring.chunks() for each in contents[1:]]
     assert kept == every_section(path)
     assert rig.files == []
+
+
+def test_a_copy_is_brought_up_to_this_moment_on_request(tmp_path: Path, header: bytes) -> None:
+    rig = Rig(tmp_path, header, 1 << 30, 10 * SECOND)
+    run = rig.begin()
+    run.steps(1)
+    rig.pieces.poll(SECOND)
+    run.steps(2)
+    rig.pieces.poll(2 * SECOND)
+    rig.pieces.sync()
+    rig.pieces.close()
+    assert rig.seconds("robot-0001") == [1, 2, 3]
+
+
+def test_what_is_not_synced_is_not_copied_on_request(rig: Rig) -> None:
+    rig.begin().steps(3)
+    rig.pieces.sync()
+    assert rig.files == []

@@ -160,7 +160,7 @@ def test_an_incident_that_waits_is_kept_however_the_following_ends(rig: Rig, end
     rig.poll()
     assert kept == [("late", 1)]
     if ending == "closed":
-        rig.recorder.close()
+        rig.recorder.close(rig.now)
     elif ending == "replaced":
         rig.begin()
         rig.poll()
@@ -168,6 +168,23 @@ def test_an_incident_that_waits_is_kept_however_the_following_ends(rig: Rig, end
         end_of_section(run, RunState.ENDED)
         rig.poll()
     assert kept == [("late", 1), ("late", 2)]
+
+
+@pytest.mark.parametrize("state", [RunState.RUNNING, RunState.ENDED])
+def test_a_recorder_that_is_stopped_keeps_what_came_since_it_last_looked(
+    rig: Rig, state: RunState
+) -> None:
+    run = rig.begin()
+    said: list[str] = []
+    pieces = rig.recorder._pieces
+    pieces.sync = lambda: said.append("sync")  # type: ignore[method-assign]
+    pieces.over = lambda: said.append("over")  # type: ignore[method-assign]
+    rig.poll()
+    run.activation(SECOND, 20_000, 300_000)
+    end_of_section(run, state)
+    rig.recorder.close(rig.now)
+    assert said == ["sync" if state is RunState.RUNNING else "over"]
+    assert activations(rig.folder / "robot-0001.stats") == 1
 
 
 def test_lateness_below_the_requested_limit_is_no_incident(tmp_path: Path) -> None:

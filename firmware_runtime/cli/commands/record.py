@@ -93,7 +93,7 @@ def _record(recorder: Recorder, signal: UntilSignal, notices: Notices) -> None:
         recorder.poll(monotonic_ns())
         notices.alive()
     notices.stopping()
-    recorder.close()
+    recorder.close(monotonic_ns())
 
 
 def _folder(stated: Path | None) -> Path:
