@@ -255,7 +255,7 @@ def _locate(board: str, known: Sequence[str]) -> Path:
         path /= FILE
     if os.path.isfile(path):  # noqa: PTH113
         return path
-    raise ConfigError(board, [_not_found(board, known)])
+    raise ConfigError(board or "''", [_not_found(board, known)])
 
 
 def _not_found(board: str, known: Sequence[str]) -> str:

@@ -18,6 +18,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
@@ -26,6 +27,8 @@ from firmware_runtime.system.signals import stop_on_signals
 
 def run_event_file(arguments: argparse.Namespace) -> Status:
     """Run the file; outputs go to `--outputs`, else to the screen."""
+    if arguments.statistics is not None:
+        check_ending(arguments.statistics)
     name, model = _model(arguments)
     events = read_events(arguments.events, model)
     experiment = Experiment(model, events)

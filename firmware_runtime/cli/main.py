@@ -29,7 +29,11 @@ from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.spelling import did_you_mean
-from firmware_runtime.statistics.errors import StatisticsFileError, TraceFileError
+from firmware_runtime.statistics.errors import (
+    StatisticsFileError,
+    TraceEndsEarlyError,
+    TraceFileError,
+)
 from firmware_runtime.status import Status
 from firmware_runtime.system.priority import come_first
 
@@ -128,7 +132,8 @@ def _carried_out(parsed: argparse.Namespace) -> int:
     try:
         status = _executed(parsed) if parsed.verb in VERBS else _executed_by_another(parsed)
     except (ConfigError, StatisticsFileError, TraceFileError) as error:
-        return _refuse(error, Status.BAD_INPUT)
+        is_done = isinstance(error, TraceEndsEarlyError)
+        return _refuse(error, Status.NOT_PRINTED if is_done else Status.BAD_INPUT)
     except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE, _hint(error, parsed))
     except DeploymentError as error:
@@ -181,7 +186,8 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "5 refused to arm or to move, 6 timed out waiting for an event, "
         "or a step of `service` failed, "
         "7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
-        "10 done but not printed, 11 cannot tell here, 130 and 143 stopped by SIGINT and SIGTERM.",
+        "10 done but not printed or written, 11 cannot tell here, "
+        "130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(
         "-V",

@@ -43,9 +43,12 @@ def of_guard(statistics: Path) -> Path:
 def check_ending(statistics: Path) -> None:
     """Raise StatisticsFileError for a path that no statistics can have.
 
-    That is one of a directory or without a name, or one that ends as a companion does.
+    That is one of what is no regular file or without a name, or one that ends as a companion does.
     """
-    if not statistics.name or "\0" in statistics.name or os.path.isdir(statistics):  # noqa: PTH112
+    is_taken = "\0" in statistics.name or (
+        os.path.exists(statistics) and not os.path.isfile(statistics)  # noqa: PTH110, PTH113
+    )
+    if not statistics.name or is_taken:
         raise StatisticsFileError(f"{str(statistics)!r}: expected the path of a file")
     if statistics.suffix in set(Companion):
         raise StatisticsFileError(

@@ -11,6 +11,10 @@ class TraceFileError(FirmwareRuntimeError):
     """A trace cannot be written to the requested place."""
 
 
+class TraceEndsEarlyError(TraceFileError):
+    """A trace could not take everything, as where the disk is full; the run went on to its end."""
+
+
 def in_words(error: Exception) -> str:
     """What msgspec says of a value, its place first: ``run.steps: expected `int`, got `str` ``."""
     fault, _, place = str(error).partition(" - at ")

@@ -15,6 +15,7 @@ full disk refuses the run instead of killing it later. Other readers and writers
 `pwrite`, never a mapping: a file that is cut short meanwhile cannot kill them.
 """
 
+import errno
 import json
 import mmap
 import os
@@ -203,6 +204,9 @@ class SharedCells:
 
 def _publish(path: Path, size: int, start: bytes) -> mmap.mmap:
     """Make the file under a name of its own, fill and map it, then give it the name people know."""
+    if os.path.exists(path) and not os.path.isfile(path):  # noqa: PTH110, PTH113 -- never raise
+        # a device or a pipe, such as /dev/full, would be gone for all
+        raise OSError(errno.EINVAL, "no regular file", str(path))
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished.unlink(missing_ok=True)

@@ -49,7 +49,9 @@ def find_statistics(board: str | None = None) -> Path:
             f"{fault}, and {closed[0]} is closed to this user; expected root or a member of its "
             f"group, {_group(closed[0])}"
         )
-    raise StatisticsFileError(f"{fault}; expected a run to have left some")
+    is_file = board is not None and os.path.exists(board)  # noqa: PTH110 -- never raises
+    hint = f", or --statistics {board} for that file" if is_file else ""
+    raise StatisticsFileError(f"{fault}; expected a run to have left some{hint}")
 
 
 def all_statistics(board: str | None = None) -> dict[str, Path]:

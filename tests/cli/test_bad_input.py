@@ -340,3 +340,9 @@ def test_a_name_that_no_file_can_have_is_bad_input(
     assert (ended.status, ended.out) == (2, "")
     assert "x" * 80 + "..." in ended.error
     assert len(ended.error) < 1000
+
+
+def test_a_board_without_a_name_is_shown_as_one(command: Callable[..., Any]) -> None:
+    ended = command("check", "")
+    assert ended.status == 2
+    assert ended.error.startswith("firmware-runtime: '': 1 fault")

@@ -1,5 +1,6 @@
 """Files that a run writes: refused before its chips are asked, ended once they are released."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -88,3 +89,42 @@ def test_they_are_ended_once_the_hardware_is_released(
     assert sorted(order[1:]) == ["PipeSink", "TraceFile"]
     assert command("replay", recording).status == 0
     assert trace.stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("tachobot", *BRIEFLY), ("detective", "--events", "empty.ev")],
+)
+def test_statistics_take_the_place_of_no_pipe_or_device(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("empty.ev").touch()
+    os.mkfifo("pipe")
+    Path("link").symlink_to("pipe")
+    for place in ("pipe", "link"):
+        ended = command("run", *words, "--statistics", place)
+        assert (ended.status, ended.out) == (2, "")
+        assert f"{place}" in ended.error
+        assert Path(place).is_fifo()
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["empty.ev", "link", "pipe"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("option", ["--trace", "--record"])
+def test_a_file_that_did_not_take_everything_is_a_status_of_its_own(
+    command: Command, option: str
+) -> None:
+    ended = command("run", "tachobot", *BRIEFLY[:-1], "3", option, "/dev/full")
+    assert ended.status == 10
+    assert "outputs still on: thrust_pairs 0" in ended.out
+    (said,) = ended.error.splitlines()
+    assert "/dev/full: the " in said
+    assert "ends early (No space left on device); expected room for all of it" in said
+
+
+@pytest.mark.slow
+def test_it_hides_no_status_of_the_run(command: Command) -> None:
+    ended = command("run", "tachobot", *BRIEFLY, "--trace", "/dev/full")
+    assert ended.status == 1
+    assert "was never ready" in ended.error

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, nullcontext
+from contextlib import closing, contextmanager
 from importlib import import_module
 from pathlib import Path
 from time import monotonic_ns
@@ -20,6 +20,7 @@ from firmware_runtime.cli.event_options import add_event_options
 from firmware_runtime.cli.planned_inputs import add_input_option, plan_inputs
 from firmware_runtime.cli.progress_line import Messages, progress_shown
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
+from firmware_runtime.cli.run_files import RunFiles
 from firmware_runtime.cli.run_options import add_run_options
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
@@ -40,7 +41,6 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.summary import summary
-from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices
@@ -130,38 +130,39 @@ def _run(
     arguments: argparse.Namespace, session: Session, notices: Notices, messages: Messages
 ) -> int:
     """Run it; its files are written to their ends once the hardware is released."""
-    executive = session.executive
-    with ExitStack() as files, closing(session):
-        draw = _plotting(session, arguments.plot)
-        report = Report(session, arguments, messages)
-        plan_inputs(session, arguments.inputs, report.until)
-        reports = _reports(session, arguments.report_to)
-        ended = files.enter_context(_recording(session, arguments.record, messages))
-        at_end = arguments.loop is not None
-        files.enter_context(tracing(executive.simulator, arguments.trace, at_end=at_end))
-        with (
-            _serving(session, notices, messages) as reload,
-            progress_shown(session, report.until, messages, wanted=not arguments.json),
-            stop_on_signals(executive.request_stop, reload, executive.give_up),
-        ):
-            report.begin()
-            outcome = session.run(report.until)
-            if reports is not None:
-                reports.keep_signals_off()
-            ended(outcome)
-        if isinstance(outcome.error, StatisticsFileError):
-            raise outcome.error  # the run never began: bad input, like a board's
-        status: int = _status(outcome, session)
-        try:
-            with readers_may_go():
-                report.end(outcome)
-        except OutputError as error:
-            not_printed(error)
-            status = status or Status.NOT_PRINTED
-        draw(outcome.reason)
+    executive, files = session.executive, RunFiles(messages)
+    try:
+        with closing(session):
+            draw = _plotting(session, arguments.plot)
+            report = Report(session, arguments, messages)
+            plan_inputs(session, arguments.inputs, report.until)
+            reports = _reports(session, arguments.report_to)
+            files.begin(session, arguments)
+            with (
+                _serving(session, notices, messages) as reload,
+                progress_shown(session, report.until, messages, wanted=not arguments.json),
+                stop_on_signals(executive.request_stop, reload, executive.give_up),
+            ):
+                report.begin()
+                outcome = session.run(report.until)
+                if reports is not None:
+                    reports.keep_signals_off()
+                files.ended(outcome)
+            if isinstance(outcome.error, StatisticsFileError):
+                raise outcome.error  # the run never began: bad input, like a board's
+            status: int = _status(outcome, session)
+            try:
+                with readers_may_go():
+                    report.end(outcome)
+            except OutputError as error:
+                not_printed(error)
+                status = status or Status.NOT_PRINTED
+            draw(outcome.reason)
+    finally:
+        written = files.close()
     if reports is not None:
         reports.close()
-    return status
+    return status or written
 
 
 def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | None:
@@ -238,21 +239,6 @@ def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
     plot = import_module("firmware_runtime.cli.plot")
     plot.check_plot(session, path)
     return lambda reason: plot.write_plot(session, path, reason)
-
-
-def _recording(
-    session: Session, path: Path | None, messages: Messages
-) -> AbstractContextManager[Callable[[Outcome], None]]:
-    """What records the run and is called with how it ended.
-
-    What records is imported only if there is something to record.
-    """
-    if path is None:
-        return nullcontext(lambda _outcome: None)
-    module = import_module("firmware_runtime.runs.recorded_run")
-    recorded: AbstractContextManager[Callable[[Outcome], None]]
-    recorded = module.recorded(session, path, messages)
-    return recorded
 
 
 @contextmanager
