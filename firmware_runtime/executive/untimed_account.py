@@ -1,8 +1,11 @@
 """The account of a model without a period where functions take no time: in virtual time.
 
-The clock stands still while a step is worked off, so every own time is zero and nothing is late.
-This account counts what the other counts and leaves undone what would come to nothing: reading the
-clock around each function of the model. Nothing is recorded, so it is none for a flight recorder.
+The clock stands still while a step is worked off, so every own time is zero, nothing is late, and
+no deadline passes before it is kept. This account counts what the other counts and leaves undone
+what would come to nothing: reading the clock around each function of the model, and following what
+it books within a step. What it has booked is seen when the step is over; and a model that took part
+in a step at its deadline has run, since its internal transition comes first.
+Nothing is recorded, so it is none for a flight recorder.
 """
 
 from collections.abc import Callable
@@ -10,7 +13,7 @@ from collections.abc import Callable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import NOTHING, TOOK_PART
+from firmware_runtime.executive.account import NOTHING, RAN, REACTIONS, TOOK_PART
 from firmware_runtime.executive.event_account import EventAccount
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
@@ -44,21 +47,38 @@ class UntimedEventAccount(EventAccount):
         step.began_at[self.number] = step.lap
         transit = self._call_internal
         transit()
-        self._book_after_event(step.at)
+        if self.noted == NOTHING:
+            self.noted = TOOK_PART
+            step.touched.append(self.number)
+        self.sigma = self.atomic.sigma
 
     def external(self, elapsed: int) -> None:
         """Have the model read its input."""
-        step, booked = self._step, self.due
         transit = self._call_external
         transit(elapsed)
         for answer in self.answers:
             answer()
         if self.noted == NOTHING:
             self.noted = TOOK_PART
-            step.touched.append(self.number)
-        sigma = self.sigma = self.atomic.sigma
+            self._step.touched.append(self.number)
+        self.sigma = self.atomic.sigma
+
+    def settle(self, at: int, own_time: int) -> bool:
+        """Count what the step at instant `at` has left; return whether an event ran."""
+        ran = self.noted == RAN or self.due == at
+        self.noted = NOTHING
+        sigma = self.sigma
         if sigma.__class__ is not int:
             sigma = self._plain_time_advance()
-        self.due = step.at + sigma if 0 < sigma < NEVER else NEVER
-        if booked <= step.lap and booked != self.due:
-            self._replan(booked)
+        due = self.due = at + sigma if 0 < sigma < NEVER else NEVER
+        self.own_time.record(own_time)
+        if ran:
+            self.lateness = self._step.began_at[self.number] - at
+            self.count_run(at)
+        else:
+            self.reactions = self.cells[REACTIONS] = self.reactions + 1
+            if due == self._written_due:
+                return False
+        self.write()
+        self._written_due = due
+        return ran
