@@ -28,23 +28,26 @@ class AdapterProfile(NamedTuple):
     empty_write: bool = True
     empty_read: bool = True
 
-    def refusal(self, messages: Sequence[Message], *, holds: bool = False) -> int | None:
+    def refusal(self, messages: Sequence[Message], last: int) -> int | None:
         """Return the errno these messages are refused with, None when the adapter takes them.
 
-        `holds` says that others of the same transaction follow.
+        `last` is the place of the transaction's last message: none of these if others follow.
         """
         if not 1 <= len(messages) <= MOST_MESSAGES:
             return errno.EINVAL
-        last = len(messages) if holds else len(messages) - 1
         for index, message in enumerate(messages):
-            is_read = isinstance(message, int)
-            length = message if isinstance(message, int) else len(message)
+            if isinstance(message, int):
+                length, empty_is_taken = message, self.empty_read
+                comes_too_early = index != last and self.read_must_be_last
+            else:
+                length, empty_is_taken = len(message), self.empty_write
+                comes_too_early = False
             if not 0 < length <= LONGEST_MESSAGE:
                 if length != 0:
                     return errno.EINVAL
-                if not (self.empty_read if is_read else self.empty_write):
+                if not empty_is_taken:
                     return errno.EOPNOTSUPP
-            if is_read and index != last and self.read_must_be_last:
+            if comes_too_early:
                 return errno.EOPNOTSUPP
         return None
 

@@ -99,7 +99,7 @@ class I2cBusDouble(Wire, I2cBus):
         with self._lock:
             if self._holds:
                 self._stop_what_is_held()
-            return self._transferred((address,) * len(messages), messages)
+            return self._transferred((address,) * len(messages), messages, 1)
 
     def transfer_parts(
         self, parts: Sequence[tuple[int, Message]], *, continues: bool = False, holds: bool = False
@@ -115,7 +115,7 @@ class I2cBusDouble(Wire, I2cBus):
             if not continues:
                 self._stop_what_is_held()
             try:
-                answer = self._transferred(addresses, messages, holds=holds)
+                answer = self._transferred(addresses, messages, 0 if holds else 1)
             except OSError:
                 self._stop_what_is_held()  # whatever went wrong, it ends with STOP
                 raise
@@ -129,15 +129,15 @@ class I2cBusDouble(Wire, I2cBus):
                 target.stop()
 
     def _transferred(
-        self, addresses: tuple[int, ...], messages: tuple[Message, ...], *, holds: bool = False
+        self, addresses: tuple[int, ...], messages: tuple[Message, ...], stop_bits: int
     ) -> bytes:
         at, address = self._now(), addresses[0] if addresses else 0
         try:
-            self._refuse(messages, holds=holds)
+            self._refuse(messages, stop_bits)
             if self.faults is None:
-                answer = self._carry(self._targets, addresses, messages, holds=holds)
+                answer = self._carry(self._targets, addresses, messages, stop_bits)
             else:
-                answer = self._with_faults(self.faults, at, addresses, messages, holds=holds)
+                answer = self._with_faults(self.faults, at, addresses, messages, stop_bits)
         except OSError as error:
             self.errors += 1
             self.log.append(Transaction(at, address, messages, b"", error.errno))
@@ -179,11 +179,11 @@ class I2cBusDouble(Wire, I2cBus):
         """Release the bus; the targets go on as they are."""
         self._closed = True
 
-    def _refuse(self, messages: tuple[Message, ...], *, holds: bool) -> None:
+    def _refuse(self, messages: tuple[Message, ...], stop_bits: int) -> None:
         """Raise what ends a transaction before its START."""
         if self._closed:
             raise os_error(errno.EBADF)
-        refused_with = self._adapter.refusal(messages, holds=holds)
+        refused_with = self._adapter.refusal(messages, len(messages) - stop_bits)
         if refused_with is not None:
             raise os_error(refused_with)
         if self._pulses_missing:
@@ -195,17 +195,16 @@ class I2cBusDouble(Wire, I2cBus):
         at: int,
         addresses: tuple[int, ...],
         messages: tuple[Message, ...],
-        *,
-        holds: bool,
+        stop_bits: int,
     ) -> bytes:
         """Carry out a transaction with what the script has due in it."""
         alteration = script.alteration(self.transactions, at, addresses[0], messages)
         if alteration is None:
-            return self._carry(self._targets, addresses, messages, holds=holds)
+            return self._carry(self._targets, addresses, messages, stop_bits)
         self._fail_before_start(alteration)
         reachable = [] if alteration.address_refused else self._present(alteration)
         messages_left = alteration.cut(messages)
-        answer = self._carry(reachable, addresses, messages_left, holds=holds)
+        answer = self._carry(reachable, addresses, messages_left, stop_bits)
         if alteration.refused_byte is not None:
             self._count(1)
             raise os_error(self._adapter.byte_refused)

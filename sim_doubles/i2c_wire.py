@@ -77,25 +77,27 @@ class Wire:
         targets: Sequence[Target],
         addresses: tuple[int, ...],
         messages: tuple[Message, ...],
-        *,
-        holds: bool,
+        stop_bits: int,
     ) -> bytes:
-        """Carry messages to their addresses; return what was read. `holds`: without STOP."""
+        """Carry messages to their addresses; return what was read. `stop_bits`: 0 for no STOP.
+
+        Whatever goes wrong ends in a STOP.
+        """
         answer = b""
-        stops = True
-        last = len(messages) - 1
+        left = len(messages)
         self._timing.begin()
         try:
-            for index, (address, message) in enumerate(zip(addresses, messages, strict=False)):
-                stop_bits = 1 if index == last and not holds else 0
+            for address, message in zip(addresses, messages, strict=False):
+                left -= 1
                 if isinstance(message, int):
-                    answer += self._read(targets, address, message, stop_bits)
+                    answer += self._read(targets, address, message, 0 if left else stop_bits)
                 else:
-                    self._write(targets, address, message, stop_bits)
-            stops = not holds
-        finally:
-            if stops:
-                self._stop(targets)
+                    self._write(targets, address, message, 0 if left else stop_bits)
+        except BaseException:
+            self._stop(targets)
+            raise
+        if stop_bits:
+            self._stop(targets)
         return answer
 
     def _count(self, length: int) -> None:

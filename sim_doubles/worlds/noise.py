@@ -14,8 +14,7 @@ from typing import TypeAlias
 __all__ = ["InstantNoise"]
 
 _CELL = 2.0**-52
-_hash = blake2b
-_words = struct.Struct("<3Q").unpack
+_WORDS = struct.Struct("<3Q")
 
 
 Quantile: TypeAlias = Callable[[float, float, float], float]
@@ -39,13 +38,14 @@ class InstantNoise:
     """Triples of independent normal numbers of mean zero, one triple an instant."""
 
     def __init__(self, source: str, seed: int, standard_deviation: float) -> None:
-        self._seed = b"%s:%d:" % (source.encode(), seed)
+        self._seeded = blake2b(b"%s:%d:" % (source.encode(), seed), digest_size=_WORDS.size)
         self._scale = standard_deviation
 
     def at(self, instant: int) -> tuple[float, float, float]:
         """The noise at `instant`, in the unit of the standard deviation."""
-        key = self._seed + b"%d" % instant
-        a, b, c = _words(_hash(key, digest_size=24).digest())
+        keyed = self._seeded.copy()
+        keyed.update(b"%d" % instant)
+        a, b, c = _WORDS.unpack(keyed.digest())
         scale = self._scale
         # quantiles of the upper 52 bits, taken mid-cell so that 0 and 1 never occur
         return (

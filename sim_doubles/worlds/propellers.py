@@ -33,7 +33,8 @@ class PropellerPairs:
     def __init__(self, pair_thrust_n: float, lag_s: float) -> None:
         self._thrust_n = pair_thrust_n
         self._lags = lag_s > 0.0
-        self._decay = 1.0 / lag_s if self._lags else _ANY_DECAY
+        self.decay = 1.0 / lag_s if self._lags else _ANY_DECAY
+        """How fast every force settles, in 1/s."""
         self._speeds: Sequence[float] = (0.0,) * MOTORS
         self._duties: Sequence[float] = ()
         self._settled: Sequence[float] = ()
@@ -41,11 +42,6 @@ class PropellerPairs:
         self._only_turns = False
         """Each pair turns as much as the others: what one does is known of all."""
         self.hold((0.0,) * MOTORS)
-
-    @property
-    def decay(self) -> float:
-        """How fast every force settles, in 1/s."""
-        return self._decay
 
     @property
     def duties(self) -> Sequence[float]:
@@ -78,7 +74,7 @@ class PropellerPairs:
         """The force that turns the body from x to y on the lever arm, times a factor."""
         single, double = self._gaps()
         return Transient(
-            self._settled_turn * leverage, single * leverage, double * leverage, self._decay
+            self._settled_turn * leverage, single * leverage, double * leverage, self.decay
         )
 
     def turn_for(self, leverage: float, elapsed_s: float) -> Terms:
@@ -96,14 +92,14 @@ class PropellerPairs:
         s, r = speeds[0] - d, speeds[1] - b
         single = 4.0 * (2.0 * k * (d * s - b * r))
         double = 4.0 * (k * (s * s - r * r))
-        p = math.exp(-self._decay * elapsed_s)
+        p = math.exp(-self.decay * elapsed_s)
         s, r = d + s * p, b + r * p
         self._speeds = (s, r, r, s, s, r, r, s)
         return settled, single * leverage, double * leverage
 
     def advance(self, elapsed_s: float) -> None:
         """Let `elapsed_s` pass with the duties held."""
-        p = math.exp(-self._decay * elapsed_s)
+        p = math.exp(-self.decay * elapsed_s)
         d1, b1, d2, b2, d3, b3, d4, b4 = self._duties
         s1, r1, s2, r2, s3, r3, s4, r4 = self._speeds
         self._speeds = (
@@ -146,7 +142,7 @@ class PropellerPairs:
             self._settled[index],
             2.0 * thrust_n * (duty * gap - back_duty * back_gap),
             thrust_n * (gap * gap - back_gap * back_gap),
-            self._decay,
+            self.decay,
         )
 
 
