@@ -16,6 +16,7 @@ import resource
 import statistics
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 
@@ -27,7 +28,8 @@ def main() -> int:
     parser.add_argument("--for", type=float, default=30.0, dest="robot_s", help="robot seconds")
     parser.add_argument("--repetitions", type=int, default=5)
     arguments = parser.parse_args()
-    report = _measured(arguments.base, arguments.robot_s, arguments.repetitions)
+    base = None if arguments.base is None else str(Path(arguments.base).absolute())
+    report = _measured(base, arguments.robot_s, arguments.repetitions)
     print(json.dumps(report) if arguments.json else _as_text(report))
     return 0
 
