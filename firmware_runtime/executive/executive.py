@@ -266,3 +266,4 @@ class Executive:
         It shows no sign of life: what it cannot switch off the guard is to try, which may be able.
         """
         self.world_now.begin(now, now)
+        self._ledger.stand_still()

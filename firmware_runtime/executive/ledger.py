@@ -4,6 +4,7 @@ During a step nothing is written, so a process killed in the middle of one leave
 """
 
 from collections.abc import Callable
+from time import monotonic_ns
 
 from msgspec import structs
 
@@ -147,6 +148,12 @@ class Ledger:
         self._progress.idle()
         self.file.open_section()
         self.file.close_section(now)
+
+    def stand_still(self) -> None:
+        """Note that nothing is due any more, without a sign of life."""
+        self.file.open_section()
+        self.file.cells[WRITTEN] = monotonic_ns()
+        self.file.close_section_as_it_was()
 
     def pause(self, now: int) -> None:
         """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""

@@ -20,16 +20,21 @@ from firmware_runtime.runs.settings_in_force import kept_settings
 def switched_off(board: Board, doubles: Path | None) -> list[str]:
     """What switching this board off writes, and where: device, address, bytes.
 
-    Runs and guards that agree in this mean the same chips.
+    Of doubles the device is where they are served and the line's name there. Runs and guards that
+    agree in this mean the same chips.
     """
-    served = None if doubles is None else str(doubles.resolve())
     notes: list[str] = []
+
+    def place(name: str, device: str) -> str:
+        return device if doubles is None else f"{doubles.resolve()} {name}"
+
     buses = {
-        name: NotingBus(name, served or bus.device, notes)
+        name: NotingBus(name, place(name, bus.device), notes)
         for name, bus in board.settings.buses.items()
     }
     ports = {
-        name: NotingPort(name, served or port.device, notes) for name, port in board.ports.items()
+        name: NotingPort(name, place(name, port.device), notes)
+        for name, port in board.ports.items()
     }
     board.build(Lines(buses, ports)).make_safe()
     return notes

@@ -8,8 +8,9 @@ stuck, and the last one of a run whose process is gone.
   one is not due too. Of two, one has not run: it counts as skipped, as the loop will count it. A
   model that is still within its period waits with that one's later phases: what falls due before
   they are over is skipped. But where the policy is to catch up, all of them wait: each will run.
-- When the process is gone without having ended the run, nothing waits any more: what was due by the
-  last instant written has been skipped.
+- When the process is gone without having ended the run, nothing waits any more: what was due while
+  it lived has been skipped. It lived when it wrote last, and when the guard last saw it, which may
+  be long after in a run that hung.
 - A run that has ended has counted this itself, and nothing after the instant at which it is to end
   belongs to it, however late the loop comes there.
 """
@@ -18,7 +19,7 @@ from time import monotonic_ns
 
 from firmware_runtime.statistics.header import Header, StatedModel
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, MODEL, STATE, WRITTEN
+from firmware_runtime.statistics.layout import ELAPSED, GUARD, HEARTBEAT, MODEL, STATE, WRITTEN
 
 _SCHEDULED, _SKIPPED, _DUE, _IS_IN_PERIOD = map(
     MODEL.index, ("scheduled", "skipped", "due_ns", "is_in_period")
@@ -31,10 +32,9 @@ def count_overdue(cells: Cells, header: Header, *, is_alive: bool) -> None:
     written_at = max(cells[WRITTEN], cells[HEARTBEAT])
     if speed is None or cells[STATE] != 0 or written_at == 0:
         return
-    if is_alive:
-        read_at = monotonic_ns()
-        cells[ELAPSED] += max(round((read_at - written_at) * speed), 0)
-        cells[WRITTEN] = read_at
+    alive_at = monotonic_ns() if is_alive else max(cells[GUARD], written_at)
+    cells[ELAPSED] += max(round((alive_at - written_at) * speed), 0)
+    cells[WRITTEN] = alive_at
     now = _last_instant(cells, header)
     for index, path in enumerate(header.layout.models):
         first, stated = header.layout.model(index), header.models[path]

@@ -71,7 +71,7 @@ def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path
     moved = registry.load("tachobot", ["thrust_pairs.address=0x42"])
     against = outputs.why_unguarded({"switched_off": switched_off(moved, doubles)})
     assert against is not None
-    assert f"go off by {doubles} 0x42: fd10, here by" in against
+    assert f"go off by {doubles} i2c1 0x42: fd10, here by" in against
     tuned = registry.load("tachobot", ["controller.yaw.kp=0.5"])
     assert agrees(outputs, {"switched_off": switched_off(tuned, doubles)})
 

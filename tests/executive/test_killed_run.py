@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.runs.watched_run import WatchedRun
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
-from tests.support.waiting import PATIENCE_S
+from tests.support.waiting import PATIENCE_S, wait_until
 
 PROGRAM = """
 import sys
@@ -80,6 +81,29 @@ def test_statistics_are_read_during_the_run_and_after_kill_9(
     assert after["conditions"]["run"]["state"] == "died"
     assert after["run"] >= during.as_json()["run"] > 0
     assert_identity(after)
+
+
+@pytest.mark.slow
+def test_what_was_due_while_it_hung_is_counted_after_kill_9_if_a_guard_saw_it(
+    process: subprocess.Popen[str], path: Path
+) -> None:
+    read_after_steps(path, 50)
+    process.send_signal(signal.SIGSTOP)
+    stopped = read_statistics(path).as_json()["skipped"]
+    wait_until(lambda: skipped(path) > stopped + 50, "the loop is late by the clock")
+    seen = skipped(path)
+    WatchedRun(path).show_presence()
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    after = read_statistics(path).as_json()
+    assert after["conditions"]["run"]["state"] == "died"
+    assert after["skipped"] >= seen
+    assert_identity(after)
+
+
+def skipped(path: Path) -> int:
+    counted: int = read_statistics(path).as_json()["skipped"]
+    return counted
 
 
 @pytest.mark.slow

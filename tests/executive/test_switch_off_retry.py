@@ -13,7 +13,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY, Outcome
 from firmware_runtime.hal.errors import NoAcknowledge
-from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.signals import stop_on_signals
 from tests.support.periodic_models import PERIOD, Actuator, Robot
@@ -76,6 +76,7 @@ def test_meanwhile_it_shows_no_sign_of_life_so_that_the_guard_tries_too() -> Non
     outputs.run()
     assert len(heartbeats) > 1
     assert len(set(heartbeats)) == 1
+    assert outputs.executive.cells[WRITTEN] > 0
     assert outputs.executive.cells[ELAPSED] == PERIOD
 
 

@@ -81,6 +81,23 @@ def test_a_guard_with_other_settings_takes_up_those_of_the_run(tmp_path: Path) -
             wait_until(lambda: run.is_off, "the guard has switched off")
 
 
+def test_a_guard_with_its_chips_on_another_bus_takes_up_the_run_s_even_if_one_is_stuck(
+    tmp_path: Path,
+) -> None:
+    """The guard goes by the robot's own file, the run by one with a bus more."""
+    begin, imu, rest = registry.load("tachobot").source.read_text("utf-8").partition("[imu] ")
+    imu_s, pairs, own = rest.partition("[thrust_pairs]")
+    another = '[buses.i2c2]\ndevice = "/dev/i2c-2"\nspeed_hz = 400_000\n\n'
+    own = own.replace('bus = "i2c1"', 'bus = "i2c2"', 1)
+    file = tmp_path / "two_buses.toml"
+    file.write_text(f"{begin}{another}{imu}{imu_s}{pairs}{own}", encoding="utf-8")
+    with guarded_run(tmp_path, board=str(file)) as run:
+        fault = ("doubles", "fault", "stuck", "--bus", "i2c1", "--for", 600)
+        assert run.ask(*fault, "--socket", run.socket).returncode == 0
+        run.signal(signal.SIGKILL)
+        wait_until(lambda: run.is_off, "the guard has switched off", run.errors)
+
+
 def test_a_guard_of_other_doubles_does_not_let_the_run_be_armed(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
