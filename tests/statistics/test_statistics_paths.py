@@ -105,7 +105,7 @@ def test_a_directory_closed_to_this_user_is_passed_by_and_named_if_nothing_is_fo
 
 def test_a_file_in_the_place_of_a_board_is_said_to_have_an_option(tmp_path: Path) -> None:
     (file := tmp_path / "copy.stats").touch()
-    with pytest.raises(StatisticsFileError, match="or --statistics .*copy.stats for that file"):
+    with pytest.raises(StatisticsFileError, match=r"or --statistics .*copy\.stats for that file"):
         find_statistics(str(file))
-    with pytest.raises(StatisticsFileError, match="expected a run to have left some$"):
+    with pytest.raises(StatisticsFileError, match=r"expected a run to have left some$"):
         find_statistics("nothing")
