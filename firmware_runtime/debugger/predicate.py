@@ -12,6 +12,7 @@ from enum import Enum
 from typing import Any, Final
 
 from firmware_runtime.debugger.models import Models, value_of
+from firmware_runtime.debugger.records import fields_of, may_have
 from firmware_runtime.errors import ConfigError
 
 _COMPARE: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], bool]]] = {
@@ -125,6 +126,8 @@ class Predicate:
         """The last value of a port, a field of it, or an attribute of a model."""
         port, rest = self._port(node)
         if port is not None:
+            if rest:
+                self._check_field(port, rest[0])
             return lambda seen: _field(seen.last.get(port, NoValue), rest, self.text)
         path = _dotted(node)
         assert path is not None  # noqa: S101 -- `_port` has refused what is no name
@@ -134,6 +137,15 @@ class Predicate:
         models = self._models.by_path
         value_of(models[name], words[:1], path)
         return lambda _: value_of(models[name], words, path)
+
+    def _check_field(self, path: str, field: str) -> None:
+        """Refuse a field that no record which leaves this port can have: it would never hold."""
+        owner, _, name = path.rpartition(".")
+        kind = self._models.component(owner).out_ports[name].type
+        known = fields_of(kind)
+        if known and not may_have(kind, field):
+            fault = f"a {kind.__name__} has no {field}; expected one of {', '.join(known)}"
+            raise ConfigError.of_one(path, fault)
 
     def _port(self, node: ast.expr) -> tuple[str | None, list[str]]:
         """The port that sends what leaves the one a name begins with, and what follows it."""

@@ -1,6 +1,6 @@
 """A sweep's page: outcomes, histograms, each figure over each key, and the worst rows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 from xml.etree.ElementTree import Element
 
@@ -9,7 +9,7 @@ from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
 from firmware_runtime.sweeps.plots import Scatter, histogram
 from firmware_runtime.sweeps.row import EXPERIMENT
-from firmware_runtime.sweeps.summary import Case, Summary
+from firmware_runtime.sweeps.summary import Case, Summary, rarer_truth
 from firmware_runtime.sweeps.table import Table
 
 MOST_DOTS: Final = 2000
@@ -77,10 +77,10 @@ def _scatters(rows: Table, found: Summary) -> Iterator[Element]:
         (name for name, each in found.spreads.items() if each.min < each.max),
         key=lambda name: not name.startswith(EXPERIMENT),
     )
-    drawn = 0
+    drawn, rarer = 0, {name: rarer_truth(rows, name) for name in found.shares}
     for figure in figures:
         for key in rows.varied:
-            points = _points(rows, key, figure, list(found.shares))
+            points = _points(rows, key, figure, rarer)
             if len({point[0] for point in points}) > 1 and drawn < MOST_SCATTERS:
                 drawn += 1
                 caption = element("figcaption", f"{figure} over {key}")
@@ -88,14 +88,14 @@ def _scatters(rows: Table, found: Summary) -> Iterator[Element]:
 
 
 def _points(
-    rows: Table, key: str, figure: str, truths: Sequence[str]
+    rows: Table, key: str, figure: str, rarer: Mapping[str, bool | None]
 ) -> list[tuple[float, float, bool]]:
     every = -(-len(rows.rows) // MOST_DOTS)
     found = []
     for row in rows.rows[::every]:
         across, up = row.get(key), row.get(figure)
         if _is_number(across) and _is_number(up):
-            is_marked = any(row.get(name) is False for name in truths)
+            is_marked = any(row.get(name) is one for name, one in rarer.items() if one is not None)
             found.append((float(across), float(up), is_marked))  # type: ignore[arg-type]
     return found
 

@@ -31,7 +31,7 @@ def histogram(name: str, spread: Spread) -> LinePlot:
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """A dot a row: a figure over a key; `marked` dots are those of runs that did not settle."""
+    """A dot a row: a figure over a key; `marked` dots are runs with a truth that is rarely so."""
 
     across: str
     up: str

@@ -116,6 +116,16 @@ def _truths(table: Table, name: str) -> list[bool]:
     return [each for each in cells if isinstance(each, bool)] if _all_bool(cells) else []
 
 
+def rarer_truth(table: Table, name: str) -> bool | None:
+    """What a column of truths is in fewer rows, false where both are as many; None if it is one.
+
+    Whether true is good news, as of `settled`, or bad, as of `flooded`, no name tells.
+    """
+    said = _truths(table, name)
+    true = sum(said)
+    return None if true in {0, len(said)} else true < len(said) - true
+
+
 def _all_bool(cells: Sequence[Cell]) -> bool:
     return all(isinstance(each, bool) for each in cells)
 
@@ -136,14 +146,15 @@ def _histogram(values: Sequence[float], low: float, high: float) -> list[int]:
 def _worst(
     table: Table, file: str, numbers: Sequence[str], truths: Sequence[str]
 ) -> Iterator[tuple[str, list[Case]]]:
-    """Rows that did not end in order; of truths the false ones; of numbers the largest."""
+    """Rows that did not end in order; of truths the rarer ones; of numbers the largest."""
     failed = [row for row in table.rows if row["outcome"] not in SOUND]
     if failed:
         yield "outcome", [_case(table, row, "outcome", file) for row in failed[:WORST]]
     for name in truths:
-        untrue = [row for row in table.rows if row.get(name) is False]
-        if untrue:
-            yield name, [_case(table, row, name, file) for row in untrue[:WORST]]
+        rarer = rarer_truth(table, name)
+        cases = [row for row in table.rows if rarer is not None and row.get(name) is rarer]
+        if cases:
+            yield name, [_case(table, row, name, file) for row in cases[:WORST]]
     for name in numbers:
         if name == "duration_s":
             continue

@@ -31,7 +31,9 @@ def _heading(name: str, case: Case) -> str:
     """What the rows below have in common."""
     if name == "outcome":
         return "did not end in order:"
-    return f"{name} is false:" if case.value is False else f"largest {name}:"
+    if isinstance(case.value, bool):
+        return f"{name} is {'true' if case.value else 'false'}:"
+    return f"largest {name}:"
 
 
 def _cells(name: str, spread: Spread) -> tuple[str, ...]:

@@ -53,3 +53,16 @@ def test_without_a_run_there_is_nothing_to_tune(
 ) -> None:
     monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
     assert main(["get", "tachobot"]) not in {Status.OK, None}
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.usefixtures("_run")
+def test_safe_state_says_that_a_runs_own_doubles_are_out_of_reach(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    nowhere = ["--set", "buses.i2c1.device=/nowhere/i2c"]
+    assert main(["safe-state", "tachobot", *nowhere]) == Status.NOT_SAFE
+    said = capsys.readouterr().err
+    assert "not made safe: i2c1" in said
+    assert "is on doubles of its own, which end with it; expected served ones" in said

@@ -16,6 +16,7 @@ from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
 from firmware_runtime.debugger.models import Models
 from firmware_runtime.debugger.predicate import Predicate, Seen
+from firmware_runtime.debugger.records import may_have
 from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -271,3 +272,18 @@ def test_a_predicate_compares_an_enumeration_by_its_members_name(travel: Travel)
     assert not opened.holds(seen)
     seen.last = {"imu.sample": Gate.OPEN}
     assert opened.holds(seen)
+
+
+def test_a_field_that_no_value_of_the_port_has_is_refused(travel: Travel) -> None:
+    models = Models(travel.player.simulator.root)
+    with pytest.raises(ConfigError, match=r"a Forces has no f5; expected one of f1, f2, f3, f4"):
+        Predicate("controller.forces.f5 > 0.4", models)
+
+
+def test_a_field_that_only_a_derived_record_has_is_one_that_a_value_may_have() -> None:
+    class Wider(Forces):
+        f7 = 0.0
+
+    assert may_have(Forces, "f7")
+    assert not may_have(Forces, "f8")
+    assert issubclass(Wider, Forces)

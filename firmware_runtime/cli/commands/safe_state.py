@@ -62,6 +62,10 @@ def execute(arguments: argparse.Namespace) -> int:
     safe_state.close()
     for sentence in (*faults, *warnings, *(f"not made safe: {each}" for each in failed)):
         print_line(f"firmware-runtime: {sentence}", sys.stderr)
+    if failed and _has_doubles_of_its_own(statistics):
+        fault = f"the run at {statistics} is on doubles of its own, which end with it"
+        expected = "expected served ones (`doubles serve`), and --doubles here"
+        print_line(f"firmware-runtime: {fault}; {expected}", sys.stderr)
     if not failed:
         print_line(f"{meant[0].name}: all outputs off ({arguments.reason})", sys.stdout)
     return Status.NOT_SAFE if failed else Status.OK
@@ -125,6 +129,20 @@ def _statistics(arguments: argparse.Namespace, board: str) -> Path | None:
     with suppress(StatisticsFileError, OSError):
         return default_path(board)
     return None
+
+
+def _has_doubles_of_its_own(statistics: Path | None) -> bool:
+    """Whether a run lives there whose outputs no other process reaches."""
+    if statistics is None:
+        return False
+    # outputs come first: what explains a failure is loaded after it
+    from firmware_runtime.statistics.reader import read_statistics  # noqa: PLC0415
+
+    try:
+        found = read_statistics(statistics)
+    except StatisticsFileError:
+        return False
+    return found.writer_alive and not found.header.has_outputs
 
 
 def _off(board: Board, arguments: argparse.Namespace) -> list[str]:
