@@ -243,6 +243,8 @@ def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
     return status
 
 
+_NUMBERS = {"int": "a whole number", "float": "a number"}
+"""What argparse calls the types that a verb takes as they are, and what they are."""
 _CHOICE = r"invalid choice: '(.*)' \(choose from (.*)\)$"
 
 
@@ -272,9 +274,13 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*arguments, **{"formatter_class": _Formatter, **options})
 
     def error(self, message: str) -> NoReturn:
-        """Print usage and message, with the choice that is like the wrong one; exit with 2."""
+        """Print usage and message, with what was expected or probably meant; exit with 2."""
         found = re.search(_CHOICE, message)
         if found is not None:
             word, choices = found.groups()
             message += did_you_mean(word, re.findall(r"[^\s',]+", choices))
+        for kind, expected in _NUMBERS.items():
+            message = re.sub(
+                rf"invalid {kind} value: ('.*')$", rf"\1: expected {expected}", message
+            )
         super().error(message)

@@ -16,6 +16,7 @@ from firmware_runtime.cli.readers_gone import OutputError, not_printed, print_li
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import impairment
+from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.stages.staged_run import (
     Staged,
@@ -53,7 +54,7 @@ def run_both_ends(arguments: argparse.Namespace, board: Board) -> int:
 
 
 def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
-    """Raises ConfigError for an input that would never arrive."""
+    """Raises ConfigError for an input that would never arrive, and a key that is none."""
     for_s = board.doubles_run_s if arguments.duration_s is None else arguments.duration_s
     staged = Staged(
         board=board,
@@ -70,6 +71,8 @@ def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
     )
     if arguments.inputs and (faults := _astray(staged, arguments.inputs)):
         raise ConfigError(board.name, faults)
+    if arguments.key is not None:
+        read_key(arguments.key, "--key")
     return staged
 
 

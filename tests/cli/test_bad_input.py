@@ -346,3 +346,29 @@ def test_a_board_without_a_name_is_shown_as_one(command: Callable[..., Any]) -> 
     ended = command("check", "")
     assert ended.status == 2
     assert ended.error.startswith("firmware-runtime: '': 1 fault")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("sweep", "rerun", "x.csv", "first"), "argument ROW: 'first': expected a whole number"),
+        (("solve", "m:s", "--until", "1", "--samples", "1.5"), "'1.5': expected a whole number"),
+        (("solve", "m:s", "--until", "1", "--quantum", "small"), "'small': expected a number"),
+    ],
+)
+def test_a_number_that_is_none_is_said_with_what_was_expected(
+    command: Callable[..., Any], words: tuple[str, ...], said: str
+) -> None:
+    ended = command(*words)
+    assert ended.status == 2
+    assert said in ended.error
+
+
+def test_a_key_that_is_none_is_refused_before_a_stage_is_announced(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    peer = ("--peer", "127.0.0.1:7302", "--key", tmp_path / "none")
+    ended = command("run", "tachobot", "--stage", "remote", *peer)
+    assert (ended.status, ended.out) == (2, "")
+    assert "--key: " in ended.error
+    assert "No such file" in ended.error

@@ -44,7 +44,7 @@ def rows(command: Callable[..., Any], *words: object) -> list[dict[str, Any]]:
 
 
 def test_without_any_that_is_said(command: Callable[..., Any], kept: Path) -> None:
-    assert command("recordings", "detective").out == "no recordings\n"
+    assert command("recordings", "detective").out == "no recordings of detective\n"
     assert rows(command) == []
     assert list(kept.iterdir()) == []
 

@@ -66,7 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps([each.as_json() for each in rows], allow_nan=False))
     else:
-        print("\n".join(_table(rows)) if rows else "no recordings")
+        of = "" if arguments.board is None else f" of {arguments.board}"
+        print("\n".join(_table(rows)) if rows else f"no recordings{of}")
     return Status.OK
 
 
