@@ -25,7 +25,6 @@ from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
 _BEGINS_S = 30.0
-_MARGIN_NS = PERIOD_MS * MILLISECOND
 
 
 class TrialError(FirmwareRuntimeError):

@@ -29,8 +29,6 @@ ADDRESSES = range(0x70, 0x80)
 COMMAND = 0  # reads as the software revision
 GAIN = 1  # reads as the light
 RANGE = 2  # reads as the first echo's high byte
-FIRST_ECHO = 2
-FIRST_SLOT = 4
 REGISTERS = 36
 
 UNIT_M = (0.0254, 0.01, 172e-6)  # inch, cm, and the way out and back in 1 us at 344 m/s

@@ -11,9 +11,6 @@ from firmware_runtime.host.deployment.errors import DeploymentError
 TIMEOUT_S = 900.0
 """How long one command may take; installing on a small computer takes minutes."""
 
-_PACKAGES = {"ssh": "openssh-client", "dpkg-deb": "dpkg"}
-"""Debian packages that are named otherwise than the command."""
-
 Log: TypeAlias = Callable[[str], None]
 
 
