@@ -351,7 +351,8 @@ def test_a_board_without_a_name_is_shown_as_one(command: Callable[..., Any]) -> 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("sweep", "rerun", "x.csv", "first"), "argument ROW: 'first': expected a whole number"),
+        (("deploy", "host", "tachobot", "--port", "ssh"), "--port: 'ssh': expected a whole number"),
+        (("gate", "a", "b", "c", "--seed", "x"), "--seed: 'x': expected a whole number"),
         (("solve", "m:s", "--until", "1", "--samples", "1.5"), "'1.5': expected a whole number"),
         (("solve", "m:s", "--until", "1", "--quantum", "small"), "'small': expected a number"),
     ],

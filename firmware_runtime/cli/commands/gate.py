@@ -127,7 +127,7 @@ def _chosen(
     words: list[str], arguments: argparse.Namespace, verb: argparse.ArgumentParser
 ) -> argparse.Namespace:
     """BASE, HEAD, the board and all options, also those that stand behind it."""
-    parser = argparse.ArgumentParser(prog=verb.prog, usage=verb.usage, add_help=False)
+    parser = type(verb)(prog=verb.prog, usage=verb.usage, add_help=False)
     for name in ("base", "head"):
         parser.add_argument(name, metavar=name.upper())
     parser.add_argument("board", nargs="?", default=None)
