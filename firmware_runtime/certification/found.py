@@ -66,7 +66,7 @@ def finding_of_run(header: RunHeader, verdict: Verdict, code: Mapping[str, str])
         differences=verdict.differences,
         first=place,
         first_output=place if place is not None and place.what == "value" else None,
-        fault="; ".join(verdict.faults)
+        fault="; ".join([*verdict.faults, *verdict.not_compared])
         or (None if verdict.is_something else "nothing was run again"),
         code_sha256=digest_of(code),
         code_changed=changed_modules(header.code, code),

@@ -116,6 +116,7 @@ def _notes(verdict: Verdict) -> Iterator[str]:
         yield f"  the run had failed: {verdict.end}"
     if verdict.code_changed:
         yield f"  code that has changed since: {', '.join(verdict.code_changed)}"
+    yield from (f"  {each}" for each in verdict.not_compared)
     if verdict.versions_changed:
         said = versions_said(verdict.versions_changed)
         yield f"  versions that are others than in the run: {said}"

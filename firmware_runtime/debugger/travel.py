@@ -9,12 +9,13 @@ from typing import Any, Final
 from firmware_runtime.blackbox.no_instant import damage, no_instant
 from firmware_runtime.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, decode
+from firmware_runtime.blackbox.state.keyframes import ForeignState
 from firmware_runtime.blackbox.state.layouts import UnkeepableState
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.functions import Instrument
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.replay.player import Player
+from firmware_runtime.replay.player import Player, foreign_keyframe
 
 END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND
@@ -32,6 +33,8 @@ class Travel:
         self._states: dict[int, tuple[int, bytes, dict[str, Any]]] = {}
         """Instant, state and last values, by how many sections had been taken."""
         self._snapshot_at = 0
+        self._takes_keyframes = True
+        """Whether the recorded states are of this code's models, as far as is known."""
         self.last: dict[str, Any] = {}
         self._begin()
 
@@ -129,6 +132,7 @@ class Travel:
         """Where a state is known, by how many sections have been taken."""
         if self.player.table is not None:
             yield from self._states
+        if self.player.table is not None and self._takes_keyframes:
             for place, content in enumerate(self._contents):
                 if kind_of(content) == Kind.KEYFRAME:
                     yield place + 1
@@ -144,7 +148,14 @@ class Travel:
         else:
             keyframe = self.section(place - 1)
             at, state, last = keyframe.at, keyframe.extra, {}
-        self.player.go_back(at, state)
+        try:
+            self.player.go_back(at, state)
+        except ForeignState as error:
+            if not self._takes_keyframes or kind_of(self._contents[0]) != Kind.BUILD:
+                raise foreign_keyframe() from error
+            self._takes_keyframes = False  # from its start, then
+            self._restore(index)
+            return
         self.index, self.last = place, dict(last)
         self._snapshot_at = at + _SNAPSHOT_EVERY
 

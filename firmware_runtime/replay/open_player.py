@@ -21,7 +21,7 @@ from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed, device_name
 from firmware_runtime.replay.open_feed import OpenFeed
 from firmware_runtime.replay.outputs import Outputs, compare_in_order
-from firmware_runtime.replay.player import Player
+from firmware_runtime.replay.player import Player, foreign_keyframe
 
 OWN_STEPS: Final = 100_000
 """Steps between two recorded ones after which the changed code is said to be stuck."""
@@ -65,9 +65,7 @@ class OpenPlayer(Player):
         try:
             self.table.restore(keyframe.extra, built=built)
         except ForeignState as error:
-            fault = "its models are not those of the recording's keyframes"
-            expected = "expected no --from, and a recording that has its start"
-            raise ConfigError.of_one("replay", f"{fault}; {expected}") from error
+            raise foreign_keyframe() from error
         self.at = keyframe.at
 
     def _compare_state(self, section: Section) -> None:

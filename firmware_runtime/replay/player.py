@@ -15,7 +15,9 @@ from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.recording.code import changed_modules, code_of
 from firmware_runtime.recording.values import UnknownValue, made
+from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.compared import Counts, differences_of_counts, differences_of_sent
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
@@ -58,6 +60,8 @@ class Player:
         """Why the run had failed, as it says; None for one that had not."""
         self.missing: str | None = None
         """What the run could not record, in a sentence."""
+        self.uncompared = 0
+        """Keyframes whose state is not compared: other code has models of another form."""
         self.failure: Exception | None = None
         """What the robot raised in the step it came to last, if it did."""
         self.listeners: list[Callable[[Difference], None]] = []
@@ -86,6 +90,12 @@ class Player:
     def sent(self) -> Sequence[tuple[int, Any]]:
         """Number of the port and value, for all that has been sent in this section so far."""
         return pairs_of(self._sent)
+
+    @property
+    def code_changed(self) -> list[str]:
+        """Modules of the robot whose source is another than in the run."""
+        own = (each for each in self.simulator.atomics if each in self.own)
+        return changed_modules(self.header.code, code_of(own))
 
     @property
     def accounts(self) -> Sequence[ModelAccount]:
@@ -222,11 +232,17 @@ class Player:
         """Be in the state of a keyframe."""
         if self.table is None or not isinstance(keyframe.extra, bytes):
             raise ConfigError.of_one("replay", "its keyframes are of no use; expected its start")
-        self.table.restore(keyframe.extra)
+        try:
+            self.table.restore(keyframe.extra)
+        except ForeignState as error:
+            raise foreign_keyframe() from error
         self.at = keyframe.at
 
     def _compare_state(self, section: Section) -> None:
         """Compare what every model has become with what it was then."""
+        if self.uncompared:  # nor can those that follow be
+            self.uncompared += 1
+            return
         if self.table is None or self.differences:  # what follows from a difference is none
             return
         try:
@@ -237,7 +253,9 @@ class Player:
                 pair = each.recorded, each.present
                 self._note(Difference(section.at, "state", model, name, *pair))
         except ForeignState as error:
-            raise ConfigError.of_one("replay", f"a keyframe: {text_of(error)}") from error
+            if not self.code_changed and not changed_versions(self.header.versions):
+                raise ConfigError.of_one("replay", f"a keyframe: {text_of(error)}") from error
+            self.uncompared = 1
 
     # What is compared -----------------------------------------------------------------------------
 
@@ -275,3 +293,10 @@ class Player:
         Kind.ENDED: "_end",
         Kind.KEYFRAME: "_compare_state",
     }
+
+
+def foreign_keyframe() -> ConfigError:
+    """What is said where a replay cannot begin with a keyframe, since the code is another."""
+    fault = "its models are not those of the recording's keyframes"
+    expected = "expected the code of the run, or to begin where the recording does, at its start"
+    return ConfigError.of_one("replay", f"{fault}; {expected}")

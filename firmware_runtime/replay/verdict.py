@@ -11,7 +11,6 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.chance import places
-from firmware_runtime.recording.code import changed_modules, code_of
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
@@ -38,6 +37,8 @@ class Verdict:
     """Modules of the robot whose source is another than in the run."""
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
     """Python and packages that are others, as `changed_versions` has them."""
+    uncompared: int = 0
+    """Keyframes whose state was not compared: the models of the changed code have another form."""
     has_drawn: bool = False
     """Whether the process's own generators of random numbers were drawn from."""
     failure: str | None = None
@@ -51,6 +52,14 @@ class Verdict:
         return self.is_something and self.differences == 0 and not self.faults
 
     @property
+    def not_compared(self) -> list[str]:
+        """What has not been compared though it is recorded, one sentence each."""
+        if self.uncompared == 0:
+            return []
+        why = "other code has models of another form"
+        return [f"the state at {self.uncompared} keyframes was not compared: {why}"]
+
+    @property
     def is_something(self) -> bool:
         """Whether any of it was run again; of a start that failed, what its chips were asked."""
         return self.steps > 0 or self.writes > 0
@@ -62,6 +71,7 @@ class Verdict:
         self.duration += max(0, player.at - begin)
         self.differences += player.differences
         self.first = self.first or player.first
+        self.uncompared += player.uncompared
         self.failure = None if player.failure is None else text_of(player.failure)
         self.end = player.end
         self.faults += [] if player.missing is None else [player.missing]
@@ -75,6 +85,7 @@ class Verdict:
             "first_difference": None if self.first is None else self.first.as_json(),
             "differences": self.differences,
             "unknown": self.unknown,
+            "states_not_compared": self.uncompared,
             "steps": self.steps,
             "transfers": self.writes,
             "faults": self.faults,
@@ -128,8 +139,7 @@ def replay(
             player.take(section)
         verdict.add(player, first.at)
         verdict.has_drawn |= places() != stood
-        own = (each for each in player.simulator.atomics if each in player.own)
-        verdict.code_changed = changed_modules(recording.header.code, code_of(own))
+        verdict.code_changed = player.code_changed
     return verdict
 
 

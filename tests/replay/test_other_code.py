@@ -1,0 +1,92 @@
+"""A robot whose code has changed since: what can be compared is, and what cannot is said."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_runtime.blackbox.reader import Recording, read_recording
+from firmware_runtime.board.registry import Board
+from firmware_runtime.debugger.travel import Travel
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.pid import Pid
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.verdict import Stretch, replay
+from tests.support.recorded import record
+
+pytestmark = pytest.mark.slow
+MODULE = "firmware_runtime.models.pid"
+Flight = tuple[Recording, Board]
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Flight:
+    """Six seconds of a run, keyframes included."""
+    path = record(tmp_path / "tachobot.recording", "tachobot", 6, ["recording.minutes=10"])
+    recording = read_recording(path)
+    return recording, board_of_table(recording.header.source, recording.header.table)
+
+
+@pytest.fixture
+def other_field(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001 -- before
+    """From now on controllers have a field more than in the flight."""
+    build: Callable[..., None] = Pid.__init__
+
+    def with_another(self: Pid, *arguments: Any) -> None:  # noqa: ANN401 -- as they are
+        build(self, *arguments)
+        vars(self)["trim_n"] = [0.0]
+
+    monkeypatch.setattr(Pid, "__init__", with_another)
+
+
+def _as_if_changed(recording: Recording) -> None:
+    assert MODULE in recording.header.code
+    recording.header.code[MODULE] = "of another source"
+
+
+@pytest.mark.usefixtures("other_field")
+def test_its_values_are_compared_and_its_states_are_said_not_to_be(flight: Flight) -> None:
+    _as_if_changed(flight[0])
+    verdict = replay(*flight)
+    assert verdict.is_identical
+    assert verdict.events > 100
+    assert verdict.code_changed == [MODULE]
+    assert verdict.uncompared > 1
+    assert verdict.not_compared[0].startswith(
+        f"the state at {verdict.uncompared} keyframes was not compared"
+    )
+    assert verdict.as_json()["states_not_compared"] == verdict.uncompared
+
+
+@pytest.mark.usefixtures("other_field")
+def test_it_cannot_begin_in_the_middle(flight: Flight) -> None:
+    _as_if_changed(flight[0])
+    with pytest.raises(ConfigError, match=r"its models are not those of .* expected the code of"):
+        replay(*flight, Stretch(begin=4 * SECOND))
+
+
+@pytest.mark.usefixtures("other_field")
+def test_where_no_code_has_changed_it_is_no_verdict(flight: Flight) -> None:
+    with pytest.raises(ConfigError, match="a keyframe"):
+        replay(*flight)
+
+
+def test_states_of_the_same_form_are_compared(flight: Flight) -> None:
+    _as_if_changed(flight[0])
+    verdict = replay(*flight)
+    assert verdict.is_identical
+    assert verdict.not_compared == []
+
+
+@pytest.mark.usefixtures("other_field")
+def test_one_can_go_forward_and_back_in_it(flight: Flight) -> None:
+    _as_if_changed(flight[0])
+    travel = Travel(*flight, None)
+    last: dict[int, dict[str, Any]] = {}
+    for at in (5 * SECOND, 3 * SECOND, 5 * SECOND):
+        travel.go_to(travel.index_after(at))
+        assert travel.at == at
+        assert last.setdefault(at, dict(travel.last)) == travel.last
+    assert len(last[5 * SECOND]) > 3
