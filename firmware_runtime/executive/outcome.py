@@ -180,7 +180,7 @@ class SwitchOffRetry:
 
 
 class Ending:
-    """Ends a run: outputs off, the models' exit, and off again where that failed half way."""
+    """Ends a run: outputs off, the models' exit, and off again, whatever an exit has done."""
 
     def __init__(
         self,
@@ -201,7 +201,7 @@ class Ending:
         faults = self._switching_off.run()
         outcome = self._readiness.judged(outcome)
         failures = self._exit_models()
-        if failures:  # an exit that failed half way may have switched something on
+        if failures or not faults:  # an exit may have switched something on, knowing it or not
             faults = self._switching_off.run()
         faults += [f"exit: {text_of(error)}" for error in failures if not _is_of_the_world(error)]
         return replace(outcome, faults=tuple(faults))

@@ -38,13 +38,12 @@ class InstantNoise:
     """Triples of independent normal numbers of mean zero, one triple an instant."""
 
     def __init__(self, source: str, seed: int, standard_deviation: float) -> None:
-        self._seeded = blake2b(b"%s:%d:" % (source.encode(), seed), digest_size=_WORDS.size)
+        self._seed = b"%s:%d:" % (source.encode(), seed)
         self._scale = standard_deviation
 
     def at(self, instant: int) -> tuple[float, float, float]:
         """The noise at `instant`, in the unit of the standard deviation."""
-        keyed = self._seeded.copy()
-        keyed.update(b"%d" % instant)
+        keyed = blake2b(self._seed + b"%d" % instant, digest_size=_WORDS.size)
         a, b, c = _WORDS.unpack(keyed.digest())
         scale = self._scale
         # quantiles of the upper 52 bits, taken mid-cell so that 0 and 1 never occur

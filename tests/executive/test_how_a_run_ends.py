@@ -33,7 +33,7 @@ def test_the_end_asked_for() -> None:
     run = Run(robot, VirtualClock())
     outcome = run.until(PERIOD)
     assert (outcome.state, outcome.error, outcome.faults) == (RunState.ENDED, None, ())
-    assert run.made_safe == robot.thrust.exits == 1
+    assert (run.made_safe, robot.thrust.exits) == (2, 1)
     assert run.json()["conditions"]["run"]["state"] == "ended"
 
 
@@ -44,7 +44,7 @@ def test_a_stop_request_ends_the_run_after_the_step_under_way() -> None:
     outcome = run.until()
     assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
     assert robot.thrust.received == [0, 1, 2]
-    assert run.made_safe == robot.thrust.exits == 1
+    assert (run.made_safe, robot.thrust.exits) == (2, 1)
 
 
 def test_the_first_reason_to_stop_is_kept() -> None:
@@ -64,7 +64,7 @@ def test_an_exception_in_a_model() -> None:
     assert outcome.reason == (
         "robot.imu at 0.020000000 s: raised ZeroDivisionError in phase 'waiting': by zero"
     )
-    assert run.made_safe == robot.thrust.exits == 1
+    assert (run.made_safe, robot.thrust.exits) == (2, 1)
     assert run.json()["conditions"]["run"]["state"] == "failed"
 
 
@@ -75,7 +75,7 @@ def test_an_input_of_the_wrong_type() -> None:
     outcome = run.until()
     assert outcome.state is RunState.FAILED
     assert isinstance(outcome.error, ModelError)
-    assert run.made_safe == 1
+    assert run.made_safe == 2
 
 
 def test_ctrl_c_without_a_signal_handler_of_ours() -> None:
@@ -84,7 +84,7 @@ def test_ctrl_c_without_a_signal_handler_of_ours() -> None:
     run = Run(robot, VirtualClock())
     outcome = run.until()
     assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGINT")
-    assert run.made_safe == robot.thrust.exits == 1
+    assert (run.made_safe, robot.thrust.exits) == (2, 1)
 
 
 def test_an_exit_of_the_interpreter_goes_on_once_outputs_are_safe() -> None:
@@ -93,7 +93,7 @@ def test_an_exit_of_the_interpreter_goes_on_once_outputs_are_safe() -> None:
     run = Run(robot, VirtualClock())
     with pytest.raises(SystemExit):
         run.until()
-    assert run.made_safe == robot.thrust.exits == 1
+    assert (run.made_safe, robot.thrust.exits) == (2, 1)
 
 
 def test_a_policy_that_stops() -> None:
@@ -106,7 +106,7 @@ def test_a_policy_that_stops() -> None:
         "imu: an activation was 2500 us late; its policy stops the run over 2000 us"
     )
     assert robot.thrust.received == [0, 1, 2]
-    assert run.made_safe == 1
+    assert run.made_safe == 2
     assert run.json()["conditions"]["run"]["state"] == "overrun"
 
 
@@ -121,6 +121,21 @@ def test_what_goes_wrong_in_making_safe_is_reported_and_models_still_exit(
     outcome = Executive(thrust, VirtualClock(), make_safe).run(PERIOD)
     assert outcome.faults[0] == f"make_safe raised {type(failure).__name__}: {failure}"
     assert thrust.exits == 1
+
+
+def test_what_an_exit_switches_on_is_switched_off_again() -> None:
+    done: list[str] = []
+
+    def make_safe() -> list[str]:
+        done.append("off")
+        return []
+
+    class Parking(Actuator):
+        def exit(self) -> None:
+            done.append("on")
+
+    assert Executive(Parking("thrust"), VirtualClock(), make_safe).run(PERIOD).faults == ()
+    assert done == ["off", "on", "off"]
 
 
 def test_what_could_not_be_made_safe_is_in_the_outcome() -> None:
@@ -148,7 +163,7 @@ def test_statistics_that_cannot_be_written_refuse_the_run(tmp_path: Path) -> Non
     assert outcome.state is RunState.FAILED
     assert isinstance(outcome.error, StatisticsFileError)
     assert robot.thrust.received == []
-    assert run.made_safe == 1
+    assert run.made_safe == 2
 
 
 def test_all_names_that_are_not_in_the_model_are_refused_at_once() -> None:

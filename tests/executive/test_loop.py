@@ -180,4 +180,4 @@ def test_a_run_cannot_be_repeated() -> None:
     run.until(PERIOD)
     with pytest.raises(RuntimeError, match="cannot be repeated"):
         run.until(2 * PERIOD)
-    assert run.made_safe == 1
+    assert run.made_safe == 2

@@ -24,7 +24,7 @@ def test_outputs_are_made_safe_at_the_end_only() -> None:
     ended = run.executive.end()
     assert ended is not None
     assert ended.state is RunState.ENDED
-    assert (run.made_safe, run.executive.is_over) == (1, True)
+    assert (run.made_safe, run.executive.is_over) == (2, True)
 
 
 def test_ending_what_is_over_or_never_began_does_nothing() -> None:
@@ -32,7 +32,7 @@ def test_ending_what_is_over_or_never_began_does_nothing() -> None:
     assert run.executive.end() is None
     run.until(PERIOD)
     assert run.executive.end() is None
-    assert run.made_safe == 1
+    assert run.made_safe == 2
 
 
 def test_a_run_that_was_stopped_has_ended_and_does_not_go_on() -> None:
@@ -40,7 +40,7 @@ def test_a_run_that_was_stopped_has_ended_and_does_not_go_on() -> None:
     run = Run(robot, VirtualClock())
     robot.imu.work = lambda _number: run.executive.request_stop("enough")
     assert run.executive.run_on(2 * PERIOD).state is RunState.STOPPED
-    assert run.made_safe == 1
+    assert run.made_safe == 2
     with pytest.raises(RuntimeError):
         run.executive.run_on(3 * PERIOD)
 

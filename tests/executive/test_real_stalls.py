@@ -185,7 +185,7 @@ def test_a_stopped_process_ends_safely_where_that_is_the_policy(
         wait_until(lambda: run.has_ended, "the policy ends the run")
     answer = run.result()
     assert answer["state"] == "OVERRUN"
-    assert answer["made_safe"] == 1
+    assert answer["made_safe"] == 2
     assert "its policy stops the run" in answer["statistics"]["conditions"]["run"]["reason"]
 
 

@@ -35,5 +35,5 @@ def test_a_signal_ends_a_wait_that_would_have_lasted() -> None:
     with stop_on_signals(run.executive.request_stop):
         outcome = run.until(1000 * SECOND)
     assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
-    assert run.made_safe == 1
+    assert run.made_safe == 2
     assert run.json()["conditions"]["run"]["state"] == "stopped"
