@@ -26,7 +26,7 @@ class Status(IntEnum):
     NOT_DEPLOYED = 9
     """A target could not be reached or did not take the program; the one it had is still there."""
     NOT_PRINTED = 10
-    """All was done, but not all of it printed, traced or recorded, as where the disk is full."""
+    """Done, but not all of it was printed, traced, recorded or drawn, as where a disk is full."""
     CANNOT_TELL = 11
     """`gate`: neither that HEAD is slower nor that it is not can be told on this machine."""
     INTERRUPTED = 130

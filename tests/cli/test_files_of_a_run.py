@@ -1,5 +1,6 @@
 """Files that a run writes: refused before its chips are asked, ended once they are released."""
 
+import errno
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import pytest
 
 import firmware_runtime
+from firmware_runtime.cli import plot
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.sink import PipeSink
@@ -128,3 +130,18 @@ def test_it_hides_no_status_of_the_run(command: Command) -> None:
     ended = command("run", "tachobot", *BRIEFLY, "--trace", "/dev/full")
     assert ended.status == 1
     assert "was never ready" in ended.error
+
+
+@pytest.mark.slow
+def test_a_picture_that_finds_no_room_does_not_hide_how_the_run_ended(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def written(path: Path, _drawing: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    monkeypatch.setattr(plot, "write_picture", written)
+    drawn = ("run", "detective", "--plot", tmp_path / "run.svg")
+    ended, failed = command(*drawn, *BRIEFLY[:-1], "3"), command(*drawn, *BRIEFLY)
+    assert (ended.status, failed.status) == (10, 1)
+    for each in (ended, failed):
+        assert "--plot: [Errno 28] No space left on device" in each.error

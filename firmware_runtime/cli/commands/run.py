@@ -26,7 +26,7 @@ from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.runs.arming import permission_for
@@ -157,7 +157,11 @@ def _run(
             except OutputError as error:
                 not_printed(error)
                 status = status or Status.NOT_PRINTED
-            draw(outcome.reason)
+            try:
+                draw(outcome.reason)
+            except ConfigError as error:
+                messages(text_of(error))
+                status = status or Status.NOT_PRINTED
     finally:
         written = files.close()
     if reports is not None:
