@@ -72,6 +72,14 @@ def ends_of(board: Board) -> dict[str, str]:
     return found
 
 
+def other_end(board: Board, end: BoardEnd) -> BoardEnd:
+    """What the other process runs, be there hardware at either end or at none."""
+    roles: Roles = board.settings.roles
+    model, elsewhere = _whole(board).model, {*end.elsewhere}
+    named = _roles_here(roles, model)
+    return end_of(board, next(r for r in named if elsewhere >= {*components_of(roles, model, r)}))
+
+
 def role_without_hardware(board: Board) -> str:
     """The role that computes: `controller`, unless a board calls it something else.
 

@@ -11,10 +11,9 @@ from typing import Any
 
 from msgspec import Struct
 
-from firmware_runtime.board.ends import BoardEnd, end_of, ends_of
+from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values, settings_with
-from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import InPort, OutPort
@@ -33,12 +32,6 @@ def taken_up_elsewhere(board: Board, end: BoardEnd) -> frozenset[str]:
     taken = {key: set(_takers(board, key, value)) for key, value in values.items()}
     own = {*end.components}
     return frozenset(key for key, names in taken.items() if names and not names & own)
-
-
-def name_of_other(board: Board, end: BoardEnd) -> str:
-    """By which the run of the other end is known."""
-    ends = ends_of(board)
-    return end_of(board, ends[CONTROLLER if end.has_hardware else ROBOT]).name
 
 
 def _takers(board: Board, key: str, value: object) -> Iterator[str]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.ends import BoardEnd, other_end
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
     changed_keys,
@@ -24,10 +24,11 @@ def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None])
     if end is None:
         return Tuning(board, retune)
     # a run that is the whole robot starts without it
-    from firmware_runtime.board.taken_up import name_of_other, taken_up_elsewhere  # noqa: PLC0415
+    from firmware_runtime.board.taken_up import taken_up_elsewhere  # noqa: PLC0415
 
     elsewhere = taken_up_elsewhere(board, end)
-    return Tuning(board, retune, dict.fromkeys(elsewhere, name_of_other(board, end)))
+    other = other_end(board, end).name if elsewhere else ""
+    return Tuning(board, retune, dict.fromkeys(elsewhere, other))
 
 
 class Tuning:

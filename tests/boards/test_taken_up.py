@@ -4,9 +4,10 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ends import end_of
-from firmware_runtime.board.taken_up import name_of_other, taken_up_elsewhere
+from firmware_runtime.board.ends import end_of, other_end
+from firmware_runtime.board.taken_up import taken_up_elsewhere
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.runs.tuning import tuning_of
 
 GAINS = {f"controller.yaw.{key}" for key in ("kp", "ki", "kd", "anti_windup")}
@@ -23,7 +24,7 @@ def test_gains_are_the_controllers_and_limits_the_robots(role: str, elsewhere: s
 def test_the_other_end_goes_by_its_own_name(role: str, other: str) -> None:
     board = registry.load("tachobot")
     named = replace(board, name="x")
-    assert name_of_other(named, end_of(named, role)) == other
+    assert other_end(named, end_of(named, role)).name == other
 
 
 def test_a_gain_of_the_other_end_is_refused_with_the_run_that_takes_it_up() -> None:
@@ -37,6 +38,14 @@ def test_a_gain_of_the_other_end_is_refused_with_the_run_that_takes_it_up() -> N
     assert "`set tachobot.controller controller.yaw.kp=VALUE`" in fault
     assert taken == [], "all or none"
     assert tuning.set({"thrust_pairs.slew_per_s": 5.0}) == ["thrust_pairs.slew_per_s"]
+
+
+@pytest.mark.parametrize("role", ["robot", "controller"])
+def test_a_board_without_hardware_at_either_end_has_nothing_to_set(role: str) -> None:
+    board = loop_board(registry.load("detective"), 0.01)
+    end = loop_end(end_of(board, role))
+    assert tuning_of(board, end, lambda _: None).values == {}
+    assert other_end(board, end).role == ({"robot", "controller"} - {role}).pop()
 
 
 def test_a_whole_robot_takes_up_all_of_them() -> None:
