@@ -13,8 +13,8 @@ def why_not_writable(path: Path) -> str | None:
         return _why_not_made(Path(os.path.realpath(path)).parent)
     except OSError as error:
         return error.strerror or type(error).__name__
-    except ValueError as error:  # a name with a NUL in it
-        return str(error)
+    except ValueError:
+        return "a null character in its name"
     if stat.S_ISDIR(mode):
         return "it is a folder"
     return None if os.access(path, os.W_OK) else "no right to write it"

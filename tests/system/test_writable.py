@@ -25,7 +25,7 @@ def test_what_cannot_be_opened_says_why(tmp_path: Path) -> None:
     assert why_not_writable(astray) == f"there is no folder {tmp_path / 'no'}"
     assert why_not_writable(file / "x") == "Not a directory"
     assert why_not_writable(tmp_path / ("x" * 300)) == "File name too long"
-    assert why_not_writable(Path("a\0b")) == "embedded null byte"
+    assert why_not_writable(Path("a\0b")) == "a null character in its name"
 
 
 def test_without_the_right_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
