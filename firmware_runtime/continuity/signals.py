@@ -34,11 +34,11 @@ def commands(recording: Recording) -> dict[str, Points]:
 
 def ages(recording: Recording) -> dict[str, Points]:
     """How old samples were when they entered, ms, by crossing; none without a link."""
-    names = list(recording.header.entering)
+    crossings = recording.header.crossings
     curves: dict[str, Points] = {}
     for record in recording.records:
         if isinstance(record, Entered) and record.age is not None:
-            points = curves.setdefault(names[record.name], [])
+            points = curves.setdefault(crossings[record.name], [])
             points.append((record.at / SECOND, record.age / MILLISECOND))
     return curves
 

@@ -1,11 +1,14 @@
 """The cut around a part of a model: what enters it and what leaves it, by name.
 
-A value that crosses the cut has the name of the output port that sent it in the whole model,
-`imu.sample`; one that came from outside of the whole has the name of the model's own input port,
-`yaw_reference`. A part that runs alone has the same names: its port `imu:sample` is `imu.sample`.
+What leaves goes by the atomic's port that sent it, as in every trace and recording:
+`controller.allocation.forces`. What enters does so too where one port alone sends it, else by the
+component's port at which it crosses the cut, and what came from outside of the whole by the model's
+own input port, `yaw_reference`. At a part that runs alone all enters at a port that is named after
+where it crosses, `imu:sample` for `imu.sample`.
 """
 
-from collections.abc import Collection, Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,17 +16,20 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import AnyPort, InPort
+from firmware_runtime.devs.wiring import sources_of
 
 
 @dataclass(frozen=True, slots=True)
 class Entrance:
     """A port at which values enter, and how many of the part's atomics are declared before it.
 
-    What was sent by a component that stands after them was sent after what they sent.
+    What was sent by a component that stands after them was sent after what they sent. `name` is
+    what the values go by.
     """
 
     port: AnyPort
     position: int
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +38,9 @@ class Cut:
 
     names: tuple[str, ...]
     entrances: dict[str, Entrance]
+    """By the component's port at which it crosses, as links name it."""
     leaving: dict[str, AnyPort]
+    """By what the values go by."""
     atomics: tuple[Atomic, ...]
     """The part's own, in order of declaration."""
 
@@ -40,23 +48,28 @@ class Cut:
 def cut_around(model: Coupled, names: Collection[str]) -> Cut:
     """The cut around these components; the model stays as it is."""
     within = [component for name, component in model.components.items() if name in names]
-    entrances: dict[str, Entrance] = {}
-    leaving: dict[str, AnyPort] = {}
-    positions = _positions(model, names)
-    for source, destination in model.couplings:
-        name = _name(model, source)
-        if destination.owner in within and source.owner not in within:
-            position = 0 if source.owner is model else positions[source.owner.name]
-            entrances.setdefault(name, Entrance(source, position))
-        elif source.owner in within and destination.owner not in within:
-            leaving.setdefault(name, source)
     atomics = tuple(atomic for component in within for atomic in _atomics(component))
+    entering: dict[str, AnyPort] = {}
+    leaving: dict[str, AnyPort] = {}
+    for source, destination in model.couplings:
+        if destination.owner in within and source.owner not in within:
+            entering.setdefault(_name(model, source), source)
+        elif source.owner in within and destination.owner not in within:
+            leaving |= {_name(model, each): each for each in _leaving(model, source, atomics)}
+    positions = _positions(model, names)
+    named = _named(model, entering, atomics)
+    entrances = {
+        crossing: Entrance(
+            source, 0 if source.owner is model else positions[source.owner.name], named[crossing]
+        )
+        for crossing, source in entering.items()
+    }
     return Cut(tuple(each.name for each in within), entrances, leaving, atomics)
 
 
-def entrance_of(model: Coupled, name: str) -> InPort[Any] | None:
-    """The input port of a part that runs alone at which a value of this name enters."""
-    return model.in_ports.get(name.replace(".", ":"))
+def entrance_of(model: Coupled, crossing: str) -> InPort[Any] | None:
+    """The input port of a part that runs alone at which what crosses there enters."""
+    return model.in_ports.get(crossing.replace(".", ":"))
 
 
 def type_name(kind: type[object]) -> str:
@@ -66,6 +79,36 @@ def type_name(kind: type[object]) -> str:
 
 def _name(model: Coupled, port: AnyPort) -> str:
     return port.path.removeprefix(f"{model.path}.").replace(":", ".")
+
+
+def _leaving(model: Coupled, port: AnyPort, atomics: Collection[Atomic]) -> list[AnyPort]:
+    """The ports of the part that send what leaves by this one; itself if others send there too."""
+    senders = _senders(model, port)
+    is_own = bool(senders) and all(each.owner in atomics for each in senders)
+    return senders if is_own else [port]
+
+
+def _named(
+    model: Coupled, entering: Mapping[str, AnyPort], atomics: Collection[Atomic]
+) -> dict[str, str]:
+    """What the values go by that cross at each of these ports.
+
+    Of one port that sends at two, and of one of the part's own whose values come back, each
+    crossing has its own name: over a link its values come on their own.
+    """
+    senders = {crossing: _senders(model, port) for crossing, port in entering.items()}
+    counts = Counter(each for ports in senders.values() for each in ports)
+    return {
+        crossing: _name(model, ports[0])
+        if len(ports) == 1 and counts[ports[0]] == 1 and ports[0].owner not in atomics
+        else crossing
+        for crossing, ports in senders.items()
+    }
+
+
+def _senders(model: Coupled, port: AnyPort) -> list[AnyPort]:
+    """The atomics' output ports, and the model's own inputs, that send what passes this one."""
+    return list(dict.fromkeys(sources_of(port, model.in_ports.values())))
 
 
 def _positions(model: Coupled, names: Collection[str]) -> dict[str, int]:

@@ -40,8 +40,12 @@ def cut_of(board: Board, role: str, model: Coupled) -> Cut:
     if strange := cut.entrances.keys() - stated.entrances.keys():
         fault = f"{', '.join(sorted(strange))}: feeds the {role}; expected the board's own wires"
         raise ConfigError.of_one(f"rig of {board.name}", fault)
+    entrances = {  # a part that runs alone does not know who sends
+        crossing: replace(each, name=stated.entrances[crossing].name)
+        for crossing, each in cut.entrances.items()
+    }
     leaving = {name: port for name, port in cut.leaving.items() if name in stated.leaving}
-    return replace(cut, leaving=leaving)
+    return replace(cut, entrances=entrances, leaving=leaving)
 
 
 def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) -> Header:
@@ -56,7 +60,8 @@ def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) 
         table=dict(board.table),
         role=role,
         components=list(cut.names),
-        entering={name: type_name(each.port.type) for name, each in cut.entrances.items()},
+        entering={each.name: type_name(each.port.type) for each in cut.entrances.values()},
+        crossings=list(cut.entrances),
         positions=[each.position for each in cut.entrances.values()],
         leaving={name: type_name(port.type) for name, port in cut.leaving.items()},
         code=code,

@@ -49,7 +49,7 @@ class Recorder:
 
     `dropped` counts records that are not in the file; `fault` says of the first why, if it is a
     value that cannot be recorded. `ages` are those of the values that came last over a link, by
-    name.
+    where they cross.
     """
 
     def __init__(  # noqa: PLR0913 -- put together once, by the run
@@ -73,8 +73,8 @@ class Recorder:
         self._records = 0
         self._listenings: list[Listening] = []
         sink.take(frame(pack(to_builtins(header))))
-        for number, (name, entrance) in enumerate(cut.entrances.items()):
-            self._listen_to_entrance(entrance.port, number, name, ages)
+        for number, (crossing, entrance) in enumerate(cut.entrances.items()):
+            self._listen_to_entrance(entrance.port, number, crossing, ages)
         for number, port in enumerate(cut.leaving.values()):
             self._listen_to_exit(port, number)
         simulator.on_postponed = self._postponed
@@ -109,13 +109,13 @@ class Recorder:
         return self._sink.close() or self.fault or self._dropped()
 
     def _listen_to_entrance(
-        self, port: AnyPort, number: int, name: str, ages: Mapping[str, int]
+        self, port: AnyPort, number: int, crossing: str, ages: Mapping[str, int]
     ) -> None:
         simulator, remember = self._simulator, self._remember
 
         def enter(at: int, value: object) -> None:
             place = (at, simulator.visit, simulator.round, number)
-            remember(Entered, (*place, ages.get(name), value))
+            remember(Entered, (*place, ages.get(crossing), value))
 
         self._listenings.append(_listening(simulator, port, enter))
 

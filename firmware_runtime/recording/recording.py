@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.frames import MAGIC, frames_of
@@ -12,6 +13,15 @@ from firmware_runtime.recording.records import FORMAT, Batch, Ended, Header, Rec
 
 _batch = msgspec.msgpack.Decoder(Batch).decode
 _header = msgspec.msgpack.Decoder(Header).decode
+
+
+class _Format(Struct):
+    """What a header of any format has."""
+
+    format: int
+
+
+_format = msgspec.msgpack.Decoder(_Format).decode
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +72,12 @@ def read_recording(path: Path) -> Recording:
 
 def _read_header(path: Path, content: bytes) -> Header:
     try:
-        header = _header(content)
+        if (found := _format(content).format) != FORMAT:
+            fault = f"a recording of format {found}; expected {FORMAT}"
+            raise ConfigError.of_one(str(path), fault)
+        return _header(content)
     except msgspec.MsgspecError as error:
         raise ConfigError.of_one(str(path), f"a header that is none: {error}") from error
-    if header.format != FORMAT:
-        fault = f"a recording of format {header.format}; expected {FORMAT}"
-        raise ConfigError.of_one(str(path), fault)
-    return header
 
 
 def _batches(contents: list[bytes | None]) -> Iterator[Batch]:

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeAlias
 
 from msgspec import Struct
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 
 
 class Header(Struct, frozen=True):
@@ -28,6 +28,8 @@ class Header(Struct, frozen=True):
     components: list[str]
     entering: dict[str, str]
     """Type by name of what enters the part."""
+    crossings: list[str]
+    """Of each of these, the component's port at which it crosses the cut, as a link names it."""
     positions: list[int]
     """Of each of these, how many atomics of the part were declared before its sender."""
     leaving: dict[str, str]

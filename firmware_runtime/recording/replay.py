@@ -211,8 +211,9 @@ def _entrances(header: Header, part: Coupled) -> list[tuple[int, Any]]:
     """Position and port of all that enters, in the header's order. Raises ConfigError."""
     faults: list[str] = []
     found: list[tuple[int, Any]] = []
-    for (name, kind), position in zip(header.entering.items(), header.positions, strict=True):
-        port = entrance_of(part, name)
+    entering = zip(header.entering.items(), header.crossings, header.positions, strict=True)
+    for (name, kind), crossing, position in entering:
+        port = entrance_of(part, crossing)
         if port is None or type_name(port.type) != kind:
             is_now = "not there" if port is None else f"{type_name(port.type)} now"
             faults.append(f"{name}, of type {kind}, enters the part: {is_now}")

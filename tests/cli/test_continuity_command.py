@@ -108,7 +108,7 @@ def test_code_that_acts_otherwise_is_found_and_is_the_exit_status(
     stage = json.loads(output.read_text())["stages"]["simulation"]
     assert ended.status == Status.MODEL_ERROR
     assert stage["differences"] > 0
-    assert stage["first_difference"]["port"] == "controller.forces"
+    assert stage["first_difference"]["port"] == "controller.allocation.forces"
     assert stage["first_difference"]["state"]["field"] == "controller.attitude.motion"
 
 

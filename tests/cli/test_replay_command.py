@@ -47,7 +47,10 @@ def test_the_first_difference_is_said_and_is_the_exit_status(
     assert ended.status == Status.MODEL_ERROR
     assert (said["differences"] > 0, said["equal"]) == (True, False)
     assert said["settings_changed"] == {"controller.yaw.kp": {"recorded": 0.75, "tried": 0.8}}
-    assert (first["port"], first["state"]["field"]) == ("controller.forces", "controller.yaw.gains")
+    assert (first["port"], first["state"]["field"]) == (
+        "controller.allocation.forces",
+        "controller.yaw.gains",
+    )
     assert command("replay", recording, "--set", "imu.sample_hz=250").status == Status.OK
 
 

@@ -76,7 +76,7 @@ def test_a_changed_setting_is_found_with_its_field(tmp_path: Path) -> None:
     comparison = replayed(path, "controller.yaw.kd=0.56")
     assert comparison.first is not None
     assert comparison.state is not None
-    assert comparison.first.port == "controller.forces"
+    assert comparison.first.port == "controller.allocation.forces"
     assert comparison.state.field == "controller.yaw.gains"
     assert replayed(path, "world.seed=9").is_equal  # the plant is no part of the controller
 
