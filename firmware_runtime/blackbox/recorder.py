@@ -13,7 +13,7 @@ from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSched
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
 from firmware_runtime.blackbox.models import heard_world, listen
 from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.section import Kind, legible, sentences
+from firmware_runtime.blackbox.section import Kind, sentences
 from firmware_runtime.blackbox.writer import Writer
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
@@ -26,7 +26,7 @@ from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.recording.chance import places
-from firmware_runtime.recording.values import UnknownValue, plain
+from firmware_runtime.recording.values import UnknownValue, legible, plain
 
 
 class Recorder:

@@ -12,7 +12,7 @@ import msgspec
 
 from firmware_runtime.devs.heard_ports import Sent
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.values import UnknownValue, encoded, plain
+from firmware_runtime.recording.values import UnknownValue, encoded, legible, plain
 
 
 class Kind(IntEnum):
@@ -160,11 +160,6 @@ def _has_unknown(form: object) -> bool:
 def sentences(errors: Iterable[Exception]) -> list[str]:
     """What models raised when they exited, as a recording has it."""
     return [legible(f"{type(each).__name__}: {text_of(each)}") for each in errors]
-
-
-def legible(text: str) -> str:
-    """A text that UTF-8 has: what came from outside may have lone surrogates."""
-    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def decode(content: bytes) -> Section:

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
-from firmware_runtime.blackbox.section import Kind, encode, encode_in_words, legible
+from firmware_runtime.blackbox.section import Kind, encode, encode_in_words
 from firmware_runtime.errors import text_of
+from firmware_runtime.recording.values import legible
 
 
 class Writer:

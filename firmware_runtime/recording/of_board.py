@@ -21,6 +21,7 @@ from firmware_runtime.recording.noting_lines import noting_lines
 from firmware_runtime.recording.recording import Recording
 from firmware_runtime.recording.records import FORMAT, Header
 from firmware_runtime.recording.replay import replay
+from firmware_runtime.recording.values import legible
 from firmware_runtime.system.conditions import versions_here
 
 
@@ -56,7 +57,7 @@ def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) 
         board=board.name,
         kind=board.kind,
         fingerprint=board.fingerprint,
-        source=str(board.source),
+        source=legible(str(board.source)),
         table=dict(board.table),
         role=role,
         components=list(cut.names),

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from msgspec import to_builtins
+from msgspec import Raw, to_builtins
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
@@ -33,7 +33,7 @@ from firmware_runtime.recording.records import (
 )
 from firmware_runtime.recording.sink import Sink
 from firmware_runtime.recording.states import States
-from firmware_runtime.recording.values import UnknownValue, pack, plain
+from firmware_runtime.recording.values import UnknownValue, encoded, legible, pack
 
 MOST: Final = 10_000
 """Records of one step that are kept; further ones are dropped and counted."""
@@ -104,7 +104,7 @@ class Recorder:
         self._simulator.on_postponed = None
         self._write(with_states=True)
         simulator = self._simulator
-        ended = Ended(simulator.now, simulator.visit, state, reason, self._records)
+        ended = Ended(simulator.now, simulator.visit, state, legible(reason), self._records)
         self._send([ended])
         return self._sink.close() or self.fault or self._dropped()
 
@@ -153,7 +153,7 @@ class Recorder:
             made: Record = kind(*fields)
             return made
         try:
-            crossed: Record = kind(*fields[:-1], plain(fields[-1]))
+            crossed: Record = kind(*fields[:-1], Raw(encoded(fields[-1])))
         except UnknownValue as error:
             self.fault = self.fault or str(error)
             self._records += 1

@@ -9,8 +9,9 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.ports import InPort, OutPort, Owner
-from firmware_runtime.recording.values import UnknownValue, encoded
+from firmware_runtime.recording.values import UnknownValue, encoded, legible
 
 _FRAME: Final = frozenset({"name", "parent", "in_ports", "out_ports"})
 _NO_STATE: Final = (InPort, OutPort, Owner)
@@ -25,7 +26,7 @@ class States:
     """
 
     def __init__(self, atomics: Iterable[Atomic]) -> None:
-        self._atomics = [(_path(each), each, _Seen()) for each in atomics]
+        self._atomics = [(below_root(each.path), each, _Seen()) for each in atomics]
 
     def changed(self) -> dict[str, bytes]:
         """Fields whose value is another than at the last call; all of them at the first."""
@@ -55,15 +56,10 @@ def _is_immutable(value: Any) -> bool:  # noqa: ANN401 -- any object
     return kind in _IMMUTABLE or (parameters is not None and parameters.frozen)
 
 
-def _path(atomic: Atomic) -> str:
-    """Names from below the root, joined by dots."""
-    return atomic.path.partition(".")[2] or atomic.path
-
-
 def _content(value: object, depth: int) -> bytes:
     try:
         return encoded(value)
-    except (UnknownValue, RecursionError):
+    except UnknownValue:
         kind = type(value)
         return encoded((kind.__module__, kind.__qualname__, tuple(_inside(value, depth))))
 
@@ -82,4 +78,4 @@ def _inside(value: Any, depth: int) -> Iterator[object]:  # noqa: ANN401 -- any 
     else:
         parts = list(getattr(value, "__dict__", {}).items())
     for name, part in parts:
-        yield str(name), _content(part, depth - 1)
+        yield legible(str(name)), _content(part, depth - 1)

@@ -53,8 +53,22 @@ def plain(value: object) -> Plain:
 
 
 def encoded(value: object) -> bytes:
-    """A value as bytes; the same bytes mean the same value, floats to the bit."""
-    return _encode(plain(value))
+    """A value as bytes; the same bytes mean the same value, floats to the bit.
+
+    Raises UnknownValue, also for a text that UTF-8 has not.
+    """
+    try:
+        return _encode(plain(value))
+    except UnknownValue:
+        raise
+    except Exception as error:
+        fault = f"{_name_of(type(value))} cannot be recorded; {type(error).__name__}: {error}"
+        raise UnknownValue(legible(fault)) from error
+
+
+def legible(text: str) -> str:
+    """A text that UTF-8 has: what came from outside may have lone surrogates."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries

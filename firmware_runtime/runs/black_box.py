@@ -13,7 +13,7 @@ from msgspec import to_builtins
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports
 from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.section import Kind, encode, legible
+from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.blackbox.size import size_for
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.devs.component import below_root
@@ -21,6 +21,7 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.recording.code import code_of, digest_of
+from firmware_runtime.recording.values import legible
 from firmware_runtime.runs.recorded_robot import RecordedRobot
 from firmware_runtime.system.conditions import versions_here
 

@@ -10,7 +10,7 @@ import pytest
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
 from firmware_runtime.blackbox.reader import kind_of, read_recording
 from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
-from firmware_runtime.blackbox.section import Kind, encode, legible
+from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.blackbox.size import Size
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import SECOND
@@ -18,6 +18,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.values import legible
 from firmware_runtime.replay.verdict import replay
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.statistics import RunState

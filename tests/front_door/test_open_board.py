@@ -1,5 +1,6 @@
 """`firmware_runtime.open_board`: a robot in the hands of a test or a notebook."""
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from firmware_runtime import (
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.in_force import PLACE
-from firmware_runtime.board.registry import Board
+from firmware_runtime.board.registry import Board, load
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.recording.of_board import board_of, replay_of
 from firmware_runtime.recording.recording import read_recording
@@ -314,6 +315,17 @@ def test_a_run_in_stretches_leaves_one_recording_that_replays(tmp_path: Path) ->
     compared = replay_of(recording, board_of(recording.header))
     assert compared.is_equal
     assert compared.events > 70  # a tick every 10 ms once the gyro is calibrated, 0.77 s on
+
+
+def test_a_folder_whose_name_is_no_text_does_not_keep_its_board_from_being_recorded(
+    tmp_path: Path,
+) -> None:
+    folder, kept = tmp_path / os.fsdecode(b"robot\xff"), tmp_path / "run.recording"
+    folder.mkdir()
+    (folder / "board.toml").write_text(Path(load("tachobot").source).read_text())
+    with open_board(folder, doubles=True, clock="virtual", record=kept) as robot:
+        robot.run(0.1)
+    assert read_recording(kept).header.source == f"{tmp_path}/robot\\udcff/board.toml"
 
 
 def test_what_cannot_be_recorded_is_refused_with_nothing_held(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from firmware_runtime.recording.cut import cut_around
 from firmware_runtime.recording.frames import MAGIC, frame
 from firmware_runtime.recording.recorder import Recorder
 from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.recording.records import Left
 from firmware_runtime.recording.values import pack
 from tests.support.devs_models import Clock, Echo, Log
 from tests.support.recorded_models import KeptFrames, header_of, recording_of
@@ -93,6 +94,36 @@ def test_a_recording_of_another_format_is_refused(tmp_path: Path) -> None:
     path.write_bytes(MAGIC + frame(pack(of_before)))
     with pytest.raises(ConfigError, match="format 1; expected 2"):
         read_recording(path)
+
+
+def test_a_text_that_cannot_be_written_is_dropped_counted_and_said() -> None:
+    class Speaker(Clock):
+        """Says what UTF-8 has not, and has it in its state."""
+
+        def __init__(self) -> None:
+            super().__init__("controller", 10)
+            self.said = self.out_port("said", str)
+            self.heard = {"\udcff": "\udcff"}
+
+        def output(self) -> None:
+            self.said.send("\udcff" if self.count == 1 else "sound")
+
+    robot, sink = Coupled("robot"), KeptFrames()
+    speaker, log = robot.add(Speaker()), robot.add(Log("motor"))
+    robot.couple(speaker.said, log.in_port("words", str))
+    simulator, cut = Simulator(robot), cut_around(robot, ["controller"])
+    recorder = Recorder(simulator, cut, header_of(cut), sink, is_real_time=False)
+    for at in (10, 20, 30):
+        simulator.advance(at)
+        recorder.between_steps(0, 0)
+    fault = recorder.close("failed", "a reason \udcff")
+    recording = recording_of(sink)
+    assert fault is not None
+    assert "builtins:str cannot be recorded" in fault
+    assert recorder.dropped == recording.missing == 1
+    assert [each.at for each in recording.records if isinstance(each, Left)] == [10, 30]
+    assert recording.ended is not None
+    assert recording.ended.reason == "a reason \\udcff"
 
 
 def test_what_the_writer_does_not_take_is_counted_and_said() -> None:
