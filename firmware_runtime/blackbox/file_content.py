@@ -49,15 +49,6 @@ def whole_content_of(path: Path) -> bytes:
         raise _unreadable(path, error) from error
 
 
-def begins_with(path: Path, magic: bytes) -> bool:
-    """Whether it is a file that begins so; False where it cannot be read."""
-    try:
-        with _opened(path) as file:
-            return file.read(len(magic)) == magic
-    except (OSError, ConfigError):
-        return False
-
-
 def check_file(path: Path) -> None:
     """Raise ConfigError for a folder, a pipe, a device; not for what is missing or closed."""
     if os.path.exists(path) and not os.path.isfile(path):  # noqa: PTH110, PTH113 -- never raise

@@ -9,9 +9,10 @@ kept of a board's runs is in a folder of the board's own below `/var/lib/firmwar
 import os
 from pathlib import Path
 
-from firmware_runtime.blackbox.file_content import begins_with, check_file
+from firmware_runtime.blackbox.file_content import check_file
 from firmware_runtime.blackbox.layout import MAGIC
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.file_kind import begins_with
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path, directories, places
 

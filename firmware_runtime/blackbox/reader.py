@@ -27,7 +27,7 @@ from firmware_runtime.blackbox.layout import (
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.frames import MAGIC as PART_MAGIC
+from firmware_runtime.recording.file_kind import PART_MAGIC
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""

@@ -7,10 +7,10 @@ from firmware_runtime.blackbox.header import Header as RunHeader
 from firmware_runtime.certification.finding import Finding, Place
 from firmware_runtime.certification.leaves import Leaf, first_leaf
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.part_recording.comparison import ABSENT, Comparison
+from firmware_runtime.part_recording.recording import Recording
+from firmware_runtime.part_recording.replay import Event
 from firmware_runtime.recording.code import changed_modules, digest_of
-from firmware_runtime.recording.comparison import ABSENT, Comparison
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.replay import Event
 from firmware_runtime.recording.values import UnknownValue, encoded
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.verdict import Verdict

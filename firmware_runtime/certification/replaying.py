@@ -9,16 +9,16 @@ from typing import Final, Protocol
 
 from msgspec.structs import replace as with_changed
 
-from firmware_runtime.blackbox.file_content import begins_with
 from firmware_runtime.blackbox.found import is_black_box
 from firmware_runtime.blackbox.models import own_atomics
 from firmware_runtime.blackbox.reader import read_recording as read_run
 from firmware_runtime.certification.finding import Finding
 from firmware_runtime.certification.found import finding_of, finding_of_run
+from firmware_runtime.part_recording.of_board import part_code, replay_of
+from firmware_runtime.part_recording.recording import read_recording
 from firmware_runtime.recording.code import code_of
-from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.of_board import board_of, board_of_table, part_code, replay_of
-from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.recording.file_kind import is_of_part
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.replay.verdict import replay
 
 
@@ -37,7 +37,7 @@ class OfRole:
 
     def takes(self, path: Path) -> bool:
         """Whether it begins as such a file does."""
-        return begins_with(path, MAGIC)
+        return is_of_part(path)
 
     def replay(self, path: Path) -> Finding:
         """Replay it in this process. Raises ConfigError."""
@@ -60,7 +60,7 @@ class OfRun:
         """Replay it in this process. Raises ConfigError."""
         recording = read_run(path)
         header = recording.header
-        board = board_of_table(header.source, header.table)
+        board = board_of(header)
         verdict = replay(recording, board)
         model = board.unconnected().model
         code = code_of(own_atomics(model))

@@ -21,7 +21,7 @@ from firmware_runtime.exports.typed_values import (
     sections_between,
     values_in,
 )
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.replay.verdict import Stretch
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.status import Status
@@ -36,7 +36,7 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
     if arguments.assignments:
         fault = "--set: has no effect on a run; its values are as they were recorded"
         raise ConfigError.of_one("export", fault)
-    board = board_of_table(header.source, header.table)
+    board = board_of(header)
     begin, until = arguments.begin or 0, arguments.until
     stretch = Stretch(begin, NEVER if until is None else until)
     if (last := span_of(recording)[1]) < begin:

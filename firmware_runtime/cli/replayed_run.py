@@ -13,7 +13,7 @@ from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.recording.chance import UNKEPT
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.verdict import Stretch, Verdict, replay
@@ -24,7 +24,7 @@ def replay_run(arguments: argparse.Namespace, path: Path) -> int:
     """Run it again, and print whether it was the same."""
     recording = read_recording(path)
     header = recording.header
-    board = board_of_table(header.source, header.table)
+    board = board_of(header)
     stretch = Stretch(arguments.begin, arguments.until)
     begun = monotonic_ns()
     with Shown(wanted=not arguments.json) as shown:

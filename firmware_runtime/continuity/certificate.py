@@ -15,8 +15,8 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.continuity.stage_run import Plan, StageRun
-from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.recording.records import Header
+from firmware_runtime.part_recording.comparison import Comparison
+from firmware_runtime.part_recording.records import Header
 from firmware_runtime.system.conditions import system_conditions
 
 

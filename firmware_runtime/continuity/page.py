@@ -11,7 +11,7 @@ from firmware_runtime.continuity.signals import Points, ages, commands, shown
 from firmware_runtime.continuity.stage_run import StageRun
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.experiments.line_plot import Curve, LinePlot, on_common_axes
-from firmware_runtime.recording.comparison import Comparison
+from firmware_runtime.part_recording.comparison import Comparison
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
 

@@ -5,8 +5,8 @@ from itertools import islice
 from typing import Any, Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.records import Entered, Left, Shown
+from firmware_runtime.part_recording.recording import Recording
+from firmware_runtime.part_recording.records import Entered, Left, Shown
 from firmware_runtime.recording.values import UnknownValue, made
 from firmware_runtime.statistics.quantile import quantile
 from firmware_runtime.statistics.trace_file import plain as shown_form

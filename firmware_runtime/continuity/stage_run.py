@@ -15,9 +15,9 @@ from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.continuity.signals import quantiles_us
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.recording.of_board import replay_of
-from firmware_runtime.recording.recording import Recording, read_recording
+from firmware_runtime.part_recording.comparison import Comparison
+from firmware_runtime.part_recording.of_board import replay_of
+from firmware_runtime.part_recording.recording import Recording, read_recording
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.staged_run import beside
 from firmware_runtime.status import Status

@@ -15,9 +15,9 @@ from firmware_runtime.exports.typed_values import (
     sections_between,
     values_in,
 )
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.recording.recording import read_recording
-from firmware_runtime.recording.records import Entered, Left
+from firmware_runtime.part_recording.recording import read_recording
+from firmware_runtime.part_recording.records import Entered, Left
+from firmware_runtime.recording.of_board import board_of
 
 
 class Event(NamedTuple):
@@ -46,7 +46,7 @@ def kept(path: Path) -> Iterator[Event]:
     """Of the recording that every run leaves. Raises ConfigError."""
     recording = reader.read_recording(path)
     header = recording.header
-    ports = ports_of(model_of(header, board_of_table(header.source, header.table)))
+    ports = ports_of(model_of(header, board_of(header)))
     for section in sections_between(recording, 0, NEVER):
         for sent in values_in(section, header.ports, ports):
             yield Event(sent.at / 1e9, sent.port, sent.value)

@@ -26,7 +26,7 @@ from firmware_runtime.identification.events import (
     traced,
 )
 from firmware_runtime.identification.series import Quantity, Series, checked
-from firmware_runtime.recording.frames import MAGIC
+from firmware_runtime.recording.file_kind import is_of_part
 from firmware_runtime.recording.values import UnknownValue, made
 
 COLUMNS: Final = ("time_s", "input", "output")
@@ -42,15 +42,15 @@ def read_series(run: str | Path, board: Board, since_s: float | None = None) -> 
     plant, path = plant_of(board), file_of(str(run))
     try:
         with path.open("rb") as file:
-            begin = file.read(len(MAGIC))
+            begin = file.read(1)
     except OSError as error:
         fault = f"cannot be read ({error.strerror}); expected a recording, a trace or a table"
         raise ConfigError.of_one(str(path), fault) from error
-    if begin == MAGIC:
+    if is_of_part(path):
         pair = _of_events(path, list(recorded(path)), board, plant)
     elif is_kept_recording(path):
         pair = _of_events(path, list(kept(path)), board, plant)
-    elif begin[:1] == b"{":
+    elif begin == b"{":
         pair = _of_events(path, list(traced(path)), board, plant)
     else:
         pair = _of_table(path)

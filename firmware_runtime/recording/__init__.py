@@ -1,7 +1,8 @@
-"""What entered a part of a robot's model and what left it: recorded, run again, compared.
+"""What every recording has, that of a run (`blackbox`) and that of a part (`part_recording`).
 
-    run --record        recorder -> writer (a process of its own) -> file
-    replay, continuity  file -> player -> comparison -> certificate
-
-The part is the one that the cut of the board's roles leaves, see `board.roles`.
+header        which robot, by which settings, code and versions
+of_board      that board again, also with other settings (`changed_settings`)
+values        how a value is written, and made again
+code, versions, chance  what else a replay depends on
+file_kind     which of the two a file is
 """

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from itertools import islice
-from typing import Any, Final, Protocol, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from msgspec import to_builtins
 from msgspec.structs import replace
@@ -13,6 +13,7 @@ from firmware_runtime.board.kinds import names, shipped_file
 from firmware_runtime.board.registry import Board, read_text
 from firmware_runtime.board.retuning import changed_values
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.header import RecordedBoard
 from firmware_runtime.recording.of_board import board_of_table
 
 Settings: TypeAlias = Mapping[str, Mapping[str, Any]]
@@ -23,23 +24,7 @@ _LONGEST: Final = 80
 """Letters of a value in a sentence; a whole table may have come or gone."""
 
 
-class Recorded(Protocol):
-    """The header of a recording, as far as it says by which settings the run was."""
-
-    @property
-    def kind(self) -> str:
-        """The kind of board."""
-
-    @property
-    def source(self) -> str:
-        """The file that the settings came from."""
-
-    @property
-    def table(self) -> dict[str, Any]:
-        """The settings, overrides included."""
-
-
-def changed_board(header: Recorded, assignments: Sequence[str]) -> Board:
+def changed_board(header: RecordedBoard, assignments: Sequence[str]) -> Board:
     """The board by the run's settings, with some set otherwise. Raises ConfigError.
 
     A key that the code has learned since then has its value from the board's own file.

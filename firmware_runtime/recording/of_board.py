@@ -1,79 +1,16 @@
-"""Recordings of boards: the header of a run, and the same part built again for its replay."""
+"""The board of a recording, by the settings that it was made with."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.roles import components_of
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.part import part_of
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.chance import places
-from firmware_runtime.recording.code import code_of, digest_of
-from firmware_runtime.recording.comparison import Comparison, compare
-from firmware_runtime.recording.cut import Cut, cut_around, type_name
-from firmware_runtime.recording.noting_lines import noting_lines
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.records import FORMAT, Header
-from firmware_runtime.recording.replay import replay
-from firmware_runtime.recording.values import legible
-from firmware_runtime.system.conditions import versions_here
+from firmware_runtime.recording.header import RecordedBoard
 
 
-def components(board: Board, role: str) -> list[str]:
-    """The components of a role. Raises ConfigError for one that the board has not."""
-    return components_of(board.settings.roles, _model(board), role)
-
-
-def cut_of(board: Board, role: str, model: Coupled) -> Cut:
-    """The cut around a role's part in a model of this board that may have a world attached.
-
-    Raises ConfigError for a role that the board has not, and for a world that feeds the part: what
-    it says would enter unseen in a run on the robot.
-    """
-    fresh, names = _model(board), components(board, role)
-    stated, cut = cut_around(fresh, names), cut_around(model, names)
-    if strange := cut.entrances.keys() - stated.entrances.keys():
-        fault = f"{', '.join(sorted(strange))}: feeds the {role}; expected the board's own wires"
-        raise ConfigError.of_one(f"rig of {board.name}", fault)
-    entrances = {  # a part that runs alone does not know who sends
-        crossing: replace(each, name=stated.entrances[crossing].name)
-        for crossing, each in cut.entrances.items()
-    }
-    leaving = {name: port for name, port in cut.leaving.items() if name in stated.leaving}
-    return replace(cut, entrances=entrances, leaving=leaving)
-
-
-def header_of(board: Board, role: str, cut: Cut, clock: str, shown: str | None) -> Header:
-    """What a recording says about itself."""
-    code = code_of(cut.atomics)
-    return Header(
-        format=FORMAT,
-        board=board.name,
-        kind=board.kind,
-        fingerprint=board.fingerprint,
-        source=legible(str(board.source)),
-        table=dict(board.table),
-        role=role,
-        components=list(cut.names),
-        entering={each.name: type_name(each.port.type) for each in cut.entrances.values()},
-        crossings=list(cut.entrances),
-        positions=[each.position for each in cut.entrances.values()],
-        leaving={name: type_name(port.type) for name, port in cut.leaving.items()},
-        code=code,
-        code_sha256=digest_of(code),
-        versions=versions_here(),
-        clock=clock,
-        shown=shown,
-    )
-
-
-def board_of(header: Header) -> Board:
+def board_of(header: RecordedBoard) -> Board:
     """The board by the settings that a recording was made with. Raises ConfigError."""
     return board_of_table(header.source, header.table)
 
@@ -84,36 +21,3 @@ def board_of_table(source: str, table: dict[str, Any]) -> Board:
         kept = Path(folder) / "recording.settings"
         kept.write_text(json.dumps({"source": source, "table": table}))
         return load_table(kept)
-
-
-def replay_of(recording: Recording, board: Board) -> Comparison:
-    """Replay a recording on this board's part, built again, and compare.
-
-    Raises ConfigError for a recording of another robot, or of a part that this one does not have.
-    """
-    header = recording.header
-    if (header.board, header.kind) != (board.name, board.kind):
-        fault = f"a recording of {header.board}, a {header.kind}; expected one of {board.name}"
-        raise ConfigError.of_one("replay", fault)
-    uses: list[str] = []
-    robot = board.build(noting_lines(board, uses))
-    if missing := [name for name in header.components if name not in robot.model.components]:
-        raise ConfigError.of_one("replay", f"{board.name} has no component {', '.join(missing)}")
-    part = part_of(robot.model, header.components)
-    stood = places()
-    comparison = compare(recording, replay(recording, part.model, robot.retune))
-    comparison = replace(comparison, has_drawn=places() != stood)
-    if uses:
-        used = ", ".join(dict.fromkeys(uses))
-        fault = f"the {header.role} uses {used}: what it learns there is not recorded"
-        return replace(comparison, fault=f"{fault}; name the component in another role")
-    return comparison
-
-
-def part_code(board: Board, names: Sequence[str]) -> dict[str, str]:
-    """The code of these components as it is now."""
-    return code_of(cut_around(_model(board), names).atomics)
-
-
-def _model(board: Board) -> Coupled:
-    return board.unconnected().model

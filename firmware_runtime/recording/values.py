@@ -26,6 +26,8 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
+from firmware_runtime.errors import ConfigError
+
 Plain: TypeAlias = Any
 """What MessagePack has words for."""
 
@@ -84,6 +86,14 @@ def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
         raise
     except Exception as error:  # whatever stands in a file
         raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
+
+
+def made_for(name: str, form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
+    """As `made`, of what a recording has by this name. Raises ConfigError."""
+    try:
+        return made(form)
+    except UnknownValue as error:
+        raise ConfigError.of_one("recording", f"{name}: {error}") from error
 
 
 def numbers_in(form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries

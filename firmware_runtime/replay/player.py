@@ -16,7 +16,7 @@ from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.code import changed_modules, code_of
-from firmware_runtime.recording.values import UnknownValue, made
+from firmware_runtime.recording.values import made_for
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.compared import Counts, differences_of_counts, differences_of_sent
 from firmware_runtime.replay.difference import NOTHING, Difference
@@ -175,21 +175,14 @@ class Player:
             if name not in ports:
                 self._note(Difference(section.at, "value", "", name, form, NOTHING))
                 continue
-            try:
-                value = made(form)
-            except UnknownValue as error:
-                raise ConfigError.of_one("recording", f"{name}: {error}") from error
-            found.append((ports[name], value))
+            found.append((ports[name], made_for(name, form)))
         return found
 
     def _make_safe(self, _section: Section) -> None:
         self.robot.make_safe()
 
     def _retune(self, section: Section) -> None:
-        try:
-            settings = made(section.extra)
-        except UnknownValue as error:
-            raise ConfigError.of_one("recording", f"settings: {error}") from error
+        settings = made_for("settings", section.extra)
         self.robot.retune(self._in_force(settings))
 
     def _in_force(self, settings: Any) -> Any:  # noqa: ANN401 -- the board's own class

@@ -9,6 +9,7 @@ from pathlib import Path
 from time import monotonic_ns
 
 from msgspec import to_builtins
+from msgspec.structs import asdict
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports
@@ -20,10 +21,8 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.code import code_of, digest_of
-from firmware_runtime.recording.values import legible
+from firmware_runtime.recording.header import recorded_board
 from firmware_runtime.runs.recorded_robot import RecordedRobot
-from firmware_runtime.system.conditions import versions_here
 
 
 def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None]) -> None:
@@ -62,27 +61,20 @@ def header_of(robot: RecordedRobot) -> Header:
     """What the recording says of itself."""
     board, executive, recorder, end = robot.board, robot.executive, robot.recorder, robot.end
     atomics = executive.simulator.atomics
-    code = code_of(each for each in atomics if each in recorder.own)
+    own = (each for each in atomics if each in recorder.own)
+    recorded = asdict(recorded_board(board, own, executive.clock))
     name = board.name if end is None else end.name
     return Header(
+        **(recorded | {"board": name}),
         run=f"{name}-{monotonic_ns():x}-{os.getpid()}",
-        board=name,
-        kind=board.kind,
-        fingerprint=board.fingerprint,
-        source=legible(str(board.source)),
-        table=dict(board.table),
         role=None if end is None else end.role,
         has_world=robot.rig is not None,
-        clock=type(executive.clock).__name__,
         speed=executive.clock.speed,
         takes_time=executive.takes_time,
         lines=recorder.lines,
         early=recorder.early,
         ports=[below_root(port.path) for port in output_ports(atomics)],
         world=[below_root(each.path) for each in atomics if each not in recorder.own],
-        code=code,
-        code_sha256=digest_of(code),
-        versions=versions_here(),
         chance=recorder.chance,
     )
 

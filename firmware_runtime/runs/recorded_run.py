@@ -10,9 +10,9 @@ from msgspec.structs import replace
 from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.of_board import cut_of, header_of
-from firmware_runtime.recording.recorder import NO_AGES, Recorder
-from firmware_runtime.recording.sink import PipeSink
+from firmware_runtime.part_recording.of_board import cut_of, header_of
+from firmware_runtime.part_recording.recorder import NO_AGES, Recorder
+from firmware_runtime.part_recording.sink import PipeSink
 from firmware_runtime.runs.session import Session
 
 
@@ -29,9 +29,7 @@ class RecordedRun:
         executive, board, shown = session.executive, session.board, session.shown
         is_real_time = isinstance(executive.clock, MonotonicClock)
         cut = cut_of(board, role, session.robot.model)
-        header = header_of(
-            board, role, cut, type(executive.clock).__name__, None if shown is None else shown.path
-        )
+        header = header_of(board, role, cut, executive.clock, None if shown is None else shown.path)
         sink = PipeSink(path, waits=not is_real_time)
         self._recorder = Recorder(
             executive.simulator,

@@ -19,7 +19,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.errors import BusFault
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.of_board import board_of
 
 Key: TypeAlias = tuple[str, int, tuple[Message, ...] | bytes]
 """Line, address and messages; of a port what was done, and its bytes."""
@@ -52,7 +52,7 @@ def stops_of(recording: Recording) -> Stops:
 
 def _asked_by_robot(header: Header, answers: Mapping[Key, bytes]) -> dict[Key, bytes]:
     """Raises ConfigError if the robot cannot be built."""
-    board = board_of_table(header.source, header.table)
+    board = board_of(header)
     stopping = _Stopping(answers)
     buses: dict[str, I2cBus] = {name: _Bus(name, stopping) for name in board.settings.buses}
     ports: dict[str, SerialPort] = {name: _Port(name, stopping) for name in board.ports}

@@ -13,9 +13,10 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError, SettingError
-from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.of_board import board_of, replay_of
-from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.part_recording.of_board import replay_of
+from firmware_runtime.part_recording.recording import read_recording
+from firmware_runtime.recording.file_kind import PART_MAGIC
+from firmware_runtime.recording.of_board import board_of
 
 
 def faults_of(*assignments: str) -> tuple[str, ...]:
@@ -92,6 +93,6 @@ def test_what_a_role_of_any_name_did_is_recorded_and_replayed(tmp_path: Path) ->
 
 def test_what_a_role_left_is_no_recording_of_a_run(tmp_path: Path) -> None:
     path = tmp_path / "of_a_role.recording"
-    path.write_bytes(MAGIC + bytes(5000))
+    path.write_bytes(PART_MAGIC + bytes(5000))
     with pytest.raises(ConfigError, match="of one role's values alone"):
         read_recording_of_run(path)

@@ -10,7 +10,7 @@ from drivers.thrust_pairs import Forces
 from firmware_runtime.certification.leaves import first_leaf, units_apart
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.recording.states import States
+from firmware_runtime.part_recording.states import States
 from firmware_runtime.recording.values import encoded
 
 NEXT = math.nextafter(0.1, 1.0)

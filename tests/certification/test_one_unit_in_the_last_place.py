@@ -7,8 +7,9 @@ import pytest
 from firmware_runtime.board.registry import load
 from firmware_runtime.certification.found import finding_of
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.of_board import board_of, part_code
-from firmware_runtime.recording.recording import Recording, read_recording
+from firmware_runtime.part_recording.of_board import part_code
+from firmware_runtime.part_recording.recording import Recording, read_recording
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.runs.recorded_run import recorded
 from firmware_runtime.runs.session import Session
 from tests.support.one_unit_off import chosen, replayed_off

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.recording.frames import MAGIC
+from firmware_runtime.recording.file_kind import PART_MAGIC
 from firmware_runtime.status import Status
 
 
@@ -79,7 +79,7 @@ def test_bad_input_is_a_sentence(
     said: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("empty.recording").write_bytes(MAGIC)
+    Path("empty.recording").write_bytes(PART_MAGIC)
     Path("other.recording").write_bytes(b"something else")
     ended = command("certify", *words)
     assert ended.status == Status.BAD_INPUT

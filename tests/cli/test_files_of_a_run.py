@@ -12,7 +12,7 @@ import firmware_runtime
 from firmware_runtime.cli import plot
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.sink import PipeSink
+from firmware_runtime.part_recording.sink import PipeSink
 from firmware_runtime.runs import open_board
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.stages import staged_run

@@ -14,7 +14,7 @@ from firmware_runtime.board.kinds import shipped_file
 from firmware_runtime.cli import replayed_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.part_recording.recording import read_recording
 from firmware_runtime.runs.session import Session
 from firmware_runtime.status import Status
 from firmware_runtime.system.conditions import versions_here

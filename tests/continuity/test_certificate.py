@@ -12,10 +12,11 @@ from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.signals import numbers_in, quantiles_us
 from firmware_runtime.continuity.stage_run import Plan, StageRun
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.recording.of_board import board_of, replay_of
-from firmware_runtime.recording.recording import Recording, read_recording
-from firmware_runtime.recording.records import Entered
+from firmware_runtime.part_recording.comparison import Comparison
+from firmware_runtime.part_recording.of_board import replay_of
+from firmware_runtime.part_recording.recording import Recording, read_recording
+from firmware_runtime.part_recording.records import Entered
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.runs.recorded_run import recorded
 from firmware_runtime.runs.session import Session
 from firmware_runtime.stages.stage import Stage

@@ -21,8 +21,9 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.in_force import PLACE
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.hal.served.client import ServedDoubles
-from firmware_runtime.recording.of_board import board_of, replay_of
-from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.part_recording.of_board import replay_of
+from firmware_runtime.part_recording.recording import read_recording
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines

@@ -13,11 +13,11 @@ from msgspec import MsgspecError, structs
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner
-from firmware_runtime.recording import replay as replaying
-from firmware_runtime.recording.comparison import Comparison, compare
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.records import Entered, Left, Postponed, Retuned, State
-from firmware_runtime.recording.replay import Event, Retune, _Replay
+from firmware_runtime.part_recording import replay as replaying
+from firmware_runtime.part_recording.comparison import Comparison, compare
+from firmware_runtime.part_recording.recording import Recording
+from firmware_runtime.part_recording.records import Entered, Left, Postponed, Retuned, State
+from firmware_runtime.part_recording.replay import Event, Retune, _Replay
 from firmware_runtime.recording.values import made, pack, plain, unpack
 
 Path = tuple[str, ...]
@@ -106,7 +106,9 @@ class _Off(_Replay):
             super()._cross(record)
             return
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(replaying, "_made", lambda form: nudged(made(form), self._spot.path))
+            patch.setattr(
+                replaying, "made_for", lambda _name, form: nudged(made(form), self._spot.path)
+            )
             super()._cross(record)
 
     def _apply(self, record: Retuned | Postponed | State) -> None:

@@ -3,17 +3,17 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from firmware_runtime.recording.cut import Cut, type_name
-from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.recording import Recording, read_recording
-from firmware_runtime.recording.records import FORMAT, Header
+from firmware_runtime.part_recording.cut import Cut, type_name
+from firmware_runtime.part_recording.recording import Recording, read_recording
+from firmware_runtime.part_recording.records import FORMAT, Header
+from firmware_runtime.recording.file_kind import PART_MAGIC
 
 
 class KeptFrames:
     """A sink that keeps the bytes of a recording; `has_room` False: it takes none."""
 
     def __init__(self) -> None:
-        self.content = bytearray(MAGIC)
+        self.content = bytearray(PART_MAGIC)
         self.has_room = True
 
     def take(self, frame: bytes) -> bool:

@@ -16,7 +16,7 @@ from firmware_runtime.debugger.debugger import Debugger, Ended
 from firmware_runtime.debugger.pdb_inside import PdbInside
 from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.status import Status
 
 _PROMPT = "(debug) "
@@ -54,7 +54,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Go there, and carry out commands."""
     recording = read_recording(find_recording(arguments.run))
-    board = board_of_table(recording.header.source, recording.header.table)
+    board = board_of(recording.header)
     travel = Travel(recording, board, arguments.at)
     stated = _stated(arguments)
     is_terminal = stated is None and sys.stdin.isatty() and not arguments.json

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from firmware_runtime.blackbox.file_content import begins_with
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import (
@@ -20,6 +19,9 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.part_recording.comparison import Comparison
+from firmware_runtime.part_recording.of_board import part_code, replay_of
+from firmware_runtime.part_recording.recording import Recording, read_recording
 from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.recording.changed_settings import (
     changed_board,
@@ -27,10 +29,7 @@ from firmware_runtime.recording.changed_settings import (
     settings_said,
 )
 from firmware_runtime.recording.code import changed_modules
-from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.recording.frames import MAGIC
-from firmware_runtime.recording.of_board import part_code, replay_of
-from firmware_runtime.recording.recording import Recording, read_recording
+from firmware_runtime.recording.file_kind import is_of_part
 from firmware_runtime.recording.versions import changed_versions, versions_said
 from firmware_runtime.status import Status
 
@@ -113,7 +112,7 @@ def _add_what_if(verb: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Replay, and print what differs."""
     path = find_recording(arguments.run)
-    if begins_with(path, MAGIC):
+    if is_of_part(path):
         return _replay_part(arguments, path)
     return _replay_run(arguments, path)  # of what is none of both, its reading says so
 

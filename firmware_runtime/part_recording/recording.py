@@ -8,8 +8,9 @@ import msgspec
 from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.frames import MAGIC, frames_of
-from firmware_runtime.recording.records import FORMAT, Batch, Ended, Header, Record
+from firmware_runtime.part_recording.frames import frames_of
+from firmware_runtime.part_recording.records import FORMAT, Batch, Ended, Header, Record
+from firmware_runtime.recording.file_kind import PART_MAGIC
 
 _batch = msgspec.msgpack.Decoder(Batch).decode
 _header = msgspec.msgpack.Decoder(Header).decode
@@ -57,7 +58,7 @@ def read_recording(path: Path) -> Recording:
         fault = f"cannot be read ({error.strerror}); expected a recording"
         raise ConfigError.of_one(str(path), fault) from error
     if not contents or contents[0] is None:
-        fault = f"no recording, which begins with {MAGIC!r} and a header; expected one"
+        fault = f"no recording, which begins with {PART_MAGIC!r} and a header; expected one"
         raise ConfigError.of_one(str(path), fault)
     header = _read_header(path, contents[0])
     records: list[Record] = []

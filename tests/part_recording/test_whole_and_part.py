@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.recording.comparison import Comparison, compare
-from firmware_runtime.recording.cut import cut_around
-from firmware_runtime.recording.recorder import Recorder
-from firmware_runtime.recording.replay import replay
+from firmware_runtime.part_recording.comparison import Comparison, compare
+from firmware_runtime.part_recording.cut import cut_around
+from firmware_runtime.part_recording.recorder import Recorder
+from firmware_runtime.part_recording.replay import replay
 from tests.support.random_models import Node, blueprints, build
 from tests.support.recorded_models import KeptFrames, header_of, recording_of
 

@@ -12,7 +12,8 @@ from struct import Struct
 from typing import Final
 from zlib import crc32
 
-MAGIC: Final = b"FWRREC\r\n"
+from firmware_runtime.recording.file_kind import PART_MAGIC
+
 LARGEST: Final = 1 << 28
 _FRONT: Final = Struct("<II")
 
@@ -28,7 +29,7 @@ def frames_of(path: Path) -> Iterator[bytes | None]:
     Raises OSError.
     """
     with path.open("rb") as file:
-        if file.read(len(MAGIC)) != MAGIC:
+        if file.read(len(PART_MAGIC)) != PART_MAGIC:
             return
         while front := file.read(_FRONT.size):
             if len(front) < _FRONT.size:

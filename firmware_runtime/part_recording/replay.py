@@ -15,10 +15,10 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.cut import Cut, cut_around, entrance_of, type_name
-from firmware_runtime.recording.player import Entry, Player
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.records import (
+from firmware_runtime.part_recording.cut import Cut, cut_around, entrance_of, type_name
+from firmware_runtime.part_recording.player import Entry, Player
+from firmware_runtime.part_recording.recording import Recording
+from firmware_runtime.part_recording.records import (
     Ended,
     Entered,
     Header,
@@ -28,8 +28,8 @@ from firmware_runtime.recording.records import (
     Retuned,
     State,
 )
-from firmware_runtime.recording.states import States
-from firmware_runtime.recording.values import Plain, UnknownValue, encoded, made, pack, plain
+from firmware_runtime.part_recording.states import States
+from firmware_runtime.recording.values import encoded, made_for, pack, plain
 
 Retune: TypeAlias = Callable[[Any], None]
 """Gives the part the gains and limits of the settings that were recorded."""
@@ -94,6 +94,7 @@ class _Replay:
     def __init__(self, recording: Recording, part: Coupled, retune: Retune) -> None:
         header = recording.header
         cut = cut_around(part, tuple(part.components))
+        self._entering = list(header.entering)
         self._entrances = _entrances(header, part)
         self._names = list(_leaving(header, cut))
         self._recording = recording
@@ -147,10 +148,10 @@ class _Replay:
             self._result.recorded.append(Event(record.at, name, value, pack(value)))
             return
         position, port = self._entrances[record.name]
-        value = _made(record.value)
+        name = self._entering[record.name]
+        value = made_for(name, record.value)
         self._result.inputs += 1
         if (recorded := pack(record.value)) != (entering := encoded(value)):
-            name = list(self._recording.header.entering)[record.name]
             difference = InputDifference(record.at, name, recorded, entering)
             self._result.input = self._result.input or difference
         self._entries.append(Entry(record.round, position, port, value))
@@ -166,7 +167,7 @@ class _Replay:
 
     def _apply(self, record: Retuned | Postponed | State) -> None:
         if isinstance(record, Retuned):
-            self._retune(_made(record.settings))
+            self._retune(made_for("settings", record.settings))
         elif isinstance(record, State):
             self._result.fields += len(record.fields)
             difference = self._fields.difference(record, self._states.changed())
@@ -198,13 +199,6 @@ class _Fields:
             if recorded != replayed:
                 return StateDifference(record.at, name, recorded, replayed)
         return None
-
-
-def _made(form: Plain) -> Any:  # noqa: ANN401 -- whatever its port carries
-    try:
-        return made(form)
-    except UnknownValue as error:
-        raise ConfigError.of_one("recording", str(error)) from error
 
 
 def _entrances(header: Header, part: Coupled) -> list[tuple[int, Any]]:

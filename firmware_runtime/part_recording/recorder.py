@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from msgspec import Raw, to_builtins
+from msgspec import to_builtins
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
@@ -17,9 +17,9 @@ from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.ports import AnyPort, OutPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.recording.cut import Cut
-from firmware_runtime.recording.frames import frame
-from firmware_runtime.recording.records import (
+from firmware_runtime.part_recording.cut import Cut
+from firmware_runtime.part_recording.frames import frame
+from firmware_runtime.part_recording.records import (
     Batch,
     Ended,
     Entered,
@@ -31,9 +31,9 @@ from firmware_runtime.recording.records import (
     Shown,
     State,
 )
-from firmware_runtime.recording.sink import Sink
-from firmware_runtime.recording.states import States
-from firmware_runtime.recording.values import UnknownValue, encoded, legible, pack
+from firmware_runtime.part_recording.sink import Sink
+from firmware_runtime.part_recording.states import States
+from firmware_runtime.recording.values import UnknownValue, legible, pack, plain
 
 MOST: Final = 10_000
 """Records of one step that are kept; further ones are dropped and counted."""
@@ -153,18 +153,35 @@ class Recorder:
             made: Record = kind(*fields)
             return made
         try:
-            crossed: Record = kind(*fields[:-1], Raw(encoded(fields[-1])))
-        except UnknownValue as error:
-            self.fault = self.fault or str(error)
-            self._records += 1
-            self.dropped += 1
+            crossed: Record = kind(*fields[:-1], plain(fields[-1]))
+        except (UnknownValue, RecursionError) as error:
+            self._drop(str(error))
             return None
         return crossed
 
     def _send(self, records: list[Record]) -> None:
-        if not self._sink.take(frame(pack(Batch(self._records, records)))):
+        try:
+            content = pack(Batch(self._records, records))
+        except UnicodeEncodeError:
+            records = [each for each in records if self._can_be_written(each)]
+            content = pack(Batch(self._records, records))
+        if not self._sink.take(frame(content)):
             self.dropped += len(records)
         self._records += len(records)
+
+    def _can_be_written(self, record: Record) -> bool:
+        """Whether it has no text that UTF-8 has not; one that has is dropped."""
+        try:
+            pack(record)
+        except UnicodeEncodeError as error:
+            self._drop(f"a text cannot be recorded: {error}")
+            return False
+        return True
+
+    def _drop(self, fault: str) -> None:
+        self.fault = self.fault or fault
+        self._records += 1
+        self.dropped += 1
 
     def _dropped(self) -> str | None:
         if self.dropped == 0:

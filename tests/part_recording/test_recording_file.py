@@ -8,11 +8,12 @@ import pytest
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.cut import cut_around
-from firmware_runtime.recording.frames import MAGIC, frame
-from firmware_runtime.recording.recorder import Recorder
-from firmware_runtime.recording.recording import read_recording
-from firmware_runtime.recording.records import Left
+from firmware_runtime.part_recording.cut import cut_around
+from firmware_runtime.part_recording.frames import frame
+from firmware_runtime.part_recording.recorder import Recorder
+from firmware_runtime.part_recording.recording import read_recording
+from firmware_runtime.part_recording.records import Left
+from firmware_runtime.recording.file_kind import PART_MAGIC
 from firmware_runtime.recording.values import pack
 from tests.support.devs_models import Clock, Echo, Log
 from tests.support.recorded_models import KeptFrames, header_of, recording_of
@@ -46,7 +47,7 @@ def test_a_file_cut_off_anywhere_holds_everything_before_the_cut(tmp_path: Path)
     whole = recording_of(sink)
     assert not whole.is_cut
     path = tmp_path / "cut.recording"
-    header_ends = len(MAGIC + frame(pack(msgspec.to_builtins(whole.header))))
+    header_ends = len(PART_MAGIC + frame(pack(msgspec.to_builtins(whole.header))))
     lengths = []
     for size in range(header_ends, len(sink.content), 7):
         path.write_bytes(sink.content[:size])
@@ -73,10 +74,10 @@ def test_a_damaged_batch_ends_what_can_be_known(tmp_path: Path) -> None:
         b"",
         b"FWRREC",
         b"something else, and long enough for a header",
-        MAGIC,
-        MAGIC + b"\xff" * 40,
-        MAGIC + frame(b"\xc0"),
-        MAGIC + frame(b"\x81\xa6format\x01"),
+        PART_MAGIC,
+        PART_MAGIC + b"\xff" * 40,
+        PART_MAGIC + frame(b"\xc0"),
+        PART_MAGIC + frame(b"\x81\xa6format\x01"),
     ],
 )
 def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes) -> None:
@@ -91,7 +92,7 @@ def test_a_recording_of_another_format_is_refused(tmp_path: Path) -> None:
     header = msgspec.to_builtins(header_of(cut_around(robot, ["controller"])))
     of_before = {key: each for key, each in header.items() if key != "crossings"} | {"format": 1}
     path = tmp_path / "other.recording"
-    path.write_bytes(MAGIC + frame(pack(of_before)))
+    path.write_bytes(PART_MAGIC + frame(pack(of_before)))
     with pytest.raises(ConfigError, match="format 1; expected 2"):
         read_recording(path)
 
@@ -119,7 +120,7 @@ def test_a_text_that_cannot_be_written_is_dropped_counted_and_said() -> None:
     fault = recorder.close("failed", "a reason \udcff")
     recording = recording_of(sink)
     assert fault is not None
-    assert "builtins:str cannot be recorded" in fault
+    assert "a text cannot be recorded" in fault
     assert recorder.dropped == recording.missing == 1
     assert [each.at for each in recording.records if isinstance(each, Left)] == [10, 30]
     assert recording.ended is not None

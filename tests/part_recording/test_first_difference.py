@@ -5,12 +5,12 @@ from msgspec.structs import replace as with_changed
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.recording.comparison import Comparison, compare
-from firmware_runtime.recording.cut import cut_around
-from firmware_runtime.recording.recorder import Recorder
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.records import Entered
-from firmware_runtime.recording.replay import replay
+from firmware_runtime.part_recording.comparison import Comparison, compare
+from firmware_runtime.part_recording.cut import cut_around
+from firmware_runtime.part_recording.recorder import Recorder
+from firmware_runtime.part_recording.recording import Recording
+from firmware_runtime.part_recording.records import Entered
+from firmware_runtime.part_recording.replay import replay
 from tests.support.devs_models import Clock, Log
 from tests.support.recorded_models import KeptFrames, header_of, recording_of
 

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import msgspec
 
-from firmware_runtime.recording.recording import Recording
-from firmware_runtime.recording.replay import Event, InputDifference, Replayed, StateDifference
+from firmware_runtime.part_recording.recording import Recording
+from firmware_runtime.part_recording.replay import Event, InputDifference, Replayed, StateDifference
 from firmware_runtime.recording.values import Plain, UnknownValue, made, unpack
 from firmware_runtime.statistics.trace_file import plain as shown
 

@@ -14,8 +14,8 @@ from select import select
 from typing import Final, Protocol
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording import writer
-from firmware_runtime.recording.frames import MAGIC
+from firmware_runtime.part_recording import writer
+from firmware_runtime.recording.file_kind import PART_MAGIC
 
 ROOM: Final = 1 << 22
 """Bytes kept in the run at most, while the writer is behind."""
@@ -40,7 +40,7 @@ class PipeSink:
     def __init__(self, path: Path, *, waits: bool) -> None:
         self._path = path
         self._waits = waits
-        self._kept = bytearray(MAGIC)
+        self._kept = bytearray(PART_MAGIC)
         self._is_broken = False
         try:
             file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)

@@ -4,7 +4,7 @@ import pytest
 
 from firmware_runtime.board.registry import load
 from firmware_runtime.hal.errors import BusAbsent
-from firmware_runtime.recording.noting_lines import noting_lines
+from firmware_runtime.part_recording.noting_lines import noting_lines
 
 
 def test_interlock_buses_and_ports_are_noted() -> None:

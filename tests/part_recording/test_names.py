@@ -13,8 +13,8 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.identification.events import kept, recorded
-from firmware_runtime.recording.cut import Cut, cut_around
-from firmware_runtime.recording.of_board import components, cut_of
+from firmware_runtime.part_recording.cut import Cut, cut_around
+from firmware_runtime.part_recording.of_board import components, cut_of
 from firmware_runtime.recording.values import made
 from tests.support.devs_models import Clock, Log
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.frames import MAGIC, frame, frames_of
-from firmware_runtime.recording.sink import PIPE, ROOM, PipeSink
+from firmware_runtime.part_recording.frames import frame, frames_of
+from firmware_runtime.part_recording.sink import PIPE, ROOM, PipeSink
+from firmware_runtime.recording.file_kind import PART_MAGIC
 
 PIECE = frame(bytes(100_000))
 
@@ -62,4 +63,4 @@ def test_a_file_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
 def test_the_file_begins_with_its_magic_number(tmp_path: Path) -> None:
     path = tmp_path / "x.recording"
     assert PipeSink(path, waits=True).close() is None
-    assert path.read_bytes() == MAGIC
+    assert path.read_bytes() == PART_MAGIC

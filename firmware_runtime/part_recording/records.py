@@ -8,21 +8,15 @@ from typing import Any, Final, TypeAlias
 
 from msgspec import Struct
 
+from firmware_runtime.recording.header import RecordedBoard
+
 FORMAT: Final = 2
 
 
-class Header(Struct, frozen=True):
-    """What was recorded, and of which code and settings."""
+class Header(RecordedBoard, frozen=True, kw_only=True):
+    """What was recorded; the code is that of the part."""
 
     format: int
-    board: str
-    """The board's own name."""
-    kind: str
-    fingerprint: str
-    """SHA-256 over the board's file and the overrides."""
-    source: str
-    table: dict[str, Any]
-    """The board's settings, overrides included."""
     role: str
     """The part's role: `controller` unless another was recorded."""
     components: list[str]
@@ -33,13 +27,6 @@ class Header(Struct, frozen=True):
     positions: list[int]
     """Of each of these, how many atomics of the part were declared before its sender."""
     leaving: dict[str, str]
-    code: dict[str, str]
-    """SHA-256 by module of the source of the part's classes."""
-    code_sha256: str
-    """SHA-256 over those."""
-    versions: dict[str, str | None]
-    """Of Python, the kernel and packages."""
-    clock: str
     shown: str | None = None
     """The port whose values `Shown` records hold, if there is one."""
 

@@ -15,10 +15,11 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.models.pid import Pid
+from firmware_runtime.part_recording.comparison import Comparison
+from firmware_runtime.part_recording.of_board import part_code, replay_of
+from firmware_runtime.part_recording.recording import read_recording
 from firmware_runtime.recording.code import changed_modules
-from firmware_runtime.recording.comparison import Comparison
-from firmware_runtime.recording.of_board import board_of, part_code, replay_of
-from firmware_runtime.recording.recording import read_recording
+from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.runs.recorded_run import recorded
 from firmware_runtime.runs.session import Session
 from tests.support.waiting import PATIENCE_S, wait_until

@@ -1,0 +1,50 @@
+"""What every recording says of its run: which board, which settings, which code and versions."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from msgspec import Struct
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.recording.code import code_of, digest_of
+from firmware_runtime.recording.values import legible
+from firmware_runtime.system.conditions import versions_here
+
+
+class RecordedBoard(Struct, frozen=True, kw_only=True):
+    """What the header of either recording has."""
+
+    board: str
+    """The board's own name."""
+    kind: str
+    fingerprint: str
+    """SHA-256 over the board's file and the overrides."""
+    source: str
+    """The file that the settings came from."""
+    table: dict[str, Any]
+    """The board's settings, overrides included."""
+    clock: str
+    code: dict[str, str]
+    """SHA-256 by module of the source of the recorded models' classes."""
+    code_sha256: str
+    """SHA-256 over those."""
+    versions: dict[str, str | None]
+    """Of Python, the kernel and packages."""
+
+
+def recorded_board(board: Board, atomics: Iterable[Atomic], clock: Clock) -> RecordedBoard:
+    """What a recording of these models says of its run."""
+    code = code_of(atomics)
+    return RecordedBoard(
+        board=board.name,
+        kind=board.kind,
+        fingerprint=board.fingerprint,
+        source=legible(str(board.source)),
+        table=dict(board.table),
+        clock=type(clock).__name__,
+        code=code,
+        code_sha256=digest_of(code),
+        versions=versions_here(),
+    )
