@@ -15,7 +15,7 @@ from typing import Any
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled, with_all_below
-from firmware_runtime.devs.ports import AnyPort, InPort
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 from firmware_runtime.devs.wiring import sources_of
 
 
@@ -55,7 +55,7 @@ def cut_around(model: Coupled, names: Collection[str]) -> Cut:
         if destination.owner in within and source.owner not in within:
             entering.setdefault(_name(model, source), source)
         elif source.owner in within and destination.owner not in within:
-            leaving |= {_name(model, each): each for each in _leaving(model, source, atomics)}
+            leaving |= {_name(model, each): each for each in _leaving(source)}
     positions = _positions(model, names)
     named = _named(model, entering, atomics)
     entrances = {
@@ -81,10 +81,13 @@ def _name(model: Coupled, port: AnyPort) -> str:
     return port.path.removeprefix(f"{model.path}.").replace(":", ".")
 
 
-def _leaving(model: Coupled, port: AnyPort, atomics: Collection[Atomic]) -> list[AnyPort]:
-    """The ports of the part that send what leaves by this one; itself if others send there too."""
-    senders = _senders(model, port)
-    is_own = bool(senders) and all(each.owner in atomics for each in senders)
+def _leaving(port: AnyPort) -> list[AnyPort]:
+    """The ports within the component that send what leaves by this one.
+
+    Itself where an input leads straight to it: a part that runs alone cannot tell who sent that.
+    """
+    senders = list(dict.fromkeys(sources_of(port, port.owner.in_ports.values())))
+    is_own = bool(senders) and all(isinstance(each, OutPort) for each in senders)
     return senders if is_own else [port]
 
 

@@ -28,11 +28,14 @@ class Inside(Coupled):
         self.single = self.out_port("single", int)
         self.both = self.out_port("both", int)
         self.straight = self.out_port("straight", int)
+        self.inner_and_inlet = self.out_port("inner_and_inlet", int)
         one, two, log = self.add(Clock("one", 3)), self.add(Clock("two", 5)), self.add(Log("log"))
         self.couple(one.ticks, self.single)
         self.couple(one.ticks, self.both)
         self.couple(two.ticks, self.both)
         self.couple(self.inlet, self.straight)
+        self.couple(one.ticks, self.inner_and_inlet)
+        self.couple(self.inlet, self.inner_and_inlet)
         self.couple(self.inlet, log.values)
 
 
@@ -63,6 +66,21 @@ def test_what_leaves_goes_by_who_sends_it_and_what_passes_through_by_its_exit() 
 )
 def test_what_enters_goes_by_who_sends_it_if_that_is_one(source: str, name: str) -> None:
     assert names(cut(source)) == {f"sensor.{source}": name}
+
+
+def test_a_part_that_runs_alone_has_the_names_it_has_in_a_whole_that_sends_it_nothing() -> None:
+    def whole() -> Coupled:
+        root = Coupled("robot")
+        silent, part = Coupled("silent"), Inside("part")
+        root.add(silent)
+        root.add(part)
+        root.couple(silent.out_port("out", int), part.inlet)
+        root.couple(part.inner_and_inlet, root.add(Log("motor")).values)
+        return root
+
+    alone = part_of(whole(), ["part"]).model
+    leaving = [list(cut_around(each, ["part"]).leaving) for each in (whole(), alone)]
+    assert leaving == [["part.inner_and_inlet"], ["part.inner_and_inlet"]]
 
 
 def test_what_comes_back_into_the_part_is_told_from_what_left_it() -> None:
