@@ -141,7 +141,7 @@ class Writer:
         first = self.assign(f"sqrt({a[0]})")
         result: Series = [first]
         if self.length > 1:
-            half = self.assign(f"0.5 / {first}")
+            half = self.assign(self._unless_zero(a, f"0.5 / {first}"))
             for k in range(1, self.length):
                 inner = [(self._minus(result[i]), result[k - i]) for i in range(1, k)]
                 result.append(self._times(self.total([(a[k], 1.0), *inner]), half))
@@ -223,13 +223,18 @@ class Writer:
         if is_flat(a):
             return [*result, *a[1:]]
         self.is_linear = False
-        inverse = self.assign(f"1.0 / {a[0]}")
+        inverse = self.assign(self._unless_zero(a, f"1.0 / {a[0]}"))
         for k in range(1, self.length):
             terms = [
                 (self._scaled(a[i], exponent * i - (k - i)), result[k - i]) for i in range(1, k + 1)
             ]
             result.append(self._times(self.total(terms, k), inverse))
         return result
+
+    def _unless_zero(self, a: Series, quotient: str) -> str:
+        """The quotient, but 0 where a is zero and stays so: a root of that has all its slopes."""
+        moving = " or ".join(str(each) for each in a if each != 0.0)
+        return f"{quotient} if {moving} else 0.0"
 
     def _convolved(self, a: Series, b: Series, k: int) -> Coefficient:
         """Coefficient k of the integral of a' b."""

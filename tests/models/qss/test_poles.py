@@ -65,3 +65,11 @@ def test_an_angle_jumps_at_the_instant_at_which_it_turns_round(
     _, values = solve(system, times=times)
     turned = [0.5 * t * t - math.tau * max(t - math.pi, 0.0) for t in times]
     assert values["a"] == pytest.approx(turned, abs=0.02)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("root", ["sqrt(max(h, 0))", "max(h, 0)**0.5"])
+def test_a_tank_that_has_run_empty_by_a_root_stays_empty(root: str, method: str) -> None:
+    tank = System(states={"h": 1.0}, equations={"h": f"-0.1*{root}"}, method=method, quantum=1e-3)
+    _, values = solve(tank, times=[10.0, 25.0])
+    assert values["h"] == pytest.approx([0.25, 0.0], abs=1e-3)
