@@ -136,6 +136,7 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
     given = {"smith": yaw.smith, "wave": yaw.wave}
     return [
         *settings.position.faults(),
+        *settings.world.position.faults(),
         *course_faults(settings),
         *(
             f"controller.yaw.{key}: has no effect; controller.mode is 'track'"

@@ -200,6 +200,14 @@ class PositionSensorSettings(Settings, frozen=True):
     """From when to when it measures nothing, such as [[20.0, 22.0]]."""
     seed: Annotated[int, Meta(ge=0)] = 1
 
+    def faults(self) -> list[str]:
+        """What is wrong between its values."""
+        return [
+            f"world.position.outages_s: {begin} s to {end} s, expected an end after the beginning"
+            for begin, end in self.outages_s
+            if not begin < end
+        ]
+
 
 class WorldSettings(Settings, frozen=True):
     """The plant model: what the doubles' robot is like. Not used on the real robot's buses."""

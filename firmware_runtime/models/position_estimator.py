@@ -71,6 +71,8 @@ class PositionEstimator(Atomic):
         self.history = PositionHistory(settings.history, settings.noise, settings.gate)
         self.taken = 0
         self.refused = 0
+        self._refusal = ""
+        """Why the last one was refused."""
         self._state = PositionState.NO_POSITION
         self._now = 0
         self._last: tuple[int, PlanarInertial] | None = None
@@ -80,7 +82,8 @@ class PositionEstimator(Atomic):
     def unready(self) -> str | None:
         """Why there is no position, in a few words; None if there is one."""
         if self.history.state is None:
-            return "has no position"
+            refused = f"; {self.refused} came and were refused, the last: {self._refusal}"
+            return f"has no position{refused if self.refused else ''}"
         if self._state in {PositionState.LOST, PositionState.SAFE}:
             return f"has lost the position ({self._state.name})"
         return None
@@ -146,7 +149,11 @@ class PositionEstimator(Atomic):
 
     def _refuse(self, reason: str) -> None:
         self._reports.append(FixReport(False, reason, 0.0, 0.0, 0.0, 0.0))
+        self._note_refused(reason)
+
+    def _note_refused(self, reason: str) -> None:
         self.refused += 1
+        self._refusal = reason
 
     def _step(self, inertial: PlanarInertial) -> None:
         if self._last is not None and self._last[0] < self._now:
@@ -154,8 +161,11 @@ class PositionEstimator(Atomic):
         self._last = (self._now, inertial)
         reports = self.history.insert(self._waiting)
         self._waiting = []
-        self.taken += sum(report.is_taken for report in reports)
-        self.refused += sum(not report.is_taken for report in reports)
+        for report in reports:
+            if report.is_taken:
+                self.taken += 1
+            else:
+                self._note_refused(report.reason)
         self._reports += reports
 
 

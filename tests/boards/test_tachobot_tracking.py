@@ -83,6 +83,11 @@ def test_without_a_position_it_cannot_be_armed_and_no_propeller_turns() -> None:
     assert robot.rig.thrust.all_off
 
 
+def test_an_outage_that_ends_before_it_begins_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"outages_s: 5\.0 s to 2\.0 s, expected an end after"):
+        tracking("world.position.outages_s=[[5.0, 2.0], [6.0, 7.0]]")
+
+
 def test_arming_is_refused_without_a_position_and_granted_with_one() -> None:
     for rate_hz, armed in ((0.0, False), (20.0, True)):
         settings = {

@@ -25,7 +25,6 @@ EXACT_SUMS: Final = {
     "drivers/chips/step.py": "of whole nanoseconds",
     "drivers/commands/probing.py": "of truth values",
     "boards/tachobot/allocation.py": "of 0, 1 and 0.25, which is exact",
-    "firmware_runtime/models/position_estimator.py": "of truth values",
 }
 
 

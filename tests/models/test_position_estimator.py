@@ -5,6 +5,7 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.position_estimator import TOO_MANY, UNSOUND
 from firmware_runtime.models.position_fix import PlanarInertial, PoseFix, PositionFix, PositionState
+from firmware_runtime.models.position_history import TOO_OLD
 from tests.support.tracked_body import TICK, Estimator
 
 HERE = PositionFix(1.0, 2.0, 0.0)
@@ -16,6 +17,17 @@ def test_without_a_position_nothing_is_sent_and_it_is_not_ready() -> None:
         estimator.sample(n * TICK)
     assert estimator.x == []
     assert estimator.model.unready() == "has no position"
+
+
+def test_of_positions_that_are_all_refused_it_says_how_many_and_why() -> None:
+    estimator = Estimator()
+    for n in range(150):
+        estimator.sample(n * TICK)
+        if n >= 148:
+            estimator.put(n * TICK + 1, position=HERE._replace(age_s=1.4))
+    estimator.sample(150 * TICK)
+    said = f"has no position; 2 came and were refused, the last: {TOO_OLD}"
+    assert estimator.model.unready() == said
 
 
 def test_every_sample_is_answered_at_once_from_the_first_position_on() -> None:
