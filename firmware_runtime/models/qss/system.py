@@ -148,7 +148,7 @@ class System:
             yield "states: none; expected one or more"
 
     def _number_faults(self) -> Iterator[str]:
-        if self.method not in METHODS:
+        if self.method not in tuple(METHODS):  # a comparison: it may be of any kind
             yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
         horizon_s = self.horizon_s
         if horizon_s is not None and not (_is_finite(horizon_s) and horizon_s > 0.0):

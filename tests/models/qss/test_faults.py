@@ -23,6 +23,7 @@ SOUND: dict[str, Any] = {"states": {"x": 1.0}, "equations": {"x": "-x"}}
         ({"definitions": {"a": 2}}, "definitions: a is 2; expected an expression as text"),
         ({"events": When("x crosses 0", x=1)}, "events is .*; expected a list of When"),
         ({"events": ["x crosses 0"]}, "events: 'x crosses 0'; expected a list of When"),
+        ({"method": {"x": "QSS1"}}, "method is {'x': 'QSS1'}; expected one of QSS1"),
         ({"outputs": "x"}, "outputs is 'x'; expected a list"),
         ({"quantum": {"x": 1e-3, "y": 1e-3}}, "quantum: y is no state"),
         ({"relative_quantum": {"y": 1e-3}}, "relative_quantum: y is no state"),
