@@ -30,4 +30,12 @@ YAW: Final = Plant(
         period_s=lambda settings: settings.controller.period_s,
         delay_s=lambda settings: settings.controller.yaw.delay_s,
     ),
+    stated={
+        "inertia_kg_m2": lambda settings: settings.world.yaw_inertia_kg_m2,
+        "damping_nms": lambda settings: settings.world.yaw_damping_nms,
+        "coulomb_friction_nm": lambda settings: settings.world.coulomb_friction_nm,
+        "static_friction_nm": lambda settings: settings.world.static_friction_nm,
+        # From the forces that leave the controller to the sample that shows what they did.
+        "delay_s": lambda settings: settings.controller.period_s,
+    },
 )

@@ -77,6 +77,10 @@ class Plant(Struct, frozen=True, kw_only=True):
     """Time constant of the actuators, which is taken as known."""
     loop: PidLoop | None = None
     """None: there are no gains that `tune` could find."""
+    stated: Mapping[str, Number] = {}
+    """What the settings say of it, for `tune BOARD --plant`: mass or inertia, damping, both
+    frictions and delay, by the keys that `identify` prints; friction and delay left out are none.
+    """
 
 
 def plant_fault(plant: object) -> str | None:

@@ -136,6 +136,16 @@ def stated_plant(
     return _sound(text, values, structure), intervals, noise
 
 
+def plant_of_settings(board: Board) -> tuple[PlantParameters, dict[str, Interval], float]:
+    """A plant as the board's own settings state it; no intervals, no noise. Raises ConfigError."""
+    declared, _ = loop_of(board)
+    if not declared.stated:
+        fault = f"{board.name}'s definition states no numbers of {declared.title}"
+        raise ConfigError.of_one("--plant", f"{fault}; expected FILE.json, or KEY=VALUE,...")
+    given = [f"{key}={number(board.settings)!r}" for key, number in declared.stated.items()]
+    return _by_hand(",".join(given), declared.structure), {}, 0.0
+
+
 def _interval(found: Mapping[str, Any]) -> Interval:
     """Both ends; one that nothing bounds is twice the value. Raises ValueError."""
     low, high = float(found["low"] or 0.0), found["high"]

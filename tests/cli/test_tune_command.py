@@ -33,6 +33,18 @@ def test_gains_for_a_stated_plant_are_written_to_a_copy(
     assert "runs that were not searched on" in shown
 
 
+@pytest.mark.slow
+def test_a_plant_that_is_not_named_is_that_of_the_settings(command: Callable[..., Any]) -> None:
+    ended = command(
+        "tune", "tachobot", "--set", "world.yaw_inertia_kg_m2=0.15", "--plant", "--json"
+    )
+    assert (ended.status, ended.error) == (Status.OK, "")
+    found = json.loads(ended.out)
+    assert found["plant"]["inertia_kg_m2"] == 0.15
+    assert found["plant"]["delay_s"] == 0.01
+    assert found["margins"]["gain_db"] >= 6.0
+
+
 @pytest.mark.parametrize("board", ["detective", "balancing", "pan_tilt"])
 def test_a_board_without_a_plant_says_so_in_a_sentence(
     command: Callable[..., Any], board: str

@@ -13,7 +13,7 @@ from firmware_runtime.tuning import search
 from firmware_runtime.tuning.loop import Gains
 from firmware_runtime.tuning.response import Body, Scenario, stepped
 from firmware_runtime.tuning.search import GAIN_DB, PHASE_DEG, tune
-from firmware_runtime.tuning.task import loop_of, stated_plant, task_of
+from firmware_runtime.tuning.task import loop_of, plant_of_settings, stated_plant, task_of
 from tests.support.virtual_tachobot import virtual_tachobot
 
 HEAVY = PlantParameters(0.15, 0.02, 0.01, 0.015, 0.04)
@@ -55,6 +55,18 @@ def test_the_loop_that_is_searched_on_steps_as_the_robot_on_its_doubles_does() -
     # Motors stand still at first on the robot: so far it is behind.
     assert found[20:] == pytest.approx(yaw[20:500], abs=0.05)
     assert found[-1] == pytest.approx(yaw[499], abs=0.01)
+
+
+def test_the_settings_state_a_plant_where_the_definition_says_how() -> None:
+    board = load("tachobot", ["world.static_friction_nm=0.03", "world.coulomb_friction_nm=0.02"])
+    assert plant_of_settings(board)[0] == PlantParameters(0.075, 0.0, 0.02, 0.03, 0.01)
+    assert board.plant is not None
+    silent = structs.replace(board.plant, stated={})
+    with pytest.raises(ConfigError, match="tachobot's definition states no numbers of yaw"):
+        plant_of_settings(structs.replace(board, plant=silent))
+    wrong = structs.replace(board.plant, stated={"inertia": lambda _: 1.0})
+    with pytest.raises(ConfigError, match="inertia: unknown key"):
+        plant_of_settings(structs.replace(board, plant=wrong))
 
 
 def test_a_plant_by_hand_has_no_friction_unless_it_is_stated() -> None:

@@ -1,4 +1,4 @@
-"""`firmware-runtime tune BOARD --from RUN | --plant PLANT`: gains, for a board.toml to look at."""
+"""`firmware-runtime tune BOARD --from RUN | --plant [PLANT]`: gains for a board.toml."""
 
 import argparse
 import json
@@ -40,7 +40,10 @@ def add_to(verbs: SubParsers) -> None:
     plant.add_argument(
         "--plant",
         metavar="PLANT",
-        help="FILE.json of `identify -o`, or KEY=VALUE,..., as in inertia_kg_m2=0.075,delay_s=0.05",
+        nargs="?",
+        const="",
+        help="FILE.json of `identify -o`, or KEY=VALUE,..., as in inertia_kg_m2=0.075,delay_s=0.05;"
+        " by itself: as the board's settings state it",
     )
     add_since(verb)
     verb.add_argument(
@@ -82,6 +85,8 @@ def _task(arguments: argparse.Namespace, board: Board) -> "Task":
         _, identified, _ = identified_from(arguments.run, board, arguments.since)
         plant, intervals = module.of_identified(identified)
         noise = identified.noise
+    elif not arguments.plant:
+        plant, intervals, noise = module.plant_of_settings(board)
     else:
         declared, _ = module.loop_of(board)
         plant, intervals, noise = module.stated_plant(arguments.plant, declared.structure)
