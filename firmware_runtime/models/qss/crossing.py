@@ -32,6 +32,8 @@ class Crossing(Atomic):
     polynomial, rounded up to whole ns, so that the crossing has happened. Inputs may bring up to
     four coefficients: a port `state` of an integrator, without the error of its quantization.
     Events that come ever closer, less than 1 us apart, accumulate (Zeno): a ModelError.
+    Where an event of both directions is answered at its own instant by a change that leads back, as
+    of a ball that bounces, the value has touched zero and not passed it: that is no second event.
     """
 
     def __init__(  # noqa: PLR0913 -- most of them have defaults
@@ -66,6 +68,10 @@ class Crossing(Atomic):
         self._has_crossed = False
         self._is_first = True
         self._leaves = inf
+        self._value = 0.0
+        self._beyond = -1.0
+        """How far past zero it was at an event of this instant; negative: there was none."""
+        self._has_turned = self._returns = False
         self._events: dict[bool, list[int]] = {True: [], False: []}
 
     def initialize(self) -> None:
@@ -79,23 +85,28 @@ class Crossing(Atomic):
         """Send the side, and the event unless it is the first look."""
         if not self._has_crossed or self._side is None:
             return
-        if not self._is_first and self.direction in {"both", _WORDS[self._side]}:
+        if self._is_event():
             self.event.send(self._side)
         self.out.send(Segment(1.0 if self._side else 0.0))
 
     def internal(self) -> None:
         """Go on after an event, or see whether it is one."""
         if self._has_crossed:
-            self._has_crossed = self._is_first = False
+            if self.direction == "both":
+                self._beyond = self._value if self._is_event() else -1.0
+            self._has_crossed = self._is_first = self._has_turned = False
             self.sigma = whole_after(self._leaves)
             return
         self._at += self.sigma
+        self._beyond = -1.0
         self._wires.advance(self.sigma * NANO)
         self._look()
 
     def external(self, elapsed: int) -> None:
         """Take new segments in."""
         self._at += elapsed
+        if elapsed > 0:
+            self._beyond = -1.0
         self._wires.advance(elapsed * NANO)
         for name, port in self.inputs.items():
             if port:
@@ -114,13 +125,32 @@ class Crossing(Atomic):
             raise self._wires.no_value(self, self.expression, self._at, error) from error
         side = side_of(self._difference, g)
         leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
-        self._leaves = leaves
+        self._leaves, self._value = leaves, abs(g[0])
+        if self._side is not None:
+            side = self._side_as_led(g, side)
         if side is self._side and not self._has_crossed:
             self.sigma = whole_after(leaves)
             return
-        if self._side is not None and side is not self._side:
+        if self._side is not None and side is not self._side and not self._has_turned:
             self._note_event(rises=side)
         self._side, self._has_crossed, self.sigma = side, True, 0
+
+    def _is_event(self) -> bool:
+        """Whether what is sent next is an event, and not only on which side it is."""
+        if self._is_first or self._has_turned or self._side is None:
+            return False
+        return self.direction in {"both", _WORDS[self._side]}
+
+    def _side_as_led(self, g: Sequence[float], side: bool) -> bool:  # noqa: FBT001 -- of `side_of`
+        """The side, without the fraction of a ns by which an event's instant was rounded up."""
+        stays = abs(g[0]) <= 2.0 * self._beyond + NANO * abs(g[1])
+        if self._beyond >= 0.0 and stays and _leads(g) is (not self._side):
+            self._beyond, self._has_turned, self._returns = -1.0, True, True
+            return not self._side
+        if self._returns and side is not self._side and _leads(g) is self._side:
+            return not side
+        self._returns = False
+        return side
 
     def _note_event(self, *, rises: bool) -> None:
         """Refuse events of one direction whose gaps shrink to nothing: time would stand still."""
@@ -138,6 +168,11 @@ class Crossing(Atomic):
                 f"{format_time(self._at)} {gaps[2]} ns after the last time; "
                 "expected events that do not accumulate"
             )
+
+
+def _leads(g: Sequence[float]) -> bool | None:
+    """To which side the value moves; None while it stands."""
+    return next((each > 0.0 for each in g[1:] if each != 0.0), None)
 
 
 _WORDS: Final = {True: "rising", False: "falling"}

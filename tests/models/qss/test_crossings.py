@@ -175,3 +175,43 @@ def test_a_fall_below_zero_is_found_or_is_not_there() -> None:
     assert falls_below_zero(-1.0, 3.0, -2.0) == 1.0
     assert falls_below_zero(1.0, 0.0, 0.0, -1.0) == pytest.approx(1.0)
     assert falls_below_zero(-1.0, -1.0, 5.0) == 0.0
+
+
+@pytest.mark.parametrize("restitution", [0.8, 0.05])
+@pytest.mark.parametrize("floor", ["0", "0.001"])
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+def test_a_ball_that_bounces_at_its_event_does_not_cross_the_floor_again(
+    method: str, floor: str, restitution: float
+) -> None:
+    def solved(crosses: str) -> dict[str, list[float]]:
+        ball = System(
+            states={"x": 3.7, "v": 0.0},
+            discrete={"bounces": 0},
+            equations={"x": "v", "v": "-9.81"},
+            method=method,
+            quantum=1e-2,
+            events=[When(crosses, v=f"-{restitution}*v", bounces="bounces + 1")],
+            outputs=["x", "v", "bounces"],
+        )
+        return solve(ball, times=[0.8, 0.9])[1]
+
+    found = solved(f"x crosses {floor}")
+    assert found == solved(f"x crosses {floor} falling")
+    assert found["bounces"] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+def test_an_event_that_lets_the_value_pass_is_followed_by_one_of_the_way_back(method: str) -> None:
+    system = System(
+        states={"x": 1.0},
+        discrete={"rate": -1, "crossed": 0},
+        equations={"x": "rate"},
+        method=method,
+        events=[
+            When("x crosses 0", crossed="crossed + 1"),
+            When("x crosses -0.5 falling", rate=1),
+        ],
+        outputs=["x", "crossed"],
+    )
+    _, values = solve(system, times=[0.9, 1.4, 1.9, 2.5])
+    assert values["crossed"] == [0.0, 1.0, 1.0, 2.0]
