@@ -3,7 +3,7 @@
 import argparse
 from math import isfinite
 
-from msgspec import Raw, Struct
+from msgspec import DecodeError, Raw, Struct, json
 
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
@@ -35,8 +35,8 @@ def add_input_option(verb: argparse.ArgumentParser) -> None:
         default=[],
         metavar="SECONDS:PORT=VALUE",
         dest="inputs",
-        help="put a value, in JSON, into an input port of the model at that second of the run; "
-        "may be repeated",
+        help="put a value, JSON or the name of an enumeration's member, into an input port of the "
+        "model at that second of the run; may be repeated",
     )
 
 
@@ -50,7 +50,16 @@ def planned_input(text: str) -> PlannedInput:
         at_s = -1.0
     if not (isfinite(at_s) and 0 <= at_s <= 1e9 and port and value):
         raise argparse.ArgumentTypeError(f"{text!r}: {EXPECTED}")
-    return PlannedInput(0 if at_s == 0 else seconds(at_s), port, value.encode())
+    return PlannedInput(0 if at_s == 0 else seconds(at_s), port, _in_json(value))
+
+
+def _in_json(value: str) -> bytes:
+    """What is no JSON is a text, or the name of an enumeration's member, as in `send`."""
+    try:
+        json.decode(value)
+    except DecodeError:
+        return json.encode(value)
+    return value.encode()
 
 
 def inputs_after(end: int, inputs: list[PlannedInput]) -> list[str]:

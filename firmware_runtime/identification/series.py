@@ -53,4 +53,6 @@ def _faults(series: Series) -> list[str]:
         found.append("instants that do not ascend; expected each once, in order")
     elif len(series.given) and np.ptp(series.given) == 0.0:
         found.append("an input that never changes; expected one that moves the body to and fro")
+    elif len(series.measured) and np.ptp(series.measured) == 0.0:
+        found.append("an output that never changes; expected a body that its input moves: armed")
     return found

@@ -82,7 +82,9 @@ def _of_events(path: Path, events: Sequence[Event], board: Board, plant: Plant) 
     sent = {each.port for each in events}
     chosen = [_present(signal, sent, board) for signal in (plant.input, plant.output)]
     faults = [
-        f"nothing of {' or '.join(signal.ports)}, which {plant.title} is identified by; expected it"
+        f"nothing of {' or '.join(signal.ports)}, which {plant.title} is identified by; expected "
+        "it, as in the recording that each run leaves (`recordings`): `run --record` and a link "
+        "have only what enters and leaves a role"
         for signal, names in zip((plant.input, plant.output), chosen, strict=True)
         if not names
     ]

@@ -12,8 +12,8 @@ from firmware_runtime.board.settings import (
     StopPolicy,
 )
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.component import Component, below_root
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
@@ -22,6 +22,7 @@ from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.spelling import did_you_mean
 
 
 def configuration_of(
@@ -66,13 +67,23 @@ def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
     return None if component is None else component.out_ports.get(name)
 
 
+def _out_ports(root: Component) -> list[str]:
+    """Paths of all output ports, as `find_out_port` takes them."""
+    return [
+        below_root(port.path) for each in with_all_below(root) for port in each.out_ports.values()
+    ]
+
+
 def _deadlines(root: Component, stated: Iterable[PathDeadlineSettings]) -> tuple[PathDeadline, ...]:
     deadlines: list[PathDeadline] = []
     faults: list[str] = []
     for each in stated:
         port, actuator = find_out_port(root, each.source), find_component(root, each.actuator)
         if port is None:
-            faults.append(f"deadlines.source: {each.source!r}: the model has no such output port")
+            faults.append(
+                f"deadlines.source: {each.source!r}: no such output port; expected one that "
+                f"`firmware-runtime tree` shows{did_you_mean(each.source, _out_ports(root))}"
+            )
         if not isinstance(actuator, Atomic):
             faults.append(f"deadlines.actuator: {each.actuator!r}: the model has no such atomic")
         elif port is not None:

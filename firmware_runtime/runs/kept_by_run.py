@@ -12,10 +12,10 @@ from firmware_runtime.system.process_identity import is_running
 
 
 def keep_clear_of_other_runs(path: Path) -> str | None:
-    """Refuse a path that is in use: its guard and its control socket would be taken from a run.
+    """Refuse a path that is in use: a run's sockets, recording and guard would be taken from it.
 
-    Only a run with outputs outside its own process has either. Returns what is wrong with a file
-    there that is damaged: a run may replace it. Raises StatisticsFileError for one in use.
+    Returns what is wrong with a file there that is damaged: a run may replace it. Raises
+    StatisticsFileError for one in use.
     """
     if not os.path.lexists(path):
         return None
@@ -26,11 +26,12 @@ def keep_clear_of_other_runs(path: Path) -> str | None:
     except StatisticsFileError as error:
         return str(error)
     writer = driver.writer
-    if driver.saved is not None or not driver.has_outputs:
+    if driver.saved is not None or state != RunState.RUNNING:
         return None
-    if state == RunState.RUNNING and writer.pid != os.getpid() and is_running(writer):
+    if writer.pid != os.getpid() and is_running(writer):
+        what = "drives a robot" if driver.has_outputs else "is a run"
         raise StatisticsFileError(
-            f"{path}: process {writer.pid} drives a robot and keeps its statistics there, where "
-            "its guard looks; expected another file, see --statistics"
+            f"{path}: process {writer.pid} {what} and keeps its statistics there, where guard and "
+            "other commands look; expected it to end first, or another file, see --statistics"
         )
     return None

@@ -138,3 +138,9 @@ def test_a_deadline_with_two_wrong_ends_has_two_faults(capsys: pytest.CaptureFix
     said = capsys.readouterr().err
     assert "deadlines.source: 'imu.x'" in said
     assert "deadlines.actuator: 'y'" in said
+
+
+def test_a_deadline_of_a_misspelt_port_names_the_port(capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = 'deadlines=[{source="imu.sampel", actuator="thrust_pairs", within_us=1.0}]'
+    assert main.main(["check", "tachobot", "--set", wrong]) == 2
+    assert "tree` shows; did you mean imu.sample?" in capsys.readouterr().err

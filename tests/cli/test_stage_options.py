@@ -123,6 +123,12 @@ def test_inputs_that_the_model_does_not_take_are_refused_at_once(command: Comman
     assert "2 faults" in ended.error
 
 
+def test_a_word_for_a_number_is_refused_as_what_it_is(command: Command) -> None:
+    ended = command("run", "tachobot", "--stage", "simulation", "--input", "1:yaw_reference=two")
+    assert ended.status == 2
+    assert "yaw_reference: not a float: Expected `float`, got `str`" in ended.error
+
+
 @pytest.mark.parametrize("text", ["yaw=1", "-1:yaw=1", "nan:yaw=1", "1:yaw", "1:=1", "1e10:yaw=1"])
 def test_a_planned_input_that_is_none_is_bad_usage(command: Command, text: str) -> None:
     assert command("run", "tachobot", "--doubles", f"--input={text}").status == 2
@@ -140,6 +146,10 @@ def test_a_planned_input_is_written_as_it_was_read() -> None:
     for text in ("0.0:a=1", '2.5:yaw_reference={"x": "a=b:c"}'):
         assert str(planned_input(text)) == text
         assert planned_input(str(planned_input(text))) == planned_input(text)
+
+
+def test_what_is_no_json_is_a_text_as_in_send() -> None:
+    assert planned_input("1:a=WET").value == b'"WET"'
 
 
 @pytest.mark.parametrize("peer", ["nohost", "127.0.0.1:99999", "127.0.0.1:7302"])

@@ -111,6 +111,8 @@ def test_every_fault_of_a_series_is_named() -> None:
         checked(replace(sound, measured=np.where(sound.at > 3, np.nan, 0.0)), "run.csv")
     with pytest.raises(ConfigError, match="ascend"):
         checked(replace(sound, at=sound.at[::-1]), "run.csv")
+    with pytest.raises(ConfigError, match="an output that never changes"):
+        checked(replace(sound, measured=sound.measured * 0.0), "run.csv")
 
 
 @pytest.mark.slow

@@ -88,7 +88,14 @@ def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:
         ({"port": "command", "value": 1.5}, "command: not a int: Expected `int`, got `float`"),
         (
             {"watch": ["imu.nothing"]},
-            'imu.nothing: no such output port; expected one that {"list": true} names',
+            "imu.nothing: no such output port; expected one that `firmware-runtime ports` shows",
+        ),
+        (
+            {"watch": ["imu.sampel"]},
+            (
+                "imu.sampel: no such output port; expected one that `firmware-runtime ports` "
+                "shows; did you mean imu.sample?"
+            ),
         ),
         (b"x" * 5000, "the datagram is too long; expected 4096 bytes at most"),
     ],

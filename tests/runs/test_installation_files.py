@@ -192,7 +192,8 @@ def test_without_purge_the_users_settings_stay(tmp_path: Path) -> None:
     statistics.write_text("")
     removal = Removal("tachobot", Target(Tree(tmp_path)), purge=False)
     removal.carry_out(lambda _: None)
-    assert removal.what_stays() == [settings_path("tachobot"), "/run/firmware-runtime"]
+    kept = (settings_path("tachobot"), "/run/firmware-runtime")
+    assert removal.what_stays() == [f"{tmp_path}{path}" for path in kept]
     assert list(files_below(tmp_path)) == [
         "etc/firmware-runtime/tachobot.toml",
         "run/firmware-runtime/tachobot.stats",

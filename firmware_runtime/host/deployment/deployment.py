@@ -22,6 +22,7 @@ from firmware_runtime.host.deployment import wheels
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.connection import Connection
 from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.local_packages import with_local_dependencies
 from firmware_runtime.host.deployment.package_wheel import packages_of
 from firmware_runtime.host.deployment.target import Target
 
@@ -106,8 +107,9 @@ class Deployment:
             place.write_bytes(options.settings.read_bytes())
         self._packages = packages_of({options.kind, *target.kinds.split()})
         wheelhouse = parcel / "wheels"
+        taken_along = with_local_dependencies(self._packages)
         return wheels.collect(
-            self._commands, target.platform, options.wheel, wheelhouse, self._packages
+            self._commands, target.platform, options.wheel, wheelhouse, taken_along
         )
 
     def _prepare(self) -> str:

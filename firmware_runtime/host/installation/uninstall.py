@@ -78,7 +78,8 @@ class Removal:
         if self._purge:
             return []
         kept = (settings_path(self._board), self._records, RUNTIME_DIRECTORY)
-        stays = [path for path in kept if self._target.tree.exists(path)]
+        tree = self._target.tree
+        stays = [str(tree.where(path)) for path in kept if tree.exists(path)]
         return [*stays, *([f"user and group {USER}"] if self._target.is_live else [])]
 
     def _stop(self, log: Log) -> None:

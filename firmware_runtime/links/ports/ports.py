@@ -15,6 +15,7 @@ from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.forms import form_of
 from firmware_runtime.links.ports.values import Read, reader_of
+from firmware_runtime.spelling import did_you_mean
 
 
 class Entry(Struct, frozen=True):
@@ -66,7 +67,8 @@ class Ports:
         for path in paths:
             if path not in self.outputs:
                 raise Refusal(
-                    f'{path}: no such output port; expected one that {{"list": true}} names'
+                    f"{path}: no such output port; expected one that `firmware-runtime ports` "
+                    f"shows{did_you_mean(path, self.outputs)}"
                 )
             found[path] = self.outputs[path]
         return found
