@@ -49,6 +49,8 @@ class Register(Settings, frozen=True, kw_only=True):
     """How many units the count 0 stands for; 0 unless stated."""
     signed: bool | None = None
     """Whether the count is in two's complement; not unless stated."""
+    lowest_bit: Annotated[int, Meta(ge=0, le=15)] = 0
+    """Where the count begins; what is below it is flags, or nothing."""
 
     @property
     def bytes(self) -> int:
@@ -79,7 +81,7 @@ class Register(Settings, frozen=True, kw_only=True):
     @property
     def counts(self) -> range:
         """The counts it can hold."""
-        half = 1 << self.width - 1
+        half = 1 << self.width - self.lowest_bit - 1
         return range(-half, half) if self.signed else range(2 * half)
 
     def value(self, count: int) -> float:
@@ -88,12 +90,14 @@ class Register(Settings, frozen=True, kw_only=True):
 
     def count(self, word: int) -> int:
         """The count that a word is."""
-        return word - (1 << self.width) if self.signed and word >> self.width - 1 else word
+        is_negative = self.signed and word >> self.width - 1
+        return (word - (1 << self.width) if is_negative else word) >> self.lowest_bit
 
     def word(self, value: float) -> int:
-        """The word that stands for a value; beyond the ends of its scale, the last one."""
+        """The word that stands for a value, without flags; beyond its scale's ends, the last."""
         count = round((value - (self.offset or 0.0)) / (1.0 if self.scale is None else self.scale))
-        return max(self.counts[0], min(self.counts[-1], count)) & self.all_bits
+        within = max(self.counts[0], min(self.counts[-1], count))
+        return within << self.lowest_bit & self.all_bits
 
 
 class RegisterTable(Settings, frozen=True, kw_only=True):

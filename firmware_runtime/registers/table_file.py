@@ -180,6 +180,16 @@ _RULES: Final[tuple[_Rule, ...]] = (
         lambda r: r.quantity is not None and r.unit is None,
     ),
     (
+        "lowest_bit",
+        "has no effect without quantity",
+        lambda r: r.lowest_bit > 0 and r.quantity is None,
+    ),
+    (
+        "lowest_bit",
+        "leaves no bit for the count; expected less than width",
+        lambda r: r.lowest_bit >= r.width,
+    ),
+    (
         "scale",
         "expected a finite number other than 0",
         lambda r: r.scale is not None and not (math.isfinite(r.scale) and r.scale != 0),

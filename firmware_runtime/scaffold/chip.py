@@ -97,12 +97,15 @@ def _setting(register: Register) -> str:
 def _method(register: Register) -> str:
     offset = "" if not register.offset else f" + {register.offset!r}"
     scale = "1.0" if register.scale is None else repr(register.scale)
+    count = f"self.read({register.name})"
+    if register.lowest_bit:
+        count = f"({count} >> {register.lowest_bit})"
     return (
         f"\n\n    def read_{register.quantity}(self) -> float:\n"
         f'        """Read {register.name}, in {register.unit}: one transaction.\n\n'
         "        Raises NoAcknowledge if the chip is absent.\n"
         '        """\n'
-        f"        return self.read({register.name}) * {scale}{offset}"
+        f"        return {count} * {scale}{offset}"
     )
 
 

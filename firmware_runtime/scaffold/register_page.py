@@ -49,7 +49,8 @@ def _sentences(register: Register) -> Iterator[str]:
         sign = "signed" if register.signed else "unsigned"
         step = 1.0 if register.scale is None else register.scale
         offset = f" from {register.offset:g}" if register.offset else ""
-        yield f"`{register.quantity}`: {step:g} {register.unit} a count{offset}, {sign}"
+        begins = f", from bit {register.lowest_bit} on" if register.lowest_bit else ""
+        yield f"`{register.quantity}`: {step:g} {register.unit} a count{offset}, {sign}{begins}"
     if register.bring_up is not None:
         yield f"0x{register.bring_up:02x} is written at bring-up"
     if "w" in register.access and register.writable is not None:

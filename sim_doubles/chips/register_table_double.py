@@ -126,7 +126,9 @@ class RegisterTableDouble(WordRegisterTarget):
 
     def _read_word(self, register: Register) -> int:
         if register.quantity is not None:
-            self._words[register.name] = register.word(self._world(self._at)[register.quantity])
+            flags = self._words[register.name] & (1 << register.lowest_bit) - 1
+            measured = register.word(self._world(self._at)[register.quantity])
+            self._words[register.name] = measured | flags
         word = self._words[register.name]
         self._words[register.name] &= ~register.clear_on_read
         return word

@@ -9,7 +9,7 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.scaffold.chip import write_chip
-from tests.support.table_chip import EIGHT_BITS, WORDS
+from tests.support.table_chip import ABOVE_FLAGS, EIGHT_BITS, WORDS
 from tests.support.written_package import as_installed
 
 
@@ -66,7 +66,11 @@ def test_the_table_is_kept_as_its_author_wrote_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("text", [None, EIGHT_BITS, WORDS], ids=["example", "8 bits", "16 bits"])
+@pytest.mark.parametrize(
+    "text",
+    [None, EIGHT_BITS, WORDS, ABOVE_FLAGS],
+    ids=["example", "8 bits", "16 bits", "above flags"],
+)
 def test_its_own_tests_are_green_its_types_hold_and_it_is_tidy(
     text: str | None, tmp_path: Path, types_seen: Path
 ) -> None:

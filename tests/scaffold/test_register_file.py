@@ -8,7 +8,9 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.registers.table_file import load_table, parse_table
 from firmware_runtime.scaffold import register_page
 from firmware_runtime.scaffold.register_page import page
-from tests.support.table_chip import EIGHT_BITS, WORDS, table_of
+from sim_doubles.chips.register_table_double import RegisterTableDouble
+from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.table_chip import ABOVE_FLAGS, EIGHT_BITS, WORDS, table_of
 
 HEAD = """
 chip = "X"
@@ -55,6 +57,8 @@ READABLE = "name='R'\naddress=0\naccess='r'\nreset=0"
         (f"{READABLE}\nscale=1.0", "scale"),
         (f"{READABLE}\noffset=1.0", "offset"),
         (f"{READABLE}\nsigned=true", "signed"),
+        (f"{READABLE}\nlowest_bit=3", "lowest_bit"),
+        (f"{READABLE}\nlowest_bit=8\nquantity='length_m'\nunit='m'", "lowest_bit"),
         (f"{READABLE}\nquantity='Length m'\nunit='m'", "quantity"),
         (f"{READABLE}\nquantity='length_m'", "unit"),
         (f"{READABLE}\nquantity='length_m'\nunit='m'\nscale=0.0", "scale"),
@@ -125,6 +129,28 @@ def test_counts_and_words_and_values_agree_over_the_whole_scale() -> None:
         word = count & 0xFFFF
         assert data.count(word) == count
         assert data.word(data.value(count)) == word
+
+
+def test_counts_above_flags_have_the_bits_that_are_left() -> None:
+    supply, shunt = table_of(ABOVE_FLAGS).registers
+    assert (supply.counts, shunt.counts) == (range(1 << 13), range(-(1 << 11), 1 << 11))
+    for register in (supply, shunt):
+        for count in register.counts:
+            word = register.word(register.value(count))
+            assert register.count(word) == register.count(word | 0b101) == count
+    assert supply.word(1e9) == 0xFFF8
+    assert "`supply_v`: 0.004 V a count, unsigned, from bit 3 on" in page(table_of(ABOVE_FLAGS))
+
+
+def test_flags_stay_when_the_double_measures() -> None:
+    double = RegisterTableDouble(
+        lambda: 0, table_of(ABOVE_FLAGS), 0x41, {"supply_v": 12.0, "shunt_mv": -1.0}
+    )
+    bus = I2cBusDouble("i2c1", lambda: 0, [double])
+    assert bus.transaction(0x41, [b"\x02", 2]) == (3000 << 3 | 0b101).to_bytes(2)
+    double.put("SUPPLY", 0b010)
+    assert bus.transaction(0x41, [b"\x02", 2]) == (3000 << 3 | 0b010).to_bytes(2)
+    assert bus.transaction(0x41, [b"\x03", 2]) == b"\xff\xf0"
 
 
 def test_the_page_has_a_row_for_every_register_with_its_side_effects_and_source() -> None:

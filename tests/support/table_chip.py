@@ -101,6 +101,39 @@ reset = 0xABCD
 source = "3"
 """
 
+ABOVE_FLAGS = """
+chip = "FLAGS"
+title = "a chip whose counts begin above flags"
+source = "none"
+addresses = [0x41]
+auto_increment = false
+reserved = 0xA5
+
+[[registers]]
+name = "SUPPLY"
+address = 0x02
+width = 16
+access = "r"
+reset = 0x0005
+quantity = "supply_v"
+unit = "V"
+scale = 0.004
+lowest_bit = 3
+source = "1"
+
+[[registers]]
+name = "SHUNT"
+address = 0x03
+width = 16
+access = "r"
+reset = 0xFFF0
+quantity = "shunt_mv"
+unit = "mV"
+lowest_bit = 4
+signed = true
+source = "2"
+"""
+
 
 def table_of(text: str) -> RegisterTable:
     return parse_table(text, "table")
