@@ -243,6 +243,8 @@ def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
     return status
 
 
+_ARGUMENT = "argument "
+"""What argparse begins with where it names an option."""
 _NUMBERS = {"int": "a whole number", "float": "a number"}
 """What argparse calls the types that a verb takes as they are, and what they are."""
 _CHOICE = r"invalid choice: '(.*)' \(choose from (.*)\)$"
@@ -274,13 +276,19 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*arguments, **{"formatter_class": _Formatter, **options})
 
     def error(self, message: str) -> NoReturn:
-        """Print usage and message, with what was expected or probably meant; exit with 2."""
+        """Print what is wrong, with what was expected or probably meant; exit with 2.
+
+        A value that is none is a sentence; a word too many or too few is shown with the usage.
+        """
         found = re.search(_CHOICE, message)
         if found is not None:
-            word, choices = found.groups()
-            message += did_you_mean(word, re.findall(r"[^\s',]+", choices))
+            word, choices = found[1], re.findall(r"[^\s',]+", found[2])
+            expected = f"expected one of {', '.join(choices)}{did_you_mean(word, choices)}"
+            message = f"{message[: found.start()]}'{word}': {expected}"
         for kind, expected in _NUMBERS.items():
             message = re.sub(
                 rf"invalid {kind} value: ('.*')$", rf"\1: expected {expected}", message
             )
+        if message.startswith(_ARGUMENT):
+            self.exit(Status.BAD_INPUT, f"{self.prog}: {message.removeprefix(_ARGUMENT)}\n")
         super().error(message)

@@ -56,7 +56,7 @@ def test_a_bus_that_is_not_there_cannot_fail() -> None:
 @pytest.mark.parametrize(
     ("words", "what"),
     [
-        (["melt", "--socket", "x"], "choose from"),
+        (["melt", "--socket", "x"], "expected one of"),
         (["stuck"], "--socket"),
         (["stuck", "--socket", "x", "--address", "0x80"], "expected an address such as 0x40"),
         (["stuck", "--socket", "x", "--for", "0"], "expected a positive number"),

@@ -45,7 +45,8 @@ def test_a_number_without_meaning_is_refused(
 ) -> None:
     ended = command(*words, number)
     assert ended.status == 2
-    assert f"argument {words[-1]}: {number!r}: expected" in ended.error
+    assert ended.error.startswith(f"firmware-runtime {words[0]}: {words[-1]}: {number!r}: expected")
+    assert ended.error.count("\n") == 1
 
 
 @pytest.mark.parametrize(
