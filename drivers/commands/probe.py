@@ -14,6 +14,7 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.runs.rigs import rig_for
+from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.status import Status
 from firmware_runtime.system.files import THIS_MACHINE
 
@@ -137,9 +138,10 @@ def _sentence(fitted: Fit) -> str:
 def _unknown(missing: Sequence[Device]) -> str:
     """What nothing here could recognise, wherever it is."""
     known = {identity.chip for identity in identities()}
-    unknown = ", ".join(sorted({each.chip for each in missing} - known))
+    unknown = sorted({each.chip for each in missing} - known)
     how = f"expected an entry point of the group {GROUP} that does"
-    return f"; nothing here recognises {unknown}, {how}" if unknown else ""
+    meant = "".join(did_you_mean(each, known) for each in unknown)
+    return f"; nothing here recognises {', '.join(unknown)}, {how}{meant}" if unknown else ""
 
 
 def _document(probed: Sequence[ProbedBus], fits: Sequence[Fit]) -> dict[str, object]:

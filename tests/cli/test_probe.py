@@ -97,6 +97,19 @@ def test_a_chip_that_nothing_here_recognises_is_called_so(
     assert "nothing here recognises MPU-9250, expected an entry point" in ended.out
 
 
+def test_a_chip_by_another_name_than_its_driver_says_is_called_so(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = tuple(
+        each._replace(chip="Mpu-9250") if each.chip == "MPU-9250" else each for each in identities()
+    )
+    for module in (probe, recognition):
+        monkeypatch.setattr(module, "identities", lambda: known)
+    ended = command("probe", "--doubles", "tachobot")
+    assert "nothing here recognises MPU-9250, expected an entry point" in ended.out
+    assert "that does; did you mean Mpu-9250?" in ended.out
+
+
 def test_a_board_on_another_bus_comes_with_what_to_set(
     command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
 ) -> None:
