@@ -269,7 +269,7 @@ def test_without_purge_user_and_settings_stay_and_that_is_said(
     install(command)
     ended = command("service", "uninstall", "tachobot")
     assert ended.out.splitlines()[-2:] == [
-        "stays: /etc/firmware-runtime/tachobot.toml; --purge removes it too",
+        f"stays: {machine.path(COPY)}; --purge removes it too",
         "stays: user and group firmware-runtime; --purge removes it too",
     ]
     assert not [call for call in machine.calls if call.startswith("userdel")]
