@@ -6,6 +6,7 @@ enough.
 """
 
 from collections.abc import Callable
+from time import monotonic_ns
 from typing import Final, Protocol, TypeVar
 
 from firmware_runtime.devs.time import MICROSECOND, SECOND
@@ -18,6 +19,9 @@ KEYFRAME_AGAIN: Final = SECOND // 2
 """Ns until a keyframe is tried again that could not be taken."""
 RESERVE: Final = 200 * MICROSECOND
 """Ns to the next event without which no keyframe is taken, beside twice the longest so far."""
+
+
+_NO_TIME: Final = "it takes longer than there was until the next event"
 
 
 class Keyframes(Protocol):
@@ -47,15 +51,26 @@ class KeyframeSchedule:
         self._is_real_time = is_real_time
 
     def open(self) -> None:
-        """The run begins, or goes on."""
-        if self._make is not None:
-            self._keyframes, self._make = self._able(self._make), None
+        """The run begins, or goes on; its clock has not started.
+
+        In real time one is captured and thrown away: how long it takes is known before the first.
+        """
+        if self._make is None:
+            return
+        self._keyframes, self._make = self._able(self._make), None
+        if self._keyframes is not None and self._is_real_time:
+            before = monotonic_ns()
+            self._able(self._keyframes.capture)
+            self._longest = monotonic_ns() - before
 
     def has_time(self, left: int) -> bool:
         """Whether there are keyframes, and `left` ns are enough for one."""
         if self._keyframes is None:
             return False
-        return left >= 2 * self._longest + RESERVE or not self._is_real_time
+        if left >= 2 * self._longest + RESERVE or not self._is_real_time:
+            return True
+        self.fault = _NO_TIME
+        return False
 
     def capture(self, now: int) -> bytes | None:
         """The state, now; None if it cannot be had, and the next is due soon."""

@@ -11,7 +11,7 @@ from typing import Any
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
-from firmware_runtime.blackbox.models import heard_world, listen
+from firmware_runtime.blackbox.models import heard_world, listen, unheard_sends
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, sentences
 from firmware_runtime.blackbox.writer import Writer
@@ -19,6 +19,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, VirtualClock, heard_clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import I2cBus
@@ -109,6 +110,7 @@ class Recorder:
         self._schedule.plan(keyframes, is_real_time=is_real_time)
         self._counts = counts
         listen(atomics, self.heard.sent)
+        self._fault = unheard_sends(atomics)
 
     def built(self) -> None:
         """The robot has been put together."""
@@ -162,8 +164,8 @@ class Recorder:
         """A value enters the step that has begun."""
         try:
             self.heard.entered.append((port.name, plain(value)))
-        except UnknownValue as error:
-            self._fault = self._fault or f"{port.path}: {error}"
+        except Exception as error:  # noqa: BLE001 -- whatever it is that entered, the run goes on
+            self._fault = self._fault or f"{port.path}: {text_of(error)}"
 
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""

@@ -12,7 +12,7 @@ from firmware_runtime.part_recording.recording import Recording
 from firmware_runtime.part_recording.replay import Event
 from firmware_runtime.recording.code import changed_modules, digest_of
 from firmware_runtime.recording.values import UnknownValue, encoded
-from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.difference import Difference, in_words
 from firmware_runtime.replay.verdict import Verdict
 
 _NO_EVENT: Final = encoded(ABSENT)
@@ -106,7 +106,7 @@ def _place_of_run(difference: Difference) -> Place:
     try:
         leaf = first_leaf(*map(encoded, (difference.recorded, difference.replayed)))
     except UnknownValue:
-        leaf = Leaf("", repr(difference.recorded), repr(difference.replayed), None)
+        leaf = Leaf("", in_words(difference.recorded), in_words(difference.replayed), None)
     is_value = difference.what == "value"
     names = (leaf.path,) if is_value else (difference.field, leaf.path)
     return Place(

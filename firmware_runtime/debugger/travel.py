@@ -15,7 +15,8 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.functions import Instrument
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.replay.player import Player, foreign_keyframe
+from firmware_runtime.replay.foreign_keyframe import foreign_keyframe
+from firmware_runtime.replay.player import Player
 
 END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND
@@ -152,7 +153,7 @@ class Travel:
             self.player.go_back(at, state)
         except ForeignState as error:
             if not self._takes_keyframes or kind_of(self._contents[0]) != Kind.BUILD:
-                raise foreign_keyframe() from error
+                raise foreign_keyframe(error, self.player.code_changed) from error
             self._takes_keyframes = False  # from its start, then
             self._restore(index)
             return

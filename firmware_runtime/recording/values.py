@@ -8,11 +8,10 @@ array; everything else is a map of one key, which says what it is:
     {"int": ["18446744073709551616"]}       one too large for 64 bits
     {"array": ["<f8", [3], bytes]}          of numpy; with "scalar" one of its numbers
     {"drivers.thrust_pairs:Forces": [...]}  fields of a named tuple, dataclass or Struct
-    {"package.module:Colour": ["RED"]}      a member of an enumeration
+    {"package.module:Colour": ["RED"]}      a member of an enumeration; of a Flag also its number
 
 Nothing of a file is run: a class is looked up among the modules that the model has imported, must
-be one that only holds fields, and is made without its own functions (a Struct's `__post_init__`
-aside).
+be one that only holds fields, and is made without its own functions.
 """
 
 import sys
@@ -27,6 +26,7 @@ from typing import Any, Final, TypeAlias
 import msgspec
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.structs import struct_of
 
 Plain: TypeAlias = Any
 """What MessagePack has words for."""
@@ -130,8 +130,8 @@ def unpack(content: bytes) -> Plain:
 def _tagged(kind: type[object]) -> Callable[[Any], Plain]:
     """How values of a class are written. Raises UnknownValue."""
     if issubclass(kind, Enum):
-        name = _name_of(kind)
-        return lambda value: {name: [value.name]}
+        name, names = _name_of(kind), kind.__members__
+        return lambda value: {name: [value.name if value.name in names else value.value]}
     if kind is list:
         return lambda value: {"list": [*map(plain, value)]}
     if kind is dict:
@@ -195,14 +195,15 @@ _BUILTIN: Final[dict[str, Callable[[list[Any]], object]]] = {
 def _of_class(name: str, parts: list[Any]) -> object:
     kind = _class_named(name)
     if issubclass(kind, Enum):
-        return kind[parts[0]]
+        (said,) = parts  # several members of a Flag together have no name
+        return kind[said] if isinstance(said, str) else kind(said)
     names, values = _field_names(kind), [made(each) for each in parts]
     if len(names) != len(values):
         raise UnknownValue(f"{name}: {len(values)} fields; expected {', '.join(names)}")
     if issubclass(kind, tuple):
         return tuple.__new__(kind, values)
     if issubclass(kind, msgspec.Struct):
-        return kind(**dict(zip(names, values, strict=True)))
+        return struct_of(kind, dict(zip(names, values, strict=True)))
     record = object.__new__(kind)
     for field, value in zip(names, values, strict=True):
         object.__setattr__(record, field, value)

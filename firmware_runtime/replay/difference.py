@@ -1,5 +1,6 @@
 """A difference between a run and its replay: when, which model, what of it, both values."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -44,6 +45,17 @@ def where_of(model: str, field: str) -> str:
     return ".".join(filter(None, (model, field)))
 
 
+def model_and_field(path: str, models: Collection[str]) -> tuple[str, str]:
+    """A path in a state as that of a model, which may be a coupled one, and what of it."""
+    head, bracket, within = path.partition("[")  # where a key begins, which may have dots
+    model = head
+    while model and model not in models:
+        model = model.rpartition(".")[0]
+    if not model:
+        model = head.rpartition(".")[0]
+    return model, f"{head[len(model) :].removeprefix('.')}{bracket}{within}"
+
+
 def shown(value: object) -> Any:  # noqa: ANN401 -- what JSON has
     """A value as JSON can have it, floats to the bit."""
     if isinstance(value, bytes | bytearray):
@@ -56,4 +68,12 @@ def shown(value: object) -> Any:  # noqa: ANN401 -- what JSON has
         return repr(value)
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    return repr(value)
+    return in_words(value)
+
+
+def in_words(value: object) -> str:
+    """What a value says of itself; its class where its own `__repr__` raises."""
+    try:
+        return repr(value)
+    except Exception:  # noqa: BLE001 -- of a class of the model's
+        return f"a {type(value).__qualname__}"

@@ -19,9 +19,10 @@ from firmware_runtime.hal.errors import HalError
 from firmware_runtime.recording.values import unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed, device_name
+from firmware_runtime.replay.foreign_keyframe import foreign_keyframe
 from firmware_runtime.replay.open_feed import OpenFeed
 from firmware_runtime.replay.outputs import Outputs, compare_in_order
-from firmware_runtime.replay.player import Player, foreign_keyframe
+from firmware_runtime.replay.player import Player
 
 OWN_STEPS: Final = 100_000
 """Steps between two recorded ones after which the changed code is said to be stuck."""
@@ -65,7 +66,7 @@ class OpenPlayer(Player):
         try:
             self.table.restore(keyframe.extra, built=built)
         except ForeignState as error:
-            raise foreign_keyframe() from error
+            raise foreign_keyframe(error, self.code_changed) from error
         self.at = keyframe.at
 
     def _compare_state(self, section: Section) -> None:

@@ -1,6 +1,6 @@
 """The player: takes the sections of a recording one by one, and does in each what the run did."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import msgspec
@@ -10,6 +10,8 @@ from firmware_runtime.blackbox.section import Kind, Section, pairs_of, sentences
 from firmware_runtime.blackbox.state.keyframes import ForeignState, StateTable, UnkeepableState
 from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.account import ModelAccount
@@ -19,8 +21,9 @@ from firmware_runtime.recording.code import changed_modules, code_of
 from firmware_runtime.recording.values import made_for
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.compared import Counts, differences_of_counts, differences_of_sent
-from firmware_runtime.replay.difference import NOTHING, Difference
+from firmware_runtime.replay.difference import NOTHING, Difference, model_and_field
 from firmware_runtime.replay.feed import Feed
+from firmware_runtime.replay.foreign_keyframe import foreign_keyframe
 from firmware_runtime.replay.lines import REPLAYED
 from firmware_runtime.replay.rebuilt import Rebuilt, rebuilt
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -29,8 +32,8 @@ _ENDS: Final = {state.name.lower(): state for state in RunState}
 _ORDER: Final = ("step", "state", "value", "write", "asked", "count", "end")
 """Of differences at one instant."""
 
-_OF_THE_SYSTEM: Final = frozenset({"cause"})
-"""Attributes that say what the system did, of which a replay knows nothing."""
+_OF_THE_SYSTEM: Final = ".cause"
+"""What of an account says what the system did, of which a replay knows nothing."""
 
 
 class _End(msgspec.Struct):
@@ -74,6 +77,7 @@ class Player:
         self.lines, self.simulator = found.lines, found.profiler.simulator
         self._ledger, self._sent, self.ports = found.ledger, found.sent, found.ports
         self.feed.check_all_taken()
+        self._models = {below_root(each.path) for each in with_all_below(found.robot.model)}
         self.table = self._state_table(found)
         if beginning.kind is Kind.BUILD:
             self._report()
@@ -101,11 +105,6 @@ class Player:
     def accounts(self) -> Sequence[ModelAccount]:
         """What became of each model's activations."""
         return self.profiler.accounting.accounts
-
-    def play(self, sections: Iterable[Section]) -> None:
-        """Take all of these sections."""
-        for section in sections:
-            self.take(section)
 
     def go_back(self, at: int, state: bytes) -> None:
         """Be in a state again that this robot was in. Raises ForeignState."""
@@ -228,7 +227,7 @@ class Player:
         try:
             self.table.restore(keyframe.extra)
         except ForeignState as error:
-            raise foreign_keyframe() from error
+            raise foreign_keyframe(error, self.code_changed) from error
         self.at = keyframe.at
 
     def _compare_state(self, section: Section) -> None:
@@ -240,11 +239,9 @@ class Player:
             return
         try:
             for each in self.table.differences(section.extra):
-                model, _, name = each.path.rpartition(".")
-                if name in _OF_THE_SYSTEM:
-                    continue
-                pair = each.recorded, each.present
-                self._note(Difference(section.at, "state", model, name, *pair))
+                self._note_state(section.at, each.path, each.recorded, each.present)
+        except UnkeepableState as error:
+            self._note_state(section.at, error.path, "what can be kept", str(error))
         except ForeignState as error:
             if not self.code_changed and not changed_versions(self.header.versions):
                 raise ConfigError.of_one("replay", f"a keyframe: {text_of(error)}") from error
@@ -262,6 +259,11 @@ class Player:
     def _compare_sent(self, section: Section) -> None:
         self.events += len(self._sent) // 2
         self._noted += differences_of_sent(section, self._sent, self.ports)
+
+    def _note_state(self, at: int, path: str, *pair: object) -> None:
+        model, field = model_and_field(path, self._models)
+        if model in self._models or not field.endswith(_OF_THE_SYSTEM):
+            self._note(Difference(at, "state", model, field, *pair))
 
     def _note(self, difference: Difference) -> None:
         self._noted.append(difference)
@@ -286,10 +288,3 @@ class Player:
         Kind.ENDED: "_end",
         Kind.KEYFRAME: "_compare_state",
     }
-
-
-def foreign_keyframe() -> ConfigError:
-    """What is said where a replay cannot begin with a keyframe, since the code is another."""
-    fault = "its models are not those of the recording's keyframes"
-    expected = "expected the code of the run, or to begin where the recording does, at its start"
-    return ConfigError.of_one("replay", f"{fault}; {expected}")

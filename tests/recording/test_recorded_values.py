@@ -1,9 +1,10 @@
 """The same value comes back, floats to the bit; nothing of a file is run."""
 
 import struct
-from enum import Enum
+from enum import Enum, Flag
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,6 +18,18 @@ from firmware_runtime.recording.values import UnknownValue, encoded, made, unpac
 
 class Colour(Enum):
     RED = 1
+
+
+class Leak(Flag):
+    BOW = 1
+    STERN = 2
+
+
+class Reading(msgspec.Struct, frozen=True):
+    items: list[int]
+
+    def __post_init__(self) -> None:
+        self.items.append(len(self.items))
 
 
 class Pair(NamedTuple):
@@ -94,3 +107,12 @@ def test_a_file_makes_only_records_that_the_model_knows(form: object) -> None:
 def test_a_fault_comes_back() -> None:
     fault = Fault("NoAcknowledge", "no answer", 1)
     assert made(unpack(encoded(fault))) == fault
+
+
+@pytest.mark.parametrize("value", [Leak.BOW | Leak.STERN, Leak(0), Leak.STERN])
+def test_members_of_a_flag_together_come_back(value: Leak) -> None:
+    assert made(unpack(encoded(value))) is value
+
+
+def test_a_struct_comes_back_as_it_was_after_its_own_function() -> None:
+    assert made(unpack(encoded(Reading([7])))).items == [7, 1]

@@ -19,6 +19,16 @@ class Told(Struct):
     names: object
 
 
+class Listed(Struct, array_like=True, tag="listed"):
+    names: object
+    count: int = 1
+
+
+class Renamed(Struct, rename="camel", tag_field="kind", tag="renamed", omit_defaults=True):
+    all_names: object
+    how_many: int = 1
+
+
 @pytest.mark.parametrize(
     ("value", "form"),
     [
@@ -28,6 +38,11 @@ class Told(Struct):
         ({"names": {"a", "b"}}, {"names": ["b", "a"]}),
         (Seen({"a", "b"}), {"names": ["b", "a"], "count": 1}),
         (Told({"a", "b"}), {"names": ["b", "a"]}),
+        (Listed({"a", "b"}), ["listed", ["b", "a"], 1]),
+        (Renamed({"a", "b"}), {"kind": "renamed", "allNames": ["b", "a"]}),
+        ({frozenset({"a", "b"}), frozenset({"c", "d"})}, [["d", "c"], ["b", "a"]]),
+        ({("x", frozenset({"a", "b"})), "y"}, ["y", ["x", ["b", "a"]]]),
+        ({frozenset({"a", "b"}): 1}, {("b", "a"): 1}),
     ],
 )
 def test_the_order_of_a_set_is_no_difference(value: object, form: object) -> None:
@@ -49,6 +64,13 @@ def test_the_order_of_a_set_is_no_difference(value: object, form: object) -> Non
         (Seen({"a"}), {"names": ["a"], "count": 2}),
         (Seen({"a"}), {"names": ["a"], "other": 1}),
         (1.0, 1),
+        (Listed({"a"}), ["other", ["a"], 1]),
+        (Listed({"a", "b"}), ["listed", ["b", "a"], 2]),
+        (Renamed({"a", "b"}, 2), {"kind": "renamed", "allNames": ["b", "a"]}),
+        (Renamed({"a", "b"}), {"kind": "renamed", "allNames": ["b", "a"], "howMany": 2}),
+        ({frozenset({"a", "b"}), frozenset({"c", "d"})}, [["d", "c"], ["b", "c"]]),
+        ({frozenset({"a", "b"}), "c"}, [["b", "a"], ["a", "b"]]),
+        ({frozenset({"a", "b"}): 1}, {("b", "a"): 2}),
     ],
 )
 def test_anything_else_is_one(value: Any, form: Any) -> None:  # noqa: ANN401 -- whatever is sent

@@ -15,6 +15,8 @@ from functools import cache
 from operator import attrgetter
 from typing import Any, Final, TypeAlias
 
+import msgspec
+
 Attributes: TypeAlias = dict[str, Any]
 Thing: TypeAlias = Any
 
@@ -36,7 +38,8 @@ def reader_of(thing: Thing, is_known: Callable[[object], bool]) -> Callable[[], 
         return lambda: thing.__dict__
     found = _without_dictionary(thing)
     if found is None:
-        if not is_known(vars(thing)):  # a plain one is read in less time than an object's own
+        if _is_its_alone(thing) and not is_known(vars(thing)):
+            # a plain one is read in less time than an object's own
             object.__setattr__(thing, "__dict__", dict(vars(thing)))
         return lambda: thing.__dict__
     names, count, referents = tuple(found), len(gc.get_referents(thing)), gc.get_referents
@@ -53,6 +56,15 @@ def reader_of(thing: Thing, is_known: Callable[[object], bool]) -> Callable[[], 
         return attributes_of(thing)
 
     return read
+
+
+def _is_its_alone(thing: Thing) -> bool:
+    """Whether nothing but the object holds its dictionary; objects may share one (a Borg)."""
+    return sys.getrefcount(vars(thing)) <= _OF_ITS_OWN and not isinstance(thing, msgspec.Struct)
+
+
+_OF_ITS_OWN: Final = 2
+"""References to a dictionary that is asked for how many it has: the object's, and the question."""
 
 
 def _defaults(kind: type[Thing], names: tuple[str, ...]) -> list[tuple[int, object]]:

@@ -36,7 +36,7 @@ def content_of(base: type[Thing]) -> Content | None:
         return Content(_array_bytes, _fill_array)
     generators: Any = sys.modules.get("numpy.random.bit_generator")
     if generators is not None and issubclass(base, generators.BitGenerator):
-        return Content(lambda thing: thing.state, _set_generator)
+        return Content(_generator_state, _set_generator)
     return None
 
 
@@ -108,21 +108,48 @@ def _fill_cell(thing: types.CellType, content: tuple[object, ...]) -> None:
 
 
 def _array_bytes(thing: Thing) -> tuple[object, ...]:
-    if thing.dtype.hasobject:
-        raise TypeError("an array of objects")
     return (*thing.shape, thing.tobytes())
 
 
 def _fill_array(thing: Thing, content: tuple[Any, ...]) -> None:
     *shape, numbers = content
-    if tuple(shape) != thing.shape:
+    if len(numbers) != thing.nbytes:
         raise TypeError(f"an array of shape {thing.shape} that had shape {tuple(shape)}")
-    if thing.flags.writeable:
-        thing[...] = sys.modules["numpy"].frombuffer(numbers, thing.dtype).reshape(shape)
+    if tuple(shape) != thing.shape:
+        thing.shape = tuple(shape)
+    is_writeable = thing.flags.writeable
+    if not is_writeable:
+        try:
+            thing.flags.writeable = True
+        except ValueError:  # a view of what is not to be written to: it has what that has
+            return
+    thing[...] = sys.modules["numpy"].frombuffer(numbers, thing.dtype).reshape(shape)
+    if not is_writeable:
+        thing.flags.writeable = False
+
+
+def is_array_of_objects(thing: Thing) -> bool:
+    """Whether it is an array of numpy whose items are objects."""
+    numpy: Any = sys.modules.get("numpy")
+    return numpy is not None and isinstance(thing, numpy.ndarray) and bool(thing.dtype.hasobject)
+
+
+def _generator_state(thing: Thing) -> Thing:
+    state = thing.state
+    if spawned := _spawned_by(thing):
+        state["spawned"] = spawned
+    return state
 
 
 def _set_generator(thing: Thing, content: dict[str, object]) -> None:
+    if content.get("spawned", 0) != _spawned_by(thing):  # numpy counts them, and sets no count
+        raise TypeError("a generator that others have been spawned from since it was made")
     thing.state = content
+
+
+def _spawned_by(generator: Thing) -> int:
+    spawned: int = getattr(generator.seed_seq, "n_children_spawned", 0)
+    return spawned
 
 
 _RANDOM: Final = random.Random.__mro__[1]

@@ -27,7 +27,7 @@ from firmware_runtime.blackbox.state.state_differences import (
     FieldDifference,
     StateComparison,
 )
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, text_of
 
 __all__ = ["ABSENT", "FieldDifference", "ForeignState", "StateTable", "UnkeepableState"]
 
@@ -36,7 +36,12 @@ LOCKS = (type(Lock()), type(RLock()))
 
 
 class ForeignState(ConfigError):
-    """A file's state that is none of this robot, or is damaged."""
+    """A file's state that is none of this robot, or is damaged, or cannot be set back."""
+
+    @property
+    def is_of_another_robot(self) -> bool:
+        """Whether it is the state of other models."""
+        return _OTHER_ROBOT in self.faults
 
 
 class Aside(Protocol):
@@ -66,8 +71,15 @@ class StateTable:
         aside: Aside | None = None,
     ) -> None:
         self._aside = aside
-        self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
-        self._columns = columns_of(self._known)
+        try:
+            self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
+            self._columns = columns_of(self._known)
+        except UnkeepableState:
+            raise
+        except Exception as error:  # of a function of the model's, such as __repr__
+            raise _unread(error) from error
+        self._stateful = [self._known.things[number] for number in self._known.with_state]
+        self._kinds = [*map(type, self._stateful)]
         names = self._columns.attributes.names
         self.objects = len(self._known.things)
         """How many objects have a number."""
@@ -78,6 +90,8 @@ class StateTable:
 
     def capture(self) -> bytes:
         """The state now. Raises UnkeepableState for an object that was made since and has none."""
+        if [*map(type, self._stateful)] != self._kinds:
+            raise self._of_another_class()
         aside = None if self._aside is None else self._aside.read()
         held = [] if aside is None else [aside]
         try:
@@ -86,6 +100,8 @@ class StateTable:
             )
         except NoValue as error:
             raise self._blamed(error) from error
+        except Exception as error:  # as above
+            raise _unread(error) from error
 
     def restore(self, content: bytes, *, built: bytes | None = None) -> None:
         """Let the robot be in that state. Raises ForeignState; nothing has changed then.
@@ -102,6 +118,9 @@ class StateTable:
                 made = Making(self._known.things, self._known.modules).of(read)
         except (NoValue, IndexError) as error:
             raise _foreign(f"{error}") from error
+        for thing, kind in zip(self._stateful, self._kinds, strict=True):
+            if type(thing) is not kind:
+                thing.__class__ = kind
         before = self._columns.copied()
         try:
             self._columns.fill(made)
@@ -153,6 +172,13 @@ class StateTable:
             raise _foreign(f"{len(columns)} columns; expected {len(self._columns.each)}")
         return aside, columns
 
+    def _of_another_class(self) -> UnkeepableState:
+        each = zip(self._known.with_state, self._stateful, self._kinds, strict=True)
+        number, thing, kind = next(found for found in each if type(found[1]) is not found[2])
+        path = self._known.paths[number]
+        became = f"a {kind.__qualname__} that has become a {type(thing).__qualname__}"
+        return UnkeepableState(path, f"{became}; expected an object of one class")
+
     def _blamed(self, error: NoValue) -> UnkeepableState:
         """The error, with the path of the field that cannot be written."""
         for column in self._columns.each:
@@ -165,6 +191,10 @@ class StateTable:
 
 
 EXPECTED = "expected numbers, texts, containers, arrays and objects made of these"
+
+
+def _unread(error: Exception) -> UnkeepableState:
+    return UnkeepableState("state", f"{type(error).__name__}: {text_of(error)}; {EXPECTED}")
 
 
 def _fields(column: Column, read: list[Thing]) -> dict[str, Thing]:

@@ -9,6 +9,7 @@ import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
+from firmware_runtime.blackbox.state.contents import is_array_of_objects
 from firmware_runtime.blackbox.state.layouts import (
     ATOMS,
     ITERATORS,
@@ -92,6 +93,8 @@ class KnownObjects:
         layout = layout_of(type(thing))
         if type(thing) not in ITERATORS and not layout.is_sound:
             raise UnkeepableState(path, _strange(thing))
+        if is_array_of_objects(thing):
+            raise UnkeepableState(path, "an array of objects; expected a list, or one of numbers")
         if issubclass(layout.base, set | frozenset):
             self._sets.append((thing, path))
         for step, part in parts_of(thing):
@@ -107,8 +110,11 @@ class KnownObjects:
             new = [
                 each for each in thing if type(each) not in ATOMS and id(each) not in self._numbers
             ]
+            if len(new) == 1:
+                yield new[0], f"{path}.<{type(new[0]).__name__}>"
+                continue
             texts = {repr(each): each for each in new}
-            if len(new) > 1 and (len(texts) < len(new) or any(" at 0x" in text for text in texts)):
+            if len(texts) < len(new) or any("0x" in text for text in texts):
                 fault = f"a set of {type(new[0]).__name__}, in another order in every process"
                 raise UnkeepableState(path, f"{fault}; expected a list, or names in the set")
             yield from ((texts[text], f"{path}.<{text:.40}>") for text in sorted(texts))

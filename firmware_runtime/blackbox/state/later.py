@@ -13,6 +13,7 @@ from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable
 from enum import Enum
 from functools import partial
+from pathlib import PosixPath, PurePosixPath
 from typing import Any, Final
 
 from firmware_runtime.blackbox.state.layouts import (
@@ -100,8 +101,12 @@ def _way_of(kind: type[Thing]) -> _Way:
     if issubclass(kind, type):
         return lambda thing: _value("class", [_name_of(thing)])
     if issubclass(kind, Enum):
-        arguments = "member", kind
-        return lambda thing: (Value, arguments, [thing.name])
+        arguments, names = ("member", kind), kind.__members__
+        return lambda thing: (
+            Value,
+            arguments,
+            [thing.name if thing.name in names else thing.value],
+        )
     if kind in ITERATORS:
         return _of_iterator
     if kind.__module__.partition(".")[0] == "numpy":
@@ -141,9 +146,20 @@ def _reading(layout: Layout) -> Callable[[Thing], object]:
     """What reads the content of objects of a layout."""
     if layout.base in MADE_WHOLE:
         return MADE_WHOLE[layout.base]
+    if issubclass(layout.base, OSError):
+        return lambda thing: OSError.__reduce__(thing)[1]  # `args` has no name of a file
     if issubclass(layout.base, BaseException):
-        return lambda thing: thing.args
+        return _arguments
+    if layout.base is deque:
+        return lambda thing: [*thing] if thing.maxlen is None else ([*thing], thing.maxlen)
     return _nothing if layout.content is None else layout.content.read
+
+
+def _arguments(error: Thing) -> object:
+    """What an error is made of. Raises NoValue for one that says more than that."""
+    if isinstance(error, ImportError | AttributeError | NameError) and error.name is not None:
+        raise NoValue(f"a {type(error).__qualname__} made during the run")
+    return error.args
 
 
 def _nothing(_: Thing) -> None:
@@ -194,8 +210,43 @@ def _of_numpy(thing: Thing) -> tuple[Any, ...]:
         raise NoValue(f"an array of {thing.dtype} made during the run")
     if is_scalar:
         return _value("number", [thing.dtype.str, thing.tobytes()])
+    if thing.base is not None and _has_other_holders(thing):
+        return _value("part", _place_in_owner(thing, thing.base))
     order = "F" if thing.flags.f_contiguous and not thing.flags.c_contiguous else "C"
     return _value("array", [thing.dtype.str, thing.shape, order, thing.tobytes(order)])
+
+
+def _has_other_holders(array: Thing) -> bool:
+    """Whether anything else holds the memory that an array is a view of."""
+    if isinstance(array.base, memoryview):
+        return not array.base.readonly
+    if _SOLE.count is None:
+        numpy: Any = sys.modules["numpy"]
+        _SOLE.count = _holders(numpy.zeros(2)[1:])
+    return _holders(array) > _SOLE.count
+
+
+class _Sole:
+    """How many holders are counted where a view alone holds its memory; None: not known yet."""
+
+    count: int | None = None
+
+
+_SOLE: Final = _Sole()
+
+
+def _holders(array: Thing) -> int:
+    owner = array.base
+    return sys.getrefcount(owner)
+
+
+def _place_in_owner(array: Thing, owner: Thing) -> list[Thing]:
+    """The array that owns the memory, and where in it a view begins, its shape, strides, type."""
+    if type(owner).__name__ != "ndarray" or not owner.flags.forc:
+        raise NoValue(f"an array over memory of a {type(owner).__qualname__} made during the run")
+    begins = (each.__array_interface__["data"][0] for each in (array, owner))
+    at, first = begins
+    return [owner, at - first, array.shape, array.strides, array.dtype.str]
 
 
 _COMPLEX: Final = ("complex", None)
@@ -209,6 +260,8 @@ WAYS: Final[dict[type[Any], _Way]] = {
     defaultdict: lambda thing: _value("default", [thing.default_factory, dict(thing)]),
     OrderedDict: lambda thing: _value("ordered", list(thing.items())),
     array.array: lambda thing: _value("numbers", [thing.typecode, thing.tobytes()]),
+    PosixPath: lambda thing: _value("path", [str(thing)]),
+    PurePosixPath: lambda thing: _value("pure path", [str(thing)]),
     range: lambda thing: _value("range", [thing.start, thing.stop, thing.step]),
     slice: lambda thing: _value("slice", [thing.start, thing.stop, thing.step]),
     type(NotImplemented): lambda _: _value("singleton", ["NotImplemented"]),

@@ -24,6 +24,7 @@ import types
 import weakref
 from collections.abc import Callable, Iterator
 from enum import Enum
+from pathlib import PosixPath, PurePosixPath
 from typing import Any, Final, TypeAlias
 
 import msgspec
@@ -49,6 +50,7 @@ ATOMS: Final = frozenset(
     {
         *(type(None), bool, int, float, complex, str, bytes, range),
         *(types.CodeType, type(NotImplemented), type(Ellipsis)),
+        *(PosixPath, PurePosixPath),  # their slots keep what hash() said in this process
     }
 )
 ITERATORS: Final = frozenset(
@@ -144,8 +146,9 @@ def _layout_of(kind: type[Thing]) -> Layout:
     content = content_of(base)
     is_constant = _is_constant(kind, base, slots)
     is_plain = base in ATOMS or base in (object, tuple, frozenset, memoryview)
-    is_sound = is_constant or is_plain or content is not None or issubclass(base, BaseException)
-    has_attributes = bool(kind.__dictoffset__) and bool(written)
+    is_error = issubclass(base, BaseException)  # has notes as an attribute, whatever its class
+    is_sound = is_constant or is_plain or content is not None or is_error
+    has_attributes = bool(kind.__dictoffset__) and (bool(written) or is_error)
     return Layout(kind, base, content, slots, has_attributes, is_constant, is_sound)
 
 
@@ -202,7 +205,8 @@ def _of_function(function: types.FunctionType) -> Iterator[tuple[str, object]]:
         yield f".<{name}>", cell
     for value in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
         yield ".<default>", value
-    yield from ((f".{name}", value) for name, value in vars(function).items())
+    if vars(function):
+        yield ".__dict__", vars(function)
 
 
 def _of_iterator(iterator: Thing) -> Iterator[tuple[str, object]]:

@@ -1,7 +1,7 @@
 """Makes objects of what stands in a file.
 
 Of classes that the robot has, or that stand in modules imported already; without running any
-function of those classes (a Struct's `__post_init__` aside).
+function of those classes. An object is made before what it holds, which may lead back to it.
 """
 
 import array
@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from functools import partial
+from pathlib import PosixPath, PurePosixPath
 from typing import Any, Final
 
 import msgspec
@@ -26,6 +27,7 @@ from firmware_runtime.blackbox.state.later import (
     named,
 )
 from firmware_runtime.blackbox.state.layouts import Layout, Thing, by_name, layout_of
+from firmware_runtime.recording.structs import empty_struct
 
 _DEPTH: Final = 20_000
 """Calls within calls: a state takes some ten for each of the objects within objects that pickle,
@@ -92,6 +94,8 @@ class Making:
                 return self._member(read)
             if read.what in ("class", "function"):
                 return self._of_name(*read.parts)
+            if read.what in ("deque", "default", "ordered"):
+                return self._container(read)
             return _MAKERS[read.what](*(self.of(each) for each in read.parts))
         except NoValue:
             raise
@@ -123,7 +127,25 @@ class Making:
         kind = self.kind_of(read)
         if not issubclass(kind, Enum):
             raise NoValue(f"{kind.__qualname__}; expected an enumeration")
-        return kind[read.parts[0]]
+        (said,) = read.parts  # several members of a Flag together have no name
+        return kind[said] if isinstance(said, str) else kind(said)
+
+    def _container(self, read: Value) -> Thing:
+        """One of the module `collections`."""
+        made: Thing
+        if read.what == "deque":
+            content, most = read.parts
+            made = self._made[id(read)] = deque(maxlen=most)
+            made.extend(self.of(content))
+        elif read.what == "default":
+            factory, content = read.parts
+            made = self._made[id(read)] = defaultdict()
+            made.default_factory = self.of(factory)
+            made.update(self.of(content))
+        else:
+            made = self._made[id(read)] = OrderedDict()
+            made.update(self.of(read.parts))
+        return made
 
     def _object(self, read: Value) -> Thing:
         kind = self.kind_of(read)
@@ -131,16 +153,21 @@ class Making:
         base = layout.base
         content, slots, attributes = read.parts
         made: Thing
-        if issubclass(kind, msgspec.Struct):  # made in no other way; `__post_init__` is run
-            made = kind(**by_name(layout, self.of(slots)))
+        if issubclass(kind, msgspec.Struct):
+            made = self._made[id(read)] = empty_struct(kind)
         elif base in MADE_EMPTY:
             made = self._made[id(read)] = MADE_EMPTY[base](kind)
+            if base is deque and isinstance(content, tuple):
+                content, most = content
+                deque.__init__(made, (), most)
             if layout.content is not None:
                 layout.content.fill(made, self.of(content))
         elif base in MADE_WHOLE:
-            made = base.__new__(kind, self.of(content))
+            made = self._made[id(read)] = base.__new__(kind, self.of(content))
         elif issubclass(base, BaseException):
-            made = self._made[id(read)] = base.__new__(kind, *self.of(content))
+            arguments = self.of(content)
+            made = self._made[id(read)] = base.__new__(kind, *arguments)
+            base.__init__(made, *arguments)  # of Python's own class: it has fields beside `args`
         else:
             raise NoValue(f"{kind.__qualname__}: made of a {base.__name__}")
         if layout.slots:
@@ -189,6 +216,14 @@ def _array(dtype: str, shape: tuple[int, ...], order: Any, numbers: bytes) -> Th
     return numpy.frombuffer(numbers, numpy.dtype(dtype)).reshape(shape, order=order).copy(order)
 
 
+def _part(  # a view of an array
+    owner: Thing, begin: int, shape: Sequence[int], strides: Sequence[int], dtype: str
+) -> Thing:
+    numpy: Any = sys.modules["numpy"]
+    memory = owner if owner.flags.c_contiguous else owner.T
+    return numpy.ndarray(shape, numpy.dtype(dtype), memory, begin, strides)
+
+
 def _method(owner: Thing, name: str) -> object:
     function = getattr(type(owner), name, None)
     if not isinstance(function, types.FunctionType):
@@ -208,11 +243,10 @@ _MAKERS: Final[dict[str, Callable[..., object]]] = {
     "bound": types.MethodType,
     "builtin": _builtin,
     "partial": lambda func, args, keywords: partial(func, *args, **keywords),
-    "deque": deque,
-    "default": defaultdict,
-    "ordered": lambda *pairs: OrderedDict(pairs),
     "numbers": array.array,
     "complex": complex,
+    "path": PosixPath,
+    "pure path": PurePosixPath,
     "range": range,
     "slice": slice,
     "singleton": lambda name: {"NotImplemented": NotImplemented, "Ellipsis": ...}[name],
@@ -220,5 +254,6 @@ _MAKERS: Final[dict[str, Callable[..., object]]] = {
     "view": _view,
     "iterator": _iterator,
     "array": _array,
+    "part": _part,
     "number": lambda dtype, number: _array(dtype, (), "C", number)[()],
 }

@@ -1,7 +1,7 @@
 """Where two states of a robot differ, floats to the bit."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from itertools import zip_longest
 from typing import Any, Final, NamedTuple
 
@@ -106,21 +106,31 @@ class StateComparison:
 
     def _of_container(self, path: str, recorded: Thing, present: Thing) -> _Pairs:
         if isinstance(recorded, set | frozenset):
-            if recorded != present:
+            if exact(recorded) != exact(present):
                 yield path, recorded, present
         elif isinstance(recorded, dict):
-            for key in [*recorded, *(key for key in present if key not in recorded)]:
-                pair = recorded.get(key, ABSENT), present.get(key, ABSENT)
-                yield from self._between(f"{path}[{key!r:.80}]", *pair)
-            if [*recorded] != [*present] and recorded.keys() == present.keys():
-                yield f"{path} (the order of its keys)", [*recorded], [*present]
+            yield from self._of_dict(path, recorded, present)
         else:
             pairs = zip_longest(recorded, present, fillvalue=ABSENT)
             for place, pair in enumerate(pairs):
                 yield from self._between(f"{path}[{place}]", *pair)
 
+    def _of_dict(self, path: str, recorded: Thing, present: Thing) -> _Pairs:
+        old, new = ({exact(key): key for key in each} for each in (recorded, present))
+        for same in [*old, *(each for each in new if each not in old)]:
+            key = old[same] if same in old else new[same]
+            was = recorded[key] if same in old else ABSENT
+            yield from self._between(
+                f"{path}[{key!r:.80}]", was, present[new[same]] if same in new else ABSENT
+            )
+        if [*old] != [*new] and old.keys() == new.keys():
+            yield f"{path} (the order of its keys)", [*recorded], [*present]
+
     def _of_value(self, path: str, recorded: Value, present: Value) -> _Pairs:
-        if (recorded.what, recorded.kind) != (present.what, present.kind):
+        if {recorded.what, present.what} in _ARRAYS:
+            if self._numbers_of(recorded) != self._numbers_of(present):
+                yield path, recorded, present
+        elif (recorded.what, recorded.kind) != (present.what, present.kind):
             yield path, recorded, present
         elif recorded.what in _WHOLE:
             if recorded.parts != present.parts:
@@ -132,6 +142,13 @@ class StateComparison:
             yield from self._of_object(path, recorded, present)
         else:
             yield from self._between(path, recorded.parts, present.parts)
+
+    def _numbers_of(self, read: Value) -> object:
+        """An array of numpy that may be a view of another, whoever else holds that."""
+        array: Any = self._shown(read)
+        return (
+            array if isinstance(array, Value) else (array.dtype.str, array.shape, array.tobytes())
+        )
 
     def _of_object(self, path: str, recorded: Value, present: Value) -> _Pairs:
         (content, *slots_of_one), (other, *slots_of_other) = recorded.parts, present.parts
@@ -150,10 +167,32 @@ class StateComparison:
 _INNER: Final = (list, tuple, dict, set, frozenset)
 _PLAIN: Final = (type(None), bool, int, float, str, bytes)
 _WHOLE: Final = ("array", "number", "numbers", "member", "class", "function", "count")
+_ARRAYS: Final = ({"part"}, {"part", "array"})
 _DOUBLE: Final = struct.Struct("<d")
 
 
 def _is_same(recorded: Any, present: Any) -> bool:  # noqa: ANN401 -- any two objects of one class
-    if type(recorded) is float:
-        return _DOUBLE.pack(recorded) == _DOUBLE.pack(present)
-    return bool(recorded == present)
+    if type(recorded) in (float, complex):
+        return exact(recorded) == exact(present)
+    are_no_numbers = recorded != recorded and present != present  # noqa: PLR0124 -- of numpy
+    return bool(recorded == present or are_no_numbers)
+
+
+def exact(read: Thing) -> Hashable:  # noqa: PLR0911 -- one for each class
+    """What is equal for what is the same: floats to the bit, a set without its order."""
+    kind = type(read)
+    if kind is float:
+        return kind, _DOUBLE.pack(read)
+    if kind is complex:
+        return kind, _DOUBLE.pack(read.real), _DOUBLE.pack(read.imag)
+    if kind in (tuple, list):
+        return kind, *map(exact, read)
+    if kind in (set, frozenset):
+        return kind, frozenset(map(exact, read))
+    if kind is dict:
+        return kind, *((exact(key), exact(value)) for key, value in read.items())
+    if kind is bytearray:
+        return kind, bytes(read)
+    if kind is Value:
+        return read.what, exact(read.kind), exact(read.parts)
+    return kind, read
