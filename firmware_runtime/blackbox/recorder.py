@@ -19,7 +19,6 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock, VirtualClock, heard_clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import I2cBus
@@ -164,8 +163,8 @@ class Recorder:
         """A value enters the step that has begun."""
         try:
             self.heard.entered.append((port.name, plain(value)))
-        except Exception as error:  # noqa: BLE001 -- whatever it is that entered, the run goes on
-            self._fault = self._fault or f"{port.path}: {text_of(error)}"
+        except UnknownValue as error:
+            self._fault = self._fault or f"{port.path}: {error}"
 
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""

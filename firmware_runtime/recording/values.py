@@ -25,7 +25,7 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.structs import struct_of
 
 Plain: TypeAlias = Any
@@ -35,6 +35,9 @@ _encode: Final = msgspec.msgpack.Encoder().encode
 _decode: Final = msgspec.msgpack.Decoder().decode
 _SAME: Final = frozenset({type(None), bool, float, str, bytes})
 _NUMPY: Final = frozenset({"array", "scalar"})
+_EXPECTED: Final = (
+    "expected a number, text, tuple, list, dict, enumeration, named tuple or dataclass"
+)
 _SMALL: Final = range(-(1 << 63), 1 << 63)
 
 
@@ -49,9 +52,15 @@ def plain(value: object) -> Plain:
         return value
     if kind is int:
         return value if value in _SMALL else {"int": [str(value)]}
-    if kind is tuple:
-        return [plain(each) for each in value]  # type: ignore[attr-defined]
-    return _tagged(kind)(value)  # type: ignore[arg-type]  # a class has a hash
+    try:
+        if kind is tuple:
+            return [plain(each) for each in value]  # type: ignore[attr-defined]
+        return _tagged(kind)(value)  # type: ignore[arg-type]  # a class has a hash
+    except UnknownValue:
+        raise
+    except Exception as error:  # too deep, or a function of the model's
+        why = f"cannot be recorded ({type(error).__name__}: {text_of(error)}); {_EXPECTED}"
+        raise UnknownValue(f"{kind.__module__}:{kind.__qualname__} {why}") from error
 
 
 def encoded(value: object) -> bytes:
@@ -159,8 +168,7 @@ def _field_names(kind: Any) -> Sequence[str]:  # noqa: ANN401 -- any class
     if issubclass(kind, msgspec.Struct):
         struct: tuple[str, ...] = kind.__struct_fields__
         return struct
-    expected = "expected a number, text, tuple, list, dict, enumeration, named tuple or dataclass"
-    raise UnknownValue(f"{_name_of(kind)} cannot be recorded; {expected}")
+    raise UnknownValue(f"{_name_of(kind)} cannot be recorded; {_EXPECTED}")
 
 
 def _name_of(kind: type[object]) -> str:

@@ -116,3 +116,21 @@ def test_members_of_a_flag_together_come_back(value: Leak) -> None:
 
 def test_a_struct_comes_back_as_it_was_after_its_own_function() -> None:
     assert made(unpack(encoded(Reading([7])))).items == [7, 1]
+
+
+class Unreadable:
+    """Says that it holds fields, and has none."""
+
+    __dataclass_fields__ = None
+
+
+def within_itself() -> list[object]:
+    made: list[object] = []
+    made.append(made)
+    return made
+
+
+@pytest.mark.parametrize("value", [within_itself(), (within_itself(),), Unreadable()])
+def test_what_cannot_be_looked_at_is_unknown(value: object) -> None:
+    with pytest.raises(UnknownValue, match="cannot be recorded"):
+        encoded(value)
