@@ -6,6 +6,7 @@ Each piece is tried before it is taken.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
@@ -13,6 +14,7 @@ from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.layout import CHUNK, LARGEST_CHUNK, SECTION
 from firmware_runtime.blackbox.reader import BEGINNINGS, Recording, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, decode, encode
+from firmware_runtime.blackbox.state.keyframes import UnkeepableState
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.replay.player import Player
@@ -63,7 +65,10 @@ class Cutter:
         if begin >= end:
             fault = "no step of the run is in this stretch; expected a longer one"
             raise ConfigError.of_one("--as-test", fault)
-        first = self._state_at(sections, [begin])[begin] if begin else sections[0]
+        first = self._state_at(sections, [begin]).get(begin) if begin else sections[0]
+        if first is None:
+            fault = "the robot's state cannot be kept where the stretch begins"
+            raise ConfigError.of_one("--as-test", f"{fault}; expected one from the run's start")
         rest = sections[max(begin, 1) : end]
         return _piece(self._file([first, *rest]), None, decode(first), rest)
 
@@ -85,14 +90,15 @@ class Cutter:
         yield 1, sections[0]
 
     def _state_at(self, sections: Sequence[bytes], places: Sequence[int]) -> dict[int, bytes]:
-        """Keyframes for these places, made by running there."""
+        """Keyframes for those places where the state can be kept, made by running there."""
         found: dict[int, bytes] = {}
         if not places:
             return found
         player = Player(self._recording.header, self._board, decode(sections[0]))
         for place in range(1, max(places) + 1):
             if place in places and player.table is not None:
-                found[place] = _keyframe(player.at, player.table.capture())
+                with suppress(UnkeepableState):
+                    found[place] = _keyframe(player.at, player.table.capture())
             player.take(decode(sections[place]))
         return found
 

@@ -123,3 +123,23 @@ def test_a_test_is_not_written_over(write: Write, flight: Path) -> None:
     said = write("--until", 0.2)
     assert main(["replay", str(flight), "--as-test", said["test"]]) == 2
     assert difference_of(Path(said["recording"])) == (None, [])
+
+
+@pytest.mark.slow
+def test_a_stretch_whose_state_cannot_be_kept_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    build = Allocation.__init__
+
+    def built(self: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
+        build(self, name, thrust, timeout)
+        self.numbers = (number for number in range(3))
+
+    monkeypatch.setattr(Allocation, "__init__", built)
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    test = str(tmp_path / "test_that_day.py")
+    assert main(["replay", str(path), "--from", "0.5", "--as-test", test]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "cannot be kept where the stretch begins; expected one from the run's start" in said
+    assert main(["replay", str(path), "--as-test", test]) == 0
