@@ -34,6 +34,8 @@ class Crossing(Atomic):
     Events that come ever closer, less than 1 us apart, accumulate (Zeno): a ModelError.
     Where an event of both directions is answered at its own instant by a change that leads back, as
     of a ball that bounces, the value has touched zero and not passed it: that is no second event.
+    Nor is it one where a value that its event has set to rest at zero, as of a body that sticks,
+    leaves it. `at_zero` says whether one that stands there otherwise, as at the start, is above.
     """
 
     def __init__(  # noqa: PLR0913 -- most of them have defaults
@@ -44,6 +46,7 @@ class Crossing(Atomic):
         *,
         direction: Direction = "both",
         longest_s: float = 0.1,
+        at_zero: bool = True,
         parameters: Mapping[str, float] | None = None,
         counts: Mapping[str, int] | None = None,
     ) -> None:
@@ -60,7 +63,7 @@ class Crossing(Atomic):
         self.event = self.out_port("event", bool)
         self.out = self.out_port("out", Segment)
         self._wires = Wires(counts, {})
-        self._difference = Condition(program.value, at_zero=True, is_exact=program.is_linear)
+        self._difference = Condition(program.value, at_zero=at_zero, is_exact=program.is_linear)
         self._inner, self._inner_sides = program.conditions, [False] * len(program.conditions)
         self._longest_s = longest_s
         self._at = 0
@@ -69,9 +72,10 @@ class Crossing(Atomic):
         self._is_first = True
         self._leaves = inf
         self._value = 0.0
+        self._moves = False
         self._beyond = -1.0
         """How far past zero it was at an event of this instant; negative: there was none."""
-        self._has_turned = self._returns = False
+        self._has_turned = self._returns = self._rests = False
         self._events: dict[bool, list[int]] = {True: [], False: []}
 
     def initialize(self) -> None:
@@ -92,8 +96,7 @@ class Crossing(Atomic):
     def internal(self) -> None:
         """Go on after an event, or see whether it is one."""
         if self._has_crossed:
-            if self.direction == "both":
-                self._beyond = self._value if self._is_event() else -1.0
+            self._beyond = self._value if self._moves and self._is_event() else -1.0
             self._has_crossed = self._is_first = self._has_turned = False
             self.sigma = whole_after(self._leaves)
             return
@@ -125,9 +128,9 @@ class Crossing(Atomic):
             raise self._wires.no_value(self, self.expression, self._at, error) from error
         side = side_of(self._difference, g)
         leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
-        self._leaves, self._value = leaves, abs(g[0])
         if self._side is not None:
-            side = self._side_as_led(g, side)
+            side = self._side_as_led(g, side, was=self._side)
+        self._leaves, self._value, self._moves = leaves, abs(g[0]), any(g)
         if side is self._side and not self._has_crossed:
             self.sigma = whole_after(leaves)
             return
@@ -141,14 +144,21 @@ class Crossing(Atomic):
             return False
         return self.direction in {"both", _WORDS[self._side]}
 
-    def _side_as_led(self, g: Sequence[float], side: bool) -> bool:  # noqa: FBT001 -- of `side_of`
-        """The side, without the fraction of a ns by which an event's instant was rounded up."""
+    def _side_as_led(self, g: Sequence[float], side: bool, *, was: bool) -> bool:  # noqa: FBT001
+        """The side, but for what is left of an event: where it set the value, and its rounding."""
+        if self._beyond >= 0.0 and not any(g):
+            self._rests = True
+        if self._rests:
+            self._rests = not any(g)
+            self._has_turned = not self._rests and side is not was
+            return was if self._rests else side
         stays = abs(g[0]) <= 2.0 * self._beyond + NANO * abs(g[1])
-        if self._beyond >= 0.0 and stays and _leads(g) is (not self._side):
+        touched = self.direction == "both" and self._beyond >= 0.0 and stays
+        if touched and _leads(g) is (not was):
             self._beyond, self._has_turned, self._returns = -1.0, True, True
-            return not self._side
-        if self._returns and side is not self._side and _leads(g) is self._side:
-            return not side
+            return not was
+        if self._returns and side is not was and _leads(g) is was:
+            return was
         self._returns = False
         return side
 

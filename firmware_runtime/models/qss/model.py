@@ -206,6 +206,7 @@ class SystemModel(Coupled):
                 crossed,
                 self._names(crossed),
                 direction=direction,
+                at_zero=not event.is_strict(),
                 longest_s=self._horizon_s / 50.0,
                 **options,
             )

@@ -23,6 +23,15 @@ class When:
         self.only_if = only_if
         self.values = {name: str(value) for name, value in values.items()}
 
+    def is_strict(self) -> bool:
+        """Whether it is a comparison that equal sides do not meet. Raises ExpressionError."""
+        if _CROSSES.fullmatch(self.event.strip()) is not None:
+            return False
+        match parse(self.event, {DELAY}):
+            case ast.Compare(ops=[ast.Gt() | ast.Lt()]):
+                return True
+        return False
+
     def crossing(self) -> tuple[str, Direction]:
         """The expression that crosses zero, and in which direction. Raises ExpressionError."""
         found = _CROSSES.fullmatch(self.event.strip())

@@ -215,3 +215,42 @@ def test_an_event_that_lets_the_value_pass_is_followed_by_one_of_the_way_back(me
     )
     _, values = solve(system, times=[0.9, 1.4, 1.9, 2.5])
     assert values["crossed"] == [0.0, 1.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+@pytest.mark.parametrize(
+    ("becomes", "rises", "falls"),
+    [("x > 0", 1.0, 0.0), ("x < 0", 0.0, 1.0), ("x >= 0", 0.0, 0.0), ("x <= 0", 0.0, 0.0)],
+)
+def test_a_comparison_of_what_stood_at_the_limit_becomes_true_where_it_leaves_it(
+    becomes: str, rises: float, falls: float, method: str
+) -> None:
+    for rate, expected in ((1, rises), (-1, falls)):
+        system = System(
+            states={"x": 0.0},
+            discrete={"rate": 0, "n": 0},
+            equations={"x": "rate"},
+            method=method,
+            events=[When("t >= 1", rate=rate), When(becomes, n="n + 1")],
+            outputs=["n"],
+        )
+        assert solve(system, times=[0.9, 2.0])[1]["n"] == [0.0, expected]
+
+
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+@pytest.mark.parametrize("push", [1, -1])
+@pytest.mark.parametrize("stops", ["v < 0", "v <= 0", "v crosses 0 falling", "v crosses 0"])
+def test_a_body_that_was_brought_to_rest_by_an_event_leaves_without_another(
+    stops: str, push: int, method: str
+) -> None:
+    system = System(
+        states={"v": 1.0},
+        discrete={"force": -1, "stops": 0},
+        equations={"v": "force"},
+        method=method,
+        events=[When(stops, v=0, force=0, stops="stops + 1"), When("t >= 2", force=push)],
+        outputs=["v", "stops"],
+    )
+    _, values = solve(system, times=[1.5, 3.0])
+    assert values["v"] == pytest.approx([0.0, push], abs=1e-2)
+    assert values["stops"] == [1.0, 1.0]
