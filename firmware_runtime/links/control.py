@@ -185,8 +185,9 @@ def ask(path: Path, request: str, timeout_s: float = TIMEOUT_S, **more: object) 
                 f"{path}: no answer within {timeout_s:g} s; expected the run to be alive"
             ) from error
         except OSError as error:
-            why = error.strerror
-            raise ControlError(f"{path}: {why}; expected a run that listens there") from error
+            is_closed = isinstance(error, PermissionError)
+            expected = "the user of that run, or root" if is_closed else "a run that listens there"
+            raise ControlError(f"{path}: {error.strerror}; expected {expected}") from error
         except (ValueError, RecursionError) as error:
             raise ControlError(f"{path}: answered with {error}; expected a JSON object") from error
     if not isinstance(answer, dict):

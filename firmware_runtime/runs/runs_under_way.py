@@ -71,13 +71,19 @@ def _statistics_of(process: Path) -> Iterator[tuple[Path, Path]]:
 
 
 def is_driven(lines: Sequence[str]) -> bool:
-    """Whether a process has one of these lines locked for itself, as a run has all of its."""
+    """Whether a process has one of these lines locked for itself, as a run has all of its.
+
+    One that this user may not open counts as locked: nothing can be known of it.
+    """
     return any(_is_locked(line) for line in lines)
 
 
 def _is_locked(line: str) -> bool:
     try:
-        descriptor = os.open(line, os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+        # read only, since a lock takes no more: another user's may be no more than readable
+        descriptor = os.open(line, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+    except PermissionError:
+        return True
     except OSError:
         return False
     try:

@@ -98,9 +98,9 @@ class SafeState:
                 self._take_again()
                 since = monotonic_ns()
             elif monotonic_ns() - since >= must_stay:
-                return self._unseen_at_risk()
+                return self._at_risk()
             if monotonic_ns() >= give_up_at:
-                return [*on, *self._who_may(on), *self._unseen_at_risk()]
+                return [*on, *self._who_may(on), *self._at_risk()]
             if wait():
                 return [*on, *self._who_may(on), f"not checked for {must_stay / SECOND:g} s"]
 
@@ -115,7 +115,7 @@ class SafeState:
             holds = f"holds {', '.join(self._lines)} and keeps no statistics"
             found += [
                 f"{process} {holds}: it may still drive, as a run that starts; end it"
-                for process in self._processes() or ["a process of another user"]
+                for process in self._processes()
             ]
         return found
 
@@ -190,6 +190,18 @@ class SafeState:
             for pid in self._living()
             if not (self._runs[pid].was_disarmed_by_request and self._runs[pid].has_acknowledged)
         ]
+
+    def _at_risk(self) -> list[str]:
+        """What may come on, or be on, though nothing was seen to be."""
+        return [*self._unseen_at_risk(), *self._hidden()]
+
+    def _hidden(self) -> Iterator[str]:
+        """A process that this user may not look into: its right to drive could not be taken."""
+        if self._is_silent and not self._holders:
+            yield (
+                f"a process of another user may drive what is on {', '.join(self._lines)}, and its "
+                "right to drive cannot be taken from here; expected root, or that user"
+            )
 
     def _unseen_at_risk(self) -> list[str]:
         """What cannot be read back while a run lives that does not know that it must not drive."""

@@ -84,7 +84,9 @@ class Kind(Struct, frozen=True):
         except OSError as error:
             action = "read" if mode == os.O_RDONLY else "written"
             fault = f"{path}: the {self.name} cannot be {action} ({error.strerror})"
-            raise StatisticsFileError(f"{fault}; expected a run to have written it") from error
+            is_closed = isinstance(error, PermissionError)
+            expected = "the user of that run, or root" if is_closed else "a run to have written it"
+            raise StatisticsFileError(f"{fault}; expected {expected}") from error
         try:
             yield ReadableFile(self, path, descriptor)
         except OSError as error:  # a directory, a disk that fails

@@ -58,9 +58,9 @@ class Connection:
         """Drive the doubles alone, until this process ends or closes the connection.
 
         A lock on a file, as on a bus's device node: who does not ask for it is not kept out. Raises
-        BusInUse if another process has it.
+        BusInUse if another process has it, BusAbsent if this user may not even read the file.
         """
-        self._lock_file = lock_of(self._path).open("wb")
+        self._lock_file = self._opened_lock()
         try:
             flock(self._lock_file, LOCK_EX | LOCK_NB)
         except BlockingIOError as error:
@@ -100,6 +100,23 @@ class Connection:
         self._socket.close()
         if self._lock_file is not None:
             self._lock_file.close()
+
+    def _opened_lock(self) -> BinaryIO:
+        """The file to lock, which the server made: it may be another user's, so it is only read.
+
+        Raises BusAbsent.
+        """
+        path = lock_of(self._path)
+        try:
+            if not path.exists():
+                path.touch()
+            return path.open("rb")
+        except OSError as error:
+            self.close()
+            raise BusAbsent(
+                f"{path}: cannot be locked ({error.strerror}); expected doubles that this user may "
+                "drive"
+            ) from error
 
     def _answer(self) -> Answered:
         """The answer to the last question; those that came too late are dropped."""
