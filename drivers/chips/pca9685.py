@@ -1,7 +1,7 @@
 """NXP PCA9685, 16 PWM outputs of 12 bits with one common frequency (data sheet rev. 4).
 
 The driver turns duties into one burst, brings the chip up from any state with its outputs off, and
-stops all outputs with three bytes. It answers for coherent updates (OCH = 0: the outputs of a burst
+stops all outputs with six bytes. It answers for coherent updates (OCH = 0: the outputs of a burst
 change together, at the end of the PWM cycle in which its STOP came), for the rate and for leaving
 the ALLCALL address 0x70 to others.
 
@@ -40,6 +40,8 @@ RESTART: Final = 0x80
 EXTCLK: Final = 0x40
 AI: Final = 0x20
 SLEEP: Final = 0x10
+INVRT: Final = 0x10
+OCH: Final = 0x08
 OUTDRV: Final = 0x04
 FULL: Final = 0x10
 """Bit 4 of an ON_H or OFF_H register: always on, or always off; off wins."""
@@ -114,7 +116,6 @@ class Pca9685:
             Step("identify", self.identify, 0),
             Step("sleep", partial(self._write, MODE1, AI | SLEEP), 0),
             Step("set rate", partial(self._set_rate, prescale), 0),
-            Step("set outputs", partial(self._write, MODE2, OUTDRV), 0),
             Step("wake", partial(self._write, MODE1, AI), OSCILLATOR_START_NS),
             Step("verify", self.verify, 0),
         )
@@ -143,9 +144,9 @@ class Pca9685:
         return (Step("verify", self.verify, 0),)
 
     def silence(self) -> None:
-        """Turn all outputs off and leave the ALLCALL address; 58 bits.
+        """Turn all outputs off and leave the ALLCALL address; 87 bits.
 
-        Off comes first: a sleeping chip wakes by the second write, and must have nothing to run.
+        Off comes first: a sleeping chip wakes by the last write, and must have nothing to run.
         Raises NoAcknowledge if nothing answers.
         """
         self.is_running = False
@@ -161,7 +162,7 @@ class Pca9685:
         After `silence`, MODE1 must read as written, and MODE2 and the four address registers must
         have their fixed zeros. Raises WrongDevice, or NotReady if EXTCLK is latched.
         """
-        found = self._bus.write_read(self.address, bytes((MODE1,)), 6)
+        found = self._read(MODE1, 6)
         mode1, mode2, *addresses = found
         fixed_zeros = mode2 & 0xE0 == 0 and not any(address & 1 for address in addresses)
         if mode1 & ~(RESTART | EXTCLK) != AI or not fixed_zeros:
@@ -181,8 +182,7 @@ class Pca9685:
         Raises NotReady if it is not: after a brown-out it is asleep with all outputs off, and takes
         a burst of duties into one register.
         """
-        found = self._bus.write_read(self.address, bytes((MODE1,)), 2)
-        found += self._bus.write_read(self.address, bytes((PRE_SCALE,)), 1)
+        found = self._read(MODE1, 2) + self._read(PRE_SCALE)
         expected = bytes((AI, OUTDRV, self._prescale))
         self.is_running = found == expected
         if not self.is_running:
@@ -196,7 +196,7 @@ class Pca9685:
 
         Raises NotReady if MODE1 is not as set; duties are refused until it is brought up again.
         """
-        mode1 = self._bus.write_read(self.address, bytes((MODE1,)), 1)[0]
+        mode1 = self._read(MODE1)[0]
         if mode1 != AI:
             self.is_running = False
             raise NotReady(
@@ -244,18 +244,20 @@ class Pca9685:
 
         Another program may have changed it, above all switched off.
         """
-        register = LED0_ON_L + 4 * first_channel
-        return self._bus.write_read(self.address, bytes((register,)), 4 * channels)
+        return self._read(LED0_ON_L + 4 * first_channel, 4 * channels)
 
     def stop_all(self) -> None:
-        """Turn all 16 outputs off; three bytes, 72.5 us at 400 kHz, right in any state of the chip.
+        """Turn all 16 outputs off; six bytes, 145 us at 400 kHz, right in any state of the chip.
 
+        MODE2 comes first: full-off of inverted outputs (INVRT) is full-on, and one register of a
+        channel has no effect where all four are waited for (OCH).
         It overwrites the high bits of every off count: afterwards set each channel again.
         """
+        self._write(MODE2, OUTDRV)
         self._write(ALL_LED_OFF_H, FULL)
 
     def stop(self, channels: Iterable[int]) -> None:
-        """Turn these outputs off and no other; three bytes each, right in any state of the chip.
+        """Turn these outputs off and no other; three bytes each, right while MODE2 is as set.
 
         It overwrites the high bits of their off counts: afterwards set each again.
         """
@@ -265,19 +267,28 @@ class Pca9685:
     def still_on(self) -> str | None:
         """Read back which outputs are not full-off, in a sentence; None if all are.
 
-        Right in any state of the chip: two transactions, 1.6 ms at 400 kHz, or one for each channel
-        where the chip does not count registers up by itself.
+        Right in any state of the chip: two transactions, 1.7 ms at 400 kHz, or one for each channel
+        and one more where the chip does not count registers up by itself.
         """
-        if self._bus.write_read(self.address, bytes((MODE1,)), 1)[0] & AI:
-            highs = self._bus.write_read(self.address, bytes((LED0_ON_L,)), 4 * CHANNELS)[3::4]
+        if self._read(MODE1)[0] & AI:
+            found = self._read(MODE2, LED0_ON_L + 4 * CHANNELS - MODE2)
+            mode2, highs = found[0], found[LED0_ON_L + 3 - MODE2 :: 4]
         else:
+            mode2 = self._read(MODE2)[0]
             registers = range(LED0_ON_L + 3, LED0_ON_L + 4 * CHANNELS, 4)
-            reads = (self._bus.write_read(self.address, bytes((each,)), 1) for each in registers)
-            highs = b"".join(reads)
+            highs = b"".join(self._read(each) for each in registers)
+        if mode2 & (INVRT | OCH):
+            return (
+                f"{self.place}: MODE2 reads {mode2:02x}, so full-off may be on; expected neither "
+                "INVRT nor OCH"
+            )
         on = [str(channel) for channel, high in enumerate(highs) if not high & FULL]
         return f"{self.place}: outputs {', '.join(on)} are on" if on else None
 
     # Registers ----------------------------------------------------------------------------------
+
+    def _read(self, register: int, count: int = 1) -> bytes:
+        return self._bus.write_read(self.address, bytes((register,)), count)
 
     def _write(self, register: int, value: int) -> None:
         self._bus.write(self.address, bytes((register, value)))

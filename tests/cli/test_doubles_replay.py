@@ -99,7 +99,7 @@ def test_what_was_not_as_recorded_is_said_with_its_place_and_is_the_status(tmp_p
     assert server.returncode == 1
     first, last = error.splitlines()
     assert first.startswith("transaction 1, i2c1 0x40, at ")
-    assert first.endswith("recorded W fd10, asked i2c1 0x68 W 00, R 1; refused")
+    assert first.endswith("recorded W 0104, asked i2c1 0x68 W 00, R 1; refused")
     assert last.startswith("ended before transaction 1 of ")
     (deviation,) = events(tmp_path, "deviation")
     assert (deviation["number"], deviation["device"]) == (1, "i2c1 0x68")

@@ -71,7 +71,7 @@ def test_a_run_that_drives_other_chips_cannot_be_switched_off_from_here(tmp_path
     moved = registry.load("tachobot", ["thrust_pairs.address=0x42"])
     against = outputs.why_unguarded({"switched_off": switched_off(moved, doubles)})
     assert against is not None
-    assert f"go off by {doubles} i2c1 0x42: fd10, here by" in against
+    assert f"{doubles} i2c1 0x42: fd10, here by" in against
     tuned = registry.load("tachobot", ["controller.yaw.kp=0.5"])
     assert agrees(outputs, {"switched_off": switched_off(tuned, doubles)})
 
@@ -188,7 +188,7 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
     outputs.prepare()
     assert outputs.make_safe() == ["i2c1 0x40: the adapter reported a fault"]
     assert outputs.make_safe() == []
-    assert addresses == [0x40, 0x40]
+    assert addresses == [0x40] * 3
 
 
 def test_doubles_that_are_not_served_are_a_reason_not_to_be_guarded(tmp_path: Path) -> None:

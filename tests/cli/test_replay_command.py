@@ -173,7 +173,7 @@ def test_before_the_run_is_before_any_stretch_of_it(
     finally:
         session.close()
     said = json.loads(command("replay", path, "--until", "0.00001", "--json").out)
-    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 8)
+    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 10)
     assert read_run(path).segments()[0].first_at == 0
     probed = [each for each in read_run(path).segments()[0].sections() if each.kind is Kind.PROBE]
     assert [(each.at, {one.at for one in each.transfers}) for each in probed] == [(0, {0})]

@@ -119,12 +119,12 @@ def test_the_low_pulse_comes_before_no_signal() -> None:
     bench.command(1000, arm=True)
     bench.command(5000, throttle=0.5)
     bench.command(6000, arm=False)
-    low, off = (each.messages[0] for each in list(bench.bus.log)[-2:])
+    low, *off = (each.messages[0] for each in list(bench.bus.log)[-3:])
     assert isinstance(low, bytes)
     register, on, switched_off = struct.unpack("<B2H", low)
     assert register == 0x06 + 4 * 3
     assert (switched_off - on) % 4096 / 4096 == pytest.approx(LOW, abs=1e-3)
-    assert off == bytes([0xFD, 0x10])
+    assert off == [bytes([0x01, 0x04]), bytes([0xFD, 0x10])]
 
 
 def test_a_throttle_that_is_no_number_disarms() -> None:

@@ -92,7 +92,7 @@ def test_bring_up_stops_the_outputs_and_leaves_allcall_before_anything_else(
 ) -> None:
     first = Pca9685(register_bus).bring_up(1000)[0]
     first.action()
-    assert wire == [(0x40, (b"\xfd\x10",)), (0x40, (b"\x00\x20",))]
+    assert wire == [(0x40, (each,)) for each in (b"\x01\x04", b"\xfd\x10", b"\x00\x20")]
     assert first.wait_ns > 1e9 / 23.84
 
 
@@ -103,8 +103,8 @@ def test_bring_up_sets_the_rate_asleep_and_wakes_by_half_a_millisecond(
     steps = chip.bring_up(50)
     for step in steps:
         step.action()
-    writes = [sent[0] for _, sent in wire[2:] if len(sent) == 1]
-    assert writes == [b"\x00\x30", b"\xfe\x79", b"\x01\x04", b"\x00\x20"]
+    writes = [sent[0] for _, sent in wire[3:] if len(sent) == 1]
+    assert writes == [b"\x00\x30", b"\xfe\x79", b"\x00\x20"]
     assert {step.name: step.wait_ns for step in steps}["wake"] == 500_000
     assert duration_ns(steps) < 50_000_000
     assert chip.frequency_hz == pytest.approx(50.03, abs=0.005)
@@ -244,7 +244,7 @@ def test_duties_before_bring_up_are_refused(register_bus: I2cBus, wire: Wire) ->
     assert wire == []
 
 
-def test_stop_all_is_three_bytes_in_any_state(register_bus: I2cBus, wire: Wire) -> None:
+def test_stop_all_is_six_bytes_in_any_state(register_bus: I2cBus, wire: Wire) -> None:
     Pca9685(register_bus).stop_all()
-    assert wire == [(0x40, (b"\xfd\x10",))]
-    assert wire_bytes(wire[0][1]) == 3
+    assert wire == [(0x40, (b"\x01\x04",)), (0x40, (b"\xfd\x10",))]
+    assert [wire_bytes(sent) for _, sent in wire] == [3, 3]

@@ -56,7 +56,16 @@ def test_all_call_is_answered_at_power_up_and_never_again(bench: Bench) -> None:
         bench.bus.write(ALL_CALL, b"\x00\x51")
 
 
-@pytest.mark.parametrize("left_as", ["running", "asleep with a RESTART due", "asleep, duties set"])
+@pytest.mark.parametrize(
+    "left_as",
+    [
+        "running",
+        "asleep with a RESTART due",
+        "asleep, duties set",
+        "inverted",
+        "waiting for four registers",
+    ],
+)
 def test_whatever_a_dead_program_left_no_output_goes_on_in_bring_up(
     bench: Bench, left_as: str
 ) -> None:
@@ -66,6 +75,10 @@ def test_whatever_a_dead_program_left_no_output_goes_on_in_bring_up(
     elif left_as == "asleep, duties set":
         bench.bus.write(0x40, b"\x00\x30")
         bench.bus.write(0x40, b"\x06\x00\x00\x00\x08")
+    elif left_as == "inverted":
+        bench.bus.write(0x40, b"\x01\x14")
+    elif left_as == "waiting for four registers":
+        bench.bus.write(0x40, b"\x01\x0c")
     chip = Pca9685(bench.bus)
     steps = iter(chip.bring_up(50))
     next(steps).action()
@@ -96,6 +109,21 @@ def test_stop_all_stops_all_sixteen_and_duties_can_be_set_again(bench: Bench) ->
     assert bench.double.running
     chip.set_duties(0, (0.7,))
     assert bench.double.duties == (2867 / 4096, *(0.0,) * 15)
+
+
+@pytest.mark.parametrize("mode2", [0x14, 0x0C, 0x1F])
+def test_stop_all_stops_what_is_inverted_or_waits_for_four_registers(
+    bench: Bench, mode2: int
+) -> None:
+    chip = bench.bring_up()
+    chip.set_duties(0, (0.7,) * 8)
+    bench.bus.write(0x40, bytes((0x01, mode2)))
+    bench.bus.write(0x40, b"\xfd\x10")
+    assert not bench.double.all_off
+    assert f"MODE2 reads {mode2:02x}, so full-off may be on" in str(chip.still_on())
+    chip.stop_all()
+    assert bench.double.all_off
+    assert chip.still_on() is None
 
 
 def test_staggered_outputs_have_the_same_duties(bench: Bench) -> None:
@@ -147,5 +175,8 @@ def test_what_is_on_is_read_back_by_a_process_that_comes_later(bench: Bench) -> 
 def test_a_chip_that_does_not_count_registers_up_is_read_channel_by_channel(bench: Bench) -> None:
     chip = Pca9685(bench.bus)
     assert chip.still_on() is None  # as after power-up
+    bench.bus.write(0x40, b"\x01\x14")
+    assert "MODE2 reads 14" in str(chip.still_on())
+    bench.bus.write(0x40, b"\x01\x04")
     bench.bus.write(0x40, b"\x09\x00")  # LED0_OFF_H
     assert chip.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 0 are on"
