@@ -5,6 +5,7 @@ import socket
 import struct
 from collections.abc import Iterator
 from contextlib import suppress
+from errno import ECONNREFUSED
 from pathlib import Path
 from typing import Final
 
@@ -59,6 +60,24 @@ class RobotEnd:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+
+
+class OneRunsEnd(RobotEnd):
+    """The same with one run: the first that it says something to, and none that comes after it.
+
+    It knows that run by its socket's file, and is not connected: a run answers from another socket.
+    """
+
+    _listens: tuple[int, ...] | None = None
+
+    def send(self, datagram: bytes) -> None:
+        """Say something to that run; what `RobotEnd` raises, also once another listens there."""
+        found = Path(self._path).stat()
+        listens = found.st_dev, found.st_ino, found.st_ctime_ns
+        if self._listens not in (None, listens):
+            raise ConnectionRefusedError(ECONNREFUSED, "another run listens there")
+        super().send(datagram)
+        self._listens = listens
 
 
 def why_absent(path: Path) -> str:

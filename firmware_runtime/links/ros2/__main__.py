@@ -39,7 +39,8 @@ def robot_node(plan: Plan) -> RobotNode:
 def topics_of_plan(node: RobotNode, plan: Plan) -> RobotTopics:
     """Its topics. Raises ConfigError if a package with conventions of its own is not here."""
     found = topics_in(plan.topics, conventions()) if plan.topics else Topics()
-    return RobotTopics(node, found, Companion.PORTS.beside(plan.statistics_path))
+    ports = Companion.PORTS.beside(plan.statistics_path)
+    return RobotTopics(node, found, ports, lambda: node.run.holds_robot)
 
 
 def main(words: Sequence[str]) -> int:

@@ -12,6 +12,7 @@ fails. A request for one that the state has not would end rclpy's executor: it i
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -166,7 +167,7 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
             self.trigger_deactivate()
         else:
             for part in self.parts:
-                part.follow(seen.revision)
+                self._done("follow", [partial(part.follow, seen.revision)])
 
     def _lose_run(self, phase: str, why: str) -> None:
         self.get_logger().error(f"the run is gone: {why}")

@@ -4,7 +4,8 @@
     subscriptions --> values --> the run's ports socket
 
 rclpy waits for no descriptor of ours, hence the thread. It asks for the ports again every few
-seconds, as every watcher does, and so finds the next run too.
+seconds, as every watcher does. Values go to one run: a command for a robot that has gone must not
+move the one that is started in its place.
 """
 
 import json
@@ -21,7 +22,7 @@ import msgspec
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.links.ports.datagrams import LONGEST, MOST_PORTS, message_of
-from firmware_runtime.links.ports.robot_end import RobotEnd
+from firmware_runtime.links.ports.robot_end import OneRunsEnd, RobotEnd
 from firmware_runtime.links.ros2.stamps import Stamps
 
 WATCH_EVERY: Final = 4 * SECOND
@@ -53,7 +54,9 @@ class PortsEnd:
         self._said: set[str] = set()
         self._requests = list(_requests(ports))
         self._ends = [RobotEnd(path) for _ in self._requests]
-        self._values = RobotEnd(path, timeout_s=TIMEOUT_S)
+        self._time = RobotEnd(path)
+        self._values = OneRunsEnd(path, timeout_s=TIMEOUT_S)
+        self._all = (*self._ends, self._time, self._values)
         self._wake, self._woken = socketpair()
         self._is_open = True
         self._watch_at = self._time_at = 0
@@ -86,7 +89,7 @@ class PortsEnd:
         self._is_open = False
         self._wake.send(b".")
         self._thread.join()
-        for end in (*self._ends, self._values):
+        for end in self._all:
             end.close()
         self._wake.close()
         self._woken.close()
@@ -96,7 +99,7 @@ class PortsEnd:
     def _read(self) -> None:
         with DefaultSelector() as selector:
             selector.register(self._woken, EVENT_READ)
-            for end in (*self._ends, self._values):
+            for end in self._all:
                 selector.register(end, EVENT_READ, end)
             while self._is_open:
                 due_at = min(self._ask(monotonic_ns()), self._late(monotonic_ns()))
@@ -108,7 +111,7 @@ class PortsEnd:
         """Ask for the run's time and its ports again, when it is due; say when it is next."""
         if now >= self._time_at:
             self._time_at = now + TIME_EVERY
-            self._say(self._values, b'{"time": true}')
+            self._say(self._time, b'{"time": true}')
         if now >= self._watch_at and self.stamps.is_known:
             self._watch_at = now + WATCH_EVERY
             for end, request in zip(self._ends, self._requests, strict=True):

@@ -12,7 +12,8 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.control import Answer, ask, written
+from firmware_runtime.links.control import Answer, ask, post, written
+from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.ports.robot_end import RobotEnd
 
 TIMEOUT_S: Final = 1.0
@@ -46,16 +47,26 @@ class RunEnd:
         """The lease that keeps the robot armed."""
         self.has_lost_lease = False
         self._end = RobotEnd(path)
-        self._received_at = monotonic_ns()
+        self._received_at = self._sent_at = monotonic_ns()
+        self._lease_ns = self._held_until = 0
 
     def ask(self, request: str, **more: object) -> Answer:
         """The answer to a request. Raises ControlError if there is none."""
         return ask(self.path, request, TIMEOUT_S, **more)
 
     def arm(self, lease_s: float) -> list[str]:
-        """Arm, for as long as `tend` goes on; return why it is refused."""
-        answer = self.ask("arm", lease_s=lease_s)
+        """Arm, for as long as `tend` goes on; return why it is refused.
+
+        Raises ControlError without an answer: then the run is asked to disarm, as it may arm yet.
+        """
+        self._sent_at, self._lease_ns = monotonic_ns(), round(lease_s * SECOND)
+        try:
+            answer = self.ask("arm", lease_s=lease_s)
+        except ControlError:
+            post(self.path, "disarm")
+            raise
         self.lease, self.has_lost_lease = answer.get("lease"), False
+        self._held_until = self._sent_at + self._lease_ns
         return list(answer["refused"])
 
     def disarm(self) -> Answer:
@@ -70,12 +81,22 @@ class RunEnd:
             return self.has_lost_lease
         return self.seen is not None and not self.seen.armed
 
+    @property
+    def holds_robot(self) -> bool:
+        """Whether the robot is certain to be armed by this node now; without a lease it always is.
+
+        Not so after a standstill of this process: the lease may have run out, and another may have
+        armed the robot since.
+        """
+        return self.lease is None or monotonic_ns() <= self._held_until
+
     def tend(self) -> None:
         """Take in what the run has said, and give a sign of life."""
         now = monotonic_ns()
         for datagram in self._end.received():
             self._take(datagram, now)
         request = written("state") if self.lease is None else written("renew", lease=self.lease)
+        self._sent_at = now
         try:
             self._end.send(request)
         except BlockingIOError:
@@ -98,6 +119,8 @@ class RunEnd:
             self._received_at = now
             if self.lease is not None and answer.get("lease") == self.lease:
                 self.has_lost_lease = not (answer["leased"] and answer["armed"])
+                if not self.has_lost_lease:  # as of when it was asked, which is the time before
+                    self._held_until = self._sent_at + self._lease_ns
 
     def _gone(self, why: str) -> None:
         self.seen = None

@@ -6,7 +6,7 @@ values for the robot are taken reliably, too, what a sensor measures by best eff
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from threading import Thread
@@ -28,7 +28,8 @@ from firmware_runtime.links.ros2.part import Part
 from firmware_runtime.links.ros2.ports_end import PortsEnd
 
 OLDEST: Final = 500 * MILLISECOND
-"""A command whose header is older is refused, ns; one without a time in it has no age."""
+"""A command whose header is older is refused, ns, or so far in the future; without a time it has no
+age."""
 MOST_LOGGED: Final = 64
 """Different sentences."""
 SPIN_S: Final = 0.2
@@ -91,15 +92,25 @@ class _Beside:
 
 
 class RobotTopics(Part):
-    """Publishes from `configure` on, as long as there is a run; takes values while active."""
+    """Publishes from `configure` on, as long as there is a run; takes values while active.
 
-    def __init__(self, node: Node, topics: Topics, ports: Path) -> None:
+    `holds_robot` says whether it is certain at the moment that the node has the robot armed.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topics: Topics,
+        ports: Path,
+        holds_robot: Callable[[], bool] = lambda: True,
+    ) -> None:
         self._own: Counter[str] = Counter()
         """Messages published, taken, not taken since the node was inactive, and failed."""
         self._of_runs: Counter[str] = Counter()
         self._node = node
         self._topics = topics
         self._ports = ports
+        self._holds_robot = holds_robot
         self._outs: dict[str, list[_Out]] = {}
         self._beside: list[_Beside] = []
         self._subscriptions: list[tuple[Node, Any]] = []
@@ -212,9 +223,12 @@ class RobotTopics(Part):
             self._own["inactive"] += 1
             self._log_once(f"{each.topic}: not taken while the node is not active")
             return
+        if not self._holds_robot():
+            run.refuse(f"{each.topic}: came while it was not known whether the lease holds")
+            return
         try:
             if each.message.is_stamped:
-                _check_age(stamp_of(message))
+                check_age(stamp_of(message))
             value = each.message.value(message, each.options)
             _check_finite(value)
         except Exception as error:  # noqa: BLE001 -- of a package's own convention
@@ -238,11 +252,15 @@ class RobotTopics(Part):
         self._node.get_logger().warning(sentence)
 
 
-def _check_age(stamped: int) -> None:
-    """Raises ValueError for a command that is too old."""
+def check_age(stamped: int) -> None:
+    """Raises ValueError for a command that is too old, or of a future that hides its age."""
     age = time_ns() - stamped
     if stamped > 0 and age > OLDEST:
         raise ValueError(f"older than {OLDEST / 1e9:g} s by its header; expected a new one")
+    if age < -OLDEST:
+        raise ValueError(
+            f"more than {OLDEST / 1e9:g} s in the future by its header; expected clocks that agree"
+        )
 
 
 def _check_finite(value: object) -> None:

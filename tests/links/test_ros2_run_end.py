@@ -1,0 +1,123 @@
+"""What a node knows of its hold on a robot, with a run that answers when a test wants it to."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.links.errors import ControlError
+from firmware_runtime.links.ports.robot_end import OneRunsEnd
+from firmware_runtime.links.ros2 import run_end
+from firmware_runtime.links.ros2.run_end import RunEnd
+from tests.support.replies import Replies
+
+LEASE_S = 0.4
+LEASE = round(LEASE_S * SECOND)
+
+
+class Clock:
+    """The node's clock, by hand."""
+
+    def __init__(self) -> None:
+        self.now = 1000 * SECOND
+
+    def __call__(self) -> int:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(run_end, "monotonic_ns", clock)
+    return clock
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Iterator[Replies]:
+    with Replies(tmp_path / "robot.control") as run:
+        yield run
+
+
+def armed(run: Replies) -> RunEnd:
+    """The node's end, with the robot armed on a lease."""
+    end = RunEnd(run.path)
+    run.answer_in_background({"refused": [], "armed": True, "lease": "5f0c"})
+    assert end.arm(LEASE_S) == []
+    run.wait()
+    return end
+
+
+def renewed(run: Replies, end: RunEnd) -> None:
+    """Send a sign of life, and have it answered; the answer is taken in with the next one."""
+    end.tend()
+    run.answer(
+        {
+            "lease": "5f0c",
+            "leased": True,
+            "run": "a",
+            "armed": True,
+            "reason": None,
+            "revision": 0,
+        }
+    )
+
+
+def test_a_node_that_gives_signs_of_life_holds_its_robot(run: Replies, clock: Clock) -> None:
+    end = armed(run)
+    for _ in range(20):
+        assert end.holds_robot
+        renewed(run, end)
+        clock.now += LEASE // 4
+    end.close()
+
+
+def test_a_node_that_stood_still_knows_that_it_cannot_know(run: Replies, clock: Clock) -> None:
+    end = armed(run)
+    renewed(run, end)
+    clock.now += LEASE + 1
+    assert not end.holds_robot
+    end.tend()  # takes in what was answered before the standstill
+    assert not end.holds_robot
+    end.close()
+
+
+def test_a_node_that_stood_still_for_less_than_its_lease_goes_on(
+    run: Replies, clock: Clock
+) -> None:
+    end = armed(run)
+    renewed(run, end)
+    clock.now += LEASE - MILLISECOND
+    assert end.holds_robot
+    renewed(run, end)
+    end.tend()
+    clock.now += LEASE - MILLISECOND
+    assert end.holds_robot
+    end.close()
+
+
+def test_a_run_that_does_not_answer_in_time_is_asked_to_disarm(
+    run: Replies, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_end, "TIMEOUT_S", 0.01)
+    end = RunEnd(run.path)
+    with pytest.raises(ControlError, match="no answer within"):
+        end.arm(60.0)
+    assert run.requests() == ['{"request": "arm", "lease_s": 60.0}', "disarm"]
+    assert end.lease is None
+    end.close()
+
+
+def test_a_value_for_a_run_that_has_gone_does_not_reach_the_next(tmp_path: Path) -> None:
+    path = tmp_path / "robot.ports"
+    end = OneRunsEnd(path)
+    with pytest.raises(FileNotFoundError):
+        end.send(b"1")
+    with Replies(path) as first:
+        end.send(b"2")
+        assert first.requests() == ["2"]
+    with Replies(path) as second:
+        with pytest.raises(ConnectionRefusedError):
+            end.send(b"3")
+        assert second.requests() == []
+    end.close()

@@ -1,0 +1,117 @@
+"""Commands that a node must not hand on: its lease may be gone, their time is wrong."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from time import time_ns
+
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from std_msgs.msg import Float64
+
+from firmware_runtime.board.ros.topics import topics
+from firmware_runtime.board.ros.written import table_of
+from firmware_runtime.board.settings import RosSettings
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.links.errors import ControlError
+from firmware_runtime.links.ros2.__main__ import topics_of_plan
+from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.part import Part
+from firmware_runtime.links.ros2.plan import Plan
+from firmware_runtime.links.ros2.topics import OLDEST, check_age
+from tests.support.replies import Replies
+from tests.support.ros_processes import RosProcesses
+from tests.support.ros_user import RosUser
+from tests.support.topics_run import EchoRobot
+from tests.support.waiting import PATIENCE_S
+
+STATE = {"run": "a", "armed": False, "reason": None, "revision": 0, "refused": []}
+
+
+def test_a_command_has_an_age_only_where_clocks_agree() -> None:
+    check_age(time_ns())
+    check_age(0)  # no time in it
+    check_age(time_ns() + OLDEST // 2)
+    with pytest.raises(ValueError, match=r"older than 0\.5 s"):
+        check_age(time_ns() - OLDEST - SECOND)
+    with pytest.raises(ValueError, match=r"more than 0\.5 s in the future"):
+        check_age(time_ns() + OLDEST + SECOND)
+
+
+class Failing(Part):
+    """Follows a run that does not answer."""
+
+    def __init__(self) -> None:
+        self.followed = 0
+
+    def follow(self, revision: int) -> None:  # noqa: ARG002 -- it is not answered
+        """Be asked, and find no answer."""
+        self.followed += 1
+        raise ControlError("no answer within 1 s")
+
+
+@pytest.fixture
+def node(tmp_path: Path, robot: RosProcesses) -> Iterator[RobotNode]:  # noqa: ARG001 -- the domain
+    rclpy.init()
+    plan = Plan(
+        board="parrot",
+        statistics=str(tmp_path / "parrot.stats"),
+        program=(),
+        source="parrot",
+        topics=table_of(topics(EchoRobot(), RosSettings(rate_hz=0.0))),
+    )
+    made = RobotNode(plan)
+    yield made
+    made.run.close()
+    made.destroy_node()
+    rclpy.shutdown()
+
+
+def test_a_node_that_may_have_lost_its_lease_hands_no_command_on(
+    node: RobotNode, user: RosUser, tmp_path: Path
+) -> None:
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    commands = user.node.create_publisher(Float64, "/parrot/say", 10)
+    with Replies(tmp_path / "parrot.ports") as run:
+        taken = topics_of_plan(node, node.plan)
+        taken.configure()
+        taken.activate()
+        node.run.lease = "one that no run has confirmed"
+        for kind, number in (("refused", 1.0), ("taken", 2.0)):
+            for _ in range(100 * PATIENCE_S):
+                if taken.counts["refused"] + taken.counts["taken"] >= number:
+                    break
+                commands.publish(Float64(data=number))
+                executor.spin_once(timeout_sec=0.01)
+            assert taken.counts[kind] == 1
+            handed_on = [each for each in run.requests() if '"say"' in each]
+            assert (handed_on != []) == (kind == "taken")
+            node.run.lease = None
+        taken.clean_up()
+    executor.shutdown()
+
+
+def test_a_run_that_does_not_answer_when_its_settings_change_ends_no_node(
+    node: RobotNode, tmp_path: Path
+) -> None:
+    failing = Failing()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    with Replies(tmp_path / "parrot.control") as run:
+        run.answer_in_background(STATE)
+        node.trigger_configure()
+        run.wait()
+        run.answer(STATE)
+        assert node.phase == "inactive"
+        node.parts.append(failing)
+        for _ in range(100 * PATIENCE_S):
+            executor.spin_once(timeout_sec=0.01)
+            if run.has_request():
+                run.answer(STATE)
+            if failing.followed == 2:
+                break
+    assert node.phase == "inactive"
+    assert failing.followed == 2
+    assert "no answer within 1 s" in node.refusal
+    executor.shutdown()
