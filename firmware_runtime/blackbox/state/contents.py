@@ -113,10 +113,11 @@ def _array_bytes(thing: Thing) -> tuple[object, ...]:
 
 def _fill_array(thing: Thing, content: tuple[Any, ...]) -> None:
     *shape, numbers = content
-    if len(numbers) != thing.nbytes:
-        raise TypeError(f"an array of shape {thing.shape} that had shape {tuple(shape)}")
     if tuple(shape) != thing.shape:
-        thing.shape = tuple(shape)
+        # The memory of as many items stays where it is, if they lie side by side.
+        if len(numbers) != thing.nbytes or not thing.flags.forc:
+            raise TypeError(f"an array of shape {thing.shape} that had shape {tuple(shape)}")
+        thing.resize(shape, refcheck=False)
     is_writeable = thing.flags.writeable
     if not is_writeable:
         try:
