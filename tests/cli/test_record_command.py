@@ -71,9 +71,12 @@ def test_of_a_run_that_is_killed_the_recording_is_kept_and_replays(
         said = next(line for line in recorder.stdout if "-crash-" in line)
         recorder.send_signal(signal.SIGTERM)
         assert recorder.wait(PATIENCE_S) == 0
-    assert said.startswith(f"recorder: {folder / 'tachobot-0001-crash-1.recording'}")
+    (crash,) = folder.glob("tachobot-0001-crash-*.recording")
+    assert said.startswith(f"recorder: {crash}")
     rows = json.loads(command("recordings", "--in", folder, "--json").out)
-    assert [(row["why"], row["end"], row["whole"]) for row in rows] == [
+    # On a busy machine the run may have been late before: that piece is kept, too.
+    found = [(row["why"], row["end"], row["whole"]) for row in rows if row["why"] != "late"]
+    assert found == [
         ("crash", "killed", True),
         ("synced", "killed", True),
     ]
