@@ -7,7 +7,8 @@ keep the motors of a dead controller turning.
 
 Mode 0 is used, where 128 stands for stop, because it is the power-up mode: after a loss of supply
 the next byte still means what it meant. In the signed modes stop is 0, which a chip fallen back to
-mode 0 takes for full reverse. A stop before bring-up therefore asks for the mode first.
+mode 0 takes for full reverse, and the stop of mode 0 is full reverse there. Another program may
+have changed the mode since it was set: every stop asks for it first.
 
 Speed regulation and the timeout are switched on at every bring-up; no register shows whether they
 are. The acceleration ramp is the chip's own. Not used: turn modes, change of address.
@@ -20,7 +21,7 @@ from typing import Final, NamedTuple
 
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import HalError, NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x58, 0x60)
@@ -174,11 +175,17 @@ class Md25:
         return self._read(SPEED1, 2)
 
     def stop(self) -> None:
-        """Set both speeds to stop, in any state of the chip; it ramps down.
+        """Set both speeds to stop, in the words of the mode the chip is in; it ramps down.
 
-        4 bytes, 95 us at 400 kHz; 8 bytes before bring-up, to ask in which mode it is.
+        8 bytes, 192 us at 400 kHz. If it does not say its mode, a chip that was brought up is told
+        to stop in the words of mode 0, and the error of reading is raised nevertheless.
         """
-        signed = not self._is_up and self._read(MODE, 1)[0] & SIGNED
+        try:
+            signed = self._read(MODE, 1)[0] & SIGNED
+        except HalError:
+            if self._is_up:
+                self._write(SPEED1, STOP, STOP)
+            raise
         self._write(SPEED1, *((0, 0) if signed else (STOP, STOP)))
 
     def still_on(self) -> str | None:

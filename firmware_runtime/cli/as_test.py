@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -55,7 +55,7 @@ def as_test(arguments: argparse.Namespace, path: Path) -> int:
         piece = _changed_piece(arguments, path, Cutter(recording, board, _shows(arguments)))
     else:
         piece = Cutter(recording, board, _shown_here).stretch(stretch)
-    _write(arguments, test, piece, recording.header.run)
+    _write(arguments, test, piece, recording.header.run, verdict.faults)
     return Status.OK
 
 
@@ -115,11 +115,15 @@ def _in_file(
         return shown(path)
 
 
-def _write(arguments: argparse.Namespace, test: Path, piece: Piece, run: str) -> None:
+def _write(
+    arguments: argparse.Namespace, test: Path, piece: Piece, run: str, faults: Sequence[str]
+) -> None:
     span = f"{piece.begin / SECOND:.3f} to {piece.until / SECOND:.3f} s"
     about = f"{run}, {span}: it does as it did."
     if piece.difference is not None:
         about = f"{run}, {span}: {in_words(piece.difference)}."
+    if faults:
+        about += f" The run's recording is not whole: {'; '.join(faults)}."
     stated = json.dumps(arguments.assignments)
     settings = f", settings={stated}" if arguments.assignments else ""
     name = test.stem if test.stem.startswith("test_") else f"test_{test.stem}"
@@ -135,13 +139,16 @@ def _write(arguments: argparse.Namespace, test: Path, piece: Piece, run: str) ->
     if arguments.json:
         found = {"test": str(test), "recording": str(kept), "bytes": len(piece.content)}
         times = {"from_s": piece.begin / SECOND, "until_s": piece.until / SECOND}
-        said = {**found, **times, "steps": piece.steps, "difference": piece.difference}
+        shown = {"steps": piece.steps, "difference": piece.difference, "faults": faults}
+        said = {**found, **times, **shown}
         print(json.dumps(said, allow_nan=False))
         return
     steps = "1 step" if piece.steps == 1 else f"{piece.steps} steps"
     print(f"{test} and {kept} ({len(piece.content)} bytes): {steps}, {span}")
     if piece.difference is not None:
         print(f"  it shows: {in_words(piece.difference)}")
+    for fault in faults:
+        print(f"  the run's recording is not whole: {fault}")
 
 
 def _in_docstring(text: str) -> str:

@@ -175,18 +175,41 @@ def test_a_chip_that_was_reset_is_reported_and_not_driven_on(
         chip.set_speeds(0.5, 0.5)
 
 
-def test_stop_is_four_bytes_once_the_mode_is_known(running: Md25, wire: Wire) -> None:
-    running.stop()
-    assert wire == [(CHIP, (STOP,))]
-
-
-@pytest.mark.parametrize(("mode", "stop"), [(0, STOP), (1, b"\x00\x00\x00")])
-def test_stop_before_bring_up_asks_for_the_mode(
-    register_bus: I2cBus, registers: Registers, wire: Wire, mode: int, stop: bytes
+@pytest.mark.parametrize(("mode", "stop"), [(0, STOP), (1, b"\x00\x00\x00"), (3, b"\x00\x00\x00")])
+@pytest.mark.parametrize("is_up", [False, True])
+def test_stop_asks_for_the_mode_at_any_time(
+    running: Md25, registers: Registers, wire: Wire, mode: int, stop: bytes, is_up: bool
 ) -> None:
+    """In mode 0, the stop of a signed mode is full reverse; in a signed mode that of mode 0 is."""
+    if not is_up:
+        running.identify()
+        wire.clear()
     registers[CHIP][0x0F] = mode
-    Md25(register_bus).stop()
+    running.stop()
     assert wire == [(CHIP, (b"\x0f", 1)), (CHIP, (stop,))]
+    assert sum(bits(messages) for _, messages in wire) == 77
+
+
+@pytest.mark.parametrize(("is_up", "written"), [(False, []), (True, [STOP])])
+def test_a_stop_whose_mode_is_not_answered_is_tried_in_the_last_words_and_not_taken_for_done(
+    running: Md25,
+    register_bus: I2cBus,
+    wire: Wire,
+    monkeypatch: pytest.MonkeyPatch,
+    is_up: bool,
+    written: list[bytes],
+) -> None:
+    if not is_up:
+        running.identify()
+        wire.clear()
+
+    def deaf(address: int, data: bytes, length: int) -> bytes:
+        raise NoAcknowledge(f"{address:#x} to {data!r}, {length} bytes")
+
+    monkeypatch.setattr(register_bus, "write_read", deaf)
+    with pytest.raises(NoAcknowledge):
+        running.stop()
+    assert writes(wire) == written
 
 
 def test_a_mode_changed_by_another_program_is_reported_and_stopped_in_its_words(

@@ -143,3 +143,21 @@ def test_a_stretch_whose_state_cannot_be_kept_is_refused(
     assert said.count("\n") == 1
     assert "cannot be kept where the stretch begins; expected one from the run's start" in said
     assert main(["replay", str(path), "--as-test", test]) == 0
+
+
+@pytest.mark.slow
+def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    build = Allocation.__init__
+
+    def built(self: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
+        build(self, name, thrust, timeout)
+        self.say = self.forces_out.send
+
+    monkeypatch.setattr(Allocation, "__init__", built)
+    path, test = record(tmp_path / "run.recording", "tachobot", 0.2), tmp_path / "test_that_day.py"
+    assert main(["replay", str(path), "--as-test", str(test), "--json"]) == 0
+    (fault,) = json.loads(capsys.readouterr().out)["faults"]
+    assert fault.startswith("controller.allocation.forces: its `send` was kept before the run")
+    assert "recording is not whole: controller.allocation.forces" in " ".join(test.read_text().split())
