@@ -71,7 +71,7 @@ class Actuator(HardwareModel):
         self.settle()
 
     def poll(self) -> None:
-        """Check that the chip still is as brought up. Raises NotReady if it was reset."""
+        """Check that the chip still is as brought up. Raises NotReady if it is not."""
 
     def lost_settings(self, error: HalError) -> bool:
         """Whether the chip has to be brought up again after this error."""

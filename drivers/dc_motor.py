@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from typing import Final
 
 from drivers.chips.h_bridge import HBridge
-from drivers.chips.pca9685 import MODE1, duty_burst
+from drivers.chips.pca9685 import POLL, duty_burst
 from drivers.motors import Motors
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 
-TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = ((bytes((MODE1,)), 1), duty_burst(3))
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (POLL, duty_burst(3))
 """Transactions of one command, on neighbouring channels, for the bus-time budget."""
 
 
@@ -71,7 +71,7 @@ class DcMotor(Motors):
         return self.commanded != 0.0
 
     def write_command(self) -> None:
-        """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
+        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
         self.bridge.chip.poll()
         self.bridge.drive(self.commanded)
 

@@ -97,7 +97,7 @@ class Esc(Actuator):
         self._stay_armed()
 
     def poll(self) -> None:
-        """Check that the chip was not reset: then it pulses no more."""
+        """Check that the chip is as set: reset, it pulses no more."""
         self.chip.poll()
 
     def write_stop(self) -> None:

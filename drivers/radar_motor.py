@@ -73,7 +73,7 @@ class RadarMotor(Motors):
         return self.signal != STILL
 
     def write_command(self) -> None:
-        """Turn or brake, if the chip was not reset: then it would acknowledge and do nothing."""
+        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
         self.bridge.chip.poll()
         self.bridge.drive(_SENSE[self.signal] * self.settings.duty)
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from drivers.chips.pca9685 import CHANNELS, MODE1, Pca9685, duty_burst
+from drivers.chips.pca9685 import CHANNELS, POLL, Pca9685, duty_burst
 from drivers.motors import Motors
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
@@ -23,7 +23,6 @@ from firmware_runtime.hal.interlock import Interlock, always_enabled
 SLOWEST_HZ: Final = 24
 FASTEST_HZ: Final = 400
 """Beyond it no pulse of 2.5 ms fits; digital servos go so far."""
-POLL: Final[tuple[Message, ...]] = (bytes((MODE1,)), 1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,7 +178,7 @@ class Servos(Motors):
         return bool(self.targets)
 
     def write_command(self) -> None:
-        """Write each pulse, if the chip was not reset: then it would pulse no more."""
+        """Write each pulse, if the chip is as set: reset, it would pulse no more."""
         self.chip.poll()
         if not self.targets:
             self.write_stop()

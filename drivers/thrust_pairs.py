@@ -102,7 +102,7 @@ class ThrustPairs(Actuator):
         self.stop()
 
     def poll(self) -> None:
-        """Check that the chip was not reset."""
+        """Check that the chip was neither reset nor inverted."""
         self.chip.poll()
 
     def write_stop(self) -> None:

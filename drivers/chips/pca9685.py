@@ -51,6 +51,10 @@ OSCILLATOR_START_NS: Final = 500_000
 LONGEST_CYCLE_NS: Final = 46_200_000
 """One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
 
+POLL: Final[tuple[Message, ...]] = (bytes((MODE1,)), 2)
+"""Transaction of `poll`, for the bus-time budget."""
+
+_MODES: Final = bytes((AI, OUTDRV))
 _FULL_WORD: Final = FULL << 8
 _BURSTS: Final = tuple(struct.Struct(f"<B{2 * channels}H") for channels in range(CHANNELS + 1))
 
@@ -183,7 +187,7 @@ class Pca9685:
         a burst of duties into one register.
         """
         found = self._read(MODE1, 2) + self._read(PRE_SCALE)
-        expected = bytes((AI, OUTDRV, self._prescale))
+        expected = _MODES + bytes((self._prescale,))
         self.is_running = found == expected
         if not self.is_running:
             raise NotReady(
@@ -192,16 +196,18 @@ class Pca9685:
             )
 
     def poll(self) -> None:
-        """Check that it was not reset since bring-up, as by a brown-out; one transaction, 39 bits.
+        """Check that it was neither reset nor inverted since bring-up; one transaction, 48 bits.
 
-        Raises NotReady if MODE1 is not as set; duties are refused until it is brought up again.
+        A chip that was reset, as by a brown-out, reads MODE1 twice: it does not count registers up.
+        Raises NotReady if MODE1 and MODE2 are not as set; duties are refused until it is brought up
+        again.
         """
-        mode1 = self._read(MODE1)[0]
-        if mode1 != AI:
+        found = self._read(MODE1, 2)
+        if found != _MODES:
             self.is_running = False
             raise NotReady(
-                f"{self.place}: MODE1 reads {mode1:02x}, expected {AI:02x}; it was reset or "
-                "written to by another program"
+                f"{self.place}: MODE1, MODE2 read {found.hex(' ')}, expected {_MODES.hex(' ')}; it "
+                "was reset or written to by another program"
             )
 
     # Outputs ------------------------------------------------------------------------------------
@@ -257,10 +263,12 @@ class Pca9685:
         self._write(ALL_LED_OFF_H, FULL)
 
     def stop(self, channels: Iterable[int]) -> None:
-        """Turn these outputs off and no other; three bytes each, right while MODE2 is as set.
+        """Turn these outputs off and no other, right in any state; three bytes and three for each.
 
-        It overwrites the high bits of their off counts: afterwards set each again.
+        MODE2 comes first, as in `stop_all`: where that was changed, the others are driven as they
+        were set again. It overwrites the high bits of their off counts: afterwards set each again.
         """
+        self._write(MODE2, OUTDRV)
         for channel in channels:
             self._write(LED0_ON_L + 4 * channel + 3, FULL)
 

@@ -145,10 +145,26 @@ def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_poll
     bench.double.power_cycle()
     assert chip.set_duties(0, (0.5,) * 8) == (0.5,) * 8
     assert bench.double.all_off
-    with pytest.raises(NotReady, match="MODE1 reads 11, expected 20; it was reset"):
+    with pytest.raises(NotReady, match="read 11 11, expected 20 04; it was reset"):
         chip.poll()
     with pytest.raises(NotReady):
         chip.set_duties(0, (0.5,) * 8)
+
+
+@pytest.mark.parametrize("mode2", [0x14, 0x0C, 0x05])
+def test_mode2_as_another_program_set_it_is_found_by_a_poll_and_cured_by_bring_up(
+    bench: Bench, mode2: int
+) -> None:
+    chip = bench.bring_up()
+    bench.bus.write(0x40, bytes((0x01, mode2)))
+    with pytest.raises(NotReady, match=f"read 20 {mode2:02x}, expected 20 04; it was reset or"):
+        chip.poll()
+    with pytest.raises(NotReady):
+        chip.set_duties(0, (0.5,))
+    chip = bench.bring_up()
+    chip.set_duties(0, (0.25,))
+    chip.poll()
+    assert bench.double.duties == (0.25, *(0.0,) * 15)
 
 
 def test_a_brown_out_is_found_by_verify_and_cured_by_bring_up(bench: Bench) -> None:

@@ -96,7 +96,7 @@ def test_a_chip_that_lost_its_supply_is_reported_at_the_next_signal_and_brought_
     radar.double.power_cycle()
     bench = radar.turn(200, 2)
     assert radar.double.all_off
-    assert "MODE1 reads 11, expected 20" in bench.faults[0].reason
+    assert "read 11 11, expected 20 04" in bench.faults[0].reason
     radar.turn(400, 2)
     assert radar.levels == REVERSE
 

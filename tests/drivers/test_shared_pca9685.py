@@ -100,6 +100,16 @@ def test_stopping_some_outputs_leaves_the_others_on(rig: Rig, *, is_running: boo
     assert [duty > 0.0 for duty in rig.double.duties].count(True) == (13 if is_running else 0)
 
 
+def test_stopping_some_outputs_of_an_inverted_chip_stops_them_and_drives_the_others_as_set(
+    rig: Rig,
+) -> None:
+    rig.finish(rig.bring_up())
+    rig.chip.set_duties(0, (0.25,) * 16)
+    rig.bus.write(0x40, b"\x01\x14")
+    rig.chip.stop((3, 4, 5))
+    assert rig.double.duties == (*(0.25,) * 3, 0.0, 0.0, 0.0, *(0.25,) * 10)
+
+
 def motors(rig: Rig) -> Iterator[DcMotor]:
     settings = DcMotorSettings(1000.0, 100 * MILLISECOND)
     for first in (0, 3):

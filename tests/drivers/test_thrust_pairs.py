@@ -142,10 +142,25 @@ def test_a_chip_that_lost_its_supply_is_reported_within_a_second_and_brought_up(
     bench.chip.power_cycle()
     drive(bench, 1500, 2500)
     (fault,) = bench.faults
-    assert "MODE1 reads 11, expected 20" in fault.reason
+    assert "read 11 11, expected 20 04" in fault.reason
     assert (0.0,) * 8 in bench.duties
     assert bench.duties[-1] == bench.chip.duties[:8]
     assert not bench.chip.all_off
+
+
+@pytest.mark.slow
+def test_a_chip_that_was_inverted_is_switched_off_within_a_second_and_brought_up() -> None:
+    bench = Bench()
+    drive(bench, 100, 1500)
+    bench.bus.write(0x40, b"\x01\x14")
+    were: list[tuple[float, ...]] = []
+    bench.chip.before_change = lambda: were.append(bench.chip.duties)
+    drive(bench, 1500, 2500)
+    (fault,) = bench.faults
+    assert "MODE1, MODE2 read 20 14, expected 20 04" in fault.reason
+    assert (0.0,) * 16 in were
+    assert any(bench.duties[-1])
+    assert bench.duties[-1] == bench.chip.duties[:8]
 
 
 def test_the_first_burst_after_a_failed_one_is_followed_by_a_poll() -> None:

@@ -24,6 +24,17 @@ def write(run: GuardedRun, address: int, message: bytes) -> None:
     connection.close()
 
 
+def was_off(run: GuardedRun, since: int) -> bool:
+    """Whether every output was off at some instant of the log from that line on."""
+    outputs: dict[str, float] = {}
+    for number, line in enumerate(run.lines()):
+        if "output" in line:
+            outputs[line["output"]] = line["value"]
+            if number >= since and not any(outputs.values()):
+                return True
+    return False
+
+
 @pytest.mark.parametrize("mode2", [INVERTED, WAITS_FOR_FOUR_REGISTERS])
 @pytest.mark.parametrize("end", ["SIGTERM", "SIGKILL", "safe-state"])
 def test_no_end_leaves_on_what_full_off_alone_would_not_stop(
@@ -40,10 +51,16 @@ def test_no_end_leaves_on_what_full_off_alone_would_not_stop(
         assert run.is_off
 
 
-def test_a_reset_is_noticed_said_and_leaves_nothing_on(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("address", "message"), [(GENERAL_CALL, RESET), (PWM, INVERTED), (PWM, WAITS_FOR_FOUR_REGISTERS)]
+)
+def test_what_it_changes_is_noticed_said_and_leaves_nothing_on(
+    tmp_path: Path, address: int, message: bytes
+) -> None:
     with guarded_run(tmp_path) as run:
-        write(run, GENERAL_CALL, RESET)
-        wait_until(lambda: run.is_off, "the chip is as after power-up")
+        before = len(run.lines())
+        write(run, address, message)
+        wait_until(lambda: was_off(run, before), "it has been switched off", run.errors)
         wait_until(lambda: not run.is_off, "the run has brought it up again", run.errors)
         said = run.ask("stats", "tachobot").stdout
         assert "it was reset or written to by another program" in said
