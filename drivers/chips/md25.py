@@ -1,14 +1,15 @@
 """Devantech MD25, two 12 V motors with encoders, on I2C (Devantech, MD25 I2C documentation).
 
-The driver sets both speeds in one burst and, in the same call, reads back encoders, battery,
-currents and settings. Nothing else talks to the chip after bring-up, and that is the point: its
-2 s timeout stops the motors after 2 s without any transaction, so a program that only reads would
-keep the motors of a dead controller turning.
+The driver reads encoders, battery, currents and settings and, in the same call, sets both speeds
+in one burst. Nothing else talks to the chip after bring-up, and that is the point: its 2 s timeout
+stops the motors after 2 s without any transaction, so a program that only reads would keep the
+motors of a dead controller turning.
 
 Mode 0 is used, where 128 stands for stop, because it is the power-up mode: after a loss of supply
 the next byte still means what it meant. In the signed modes stop is 0, which a chip fallen back to
 mode 0 takes for full reverse, and the stop of mode 0 is full reverse there. Another program may
-have changed the mode since it was set: every stop asks for it first.
+have changed the mode since it was set: every stop asks for it first, and speeds are set only once
+the settings were read and are as they should be.
 
 Speed regulation and the timeout are switched on at every bring-up; no register shows whether they
 are. The acceleration ramp is the chip's own. Not used: turn modes, change of address.
@@ -50,8 +51,8 @@ SETTINGS: Final = struct.Struct("3B")
 REPORT: Final = struct.Struct(">2i3Bx2B")
 """Encoders 1 and 2, battery, currents 1 and 2, then acceleration and mode: registers 2 to 15."""
 TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
-    (bytes((SPEED1, STOP, STOP)),),
     (bytes((ENCODER1,)), REPORT.size),
+    (bytes((SPEED1, STOP, STOP)),),
 )
 """Transactions of one setting of the speeds, for the bus-time budget."""
 VOLTS_PER_COUNT: Final = 0.1
@@ -59,7 +60,7 @@ AMPERES_PER_COUNT: Final = 0.1
 
 
 class Md25Report(NamedTuple):
-    """What was read right after the speeds were set; motor 1 drives the left side."""
+    """What was read right before the speeds were set; motor 1 drives the left side."""
 
     left_encoder: int
     """Counts since power-up, growing forward; an EMG30 makes 360 a turn."""
@@ -145,20 +146,21 @@ class Md25:
     # Speeds -------------------------------------------------------------------------------------
 
     def set_speeds(self, left: float, right: float) -> Md25Report:
-        """Set both speeds, -1 to 1, and read the chip back; motors ramp up to them by themselves.
+        """Read the chip and set both speeds, -1 to 1; motors ramp up to them by themselves.
 
         Two transactions, 21 bytes, 0.49 ms at 400 kHz; both feed the timeout.
         Raises ValueError for a speed outside -1 to 1, nothing was sent then; NotReady before
-        bring-up, or if the chip was reset, then the new speeds stand; and the errors of the bus.
+        bring-up, or if acceleration and mode are not as set, then the old speeds stand; and the
+        errors of the bus.
         """
         if not (-1.0 <= left <= 1.0 and -1.0 <= right <= 1.0):
             raise ValueError(f"{self.place}: speeds {left}, {right}, expected -1 to 1")
         if not self._is_up:
             raise NotReady(f"{self.place}: speeds before bring-up, expected it brought up first")
-        self._write(SPEED1, STOP + round(left * FULL), STOP + round(right * FULL))
         report = REPORT.unpack(self._read(ENCODER1, REPORT.size))
         left_encoder, right_encoder, battery, left_current, right_current, *settings = report
         self._compare(*settings)
+        self._write(SPEED1, STOP + round(left * FULL), STOP + round(right * FULL))
         return Md25Report(
             left_encoder,
             right_encoder,

@@ -181,6 +181,21 @@ def test_motors_of_a_silent_program_stop_after_two_seconds(
     assert motors.speeds == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("mode", [1, 2, 3])
+def test_no_speed_is_set_in_a_mode_that_another_program_has_changed(
+    motors: Motors, clock: ManualClock, mode: int
+) -> None:
+    """In a signed mode half ahead of mode 0 is half astern; in a turning one it is a turn."""
+    driver = motors.bring_up()
+    driver.set_speeds(0.5, 0.5)
+    clock.advance(SECOND)
+    motors.bus.write(0x58, bytes((0x0F, mode)))
+    with pytest.raises(NotReady, match=f"acceleration, mode read 10, {mode}, expected 10, 0"):
+        driver.set_speeds(0.5, 0.5)
+    clock.advance(SECOND)
+    assert motors.speeds == (0.0, 0.0)
+
+
 def test_a_timeout_a_former_program_switched_off_is_on_again(
     motors: Motors, clock: ManualClock
 ) -> None:

@@ -126,7 +126,7 @@ def test_speeds_are_one_burst_about_128(
     running: Md25, wire: Wire, left: float, right: float, sent: bytes
 ) -> None:
     running.set_speeds(left, right)
-    assert wire == [(CHIP, (sent,)), (CHIP, (b"\x02", 14))]
+    assert wire == [(CHIP, (b"\x02", 14)), (CHIP, (sent,))]
     assert sum(bits(messages) for _, messages in wire) == 194
 
 

@@ -52,7 +52,8 @@ def test_no_end_leaves_on_what_full_off_alone_would_not_stop(
 
 
 @pytest.mark.parametrize(
-    ("address", "message"), [(GENERAL_CALL, RESET), (PWM, INVERTED), (PWM, WAITS_FOR_FOUR_REGISTERS)]
+    ("address", "message"),
+    [(GENERAL_CALL, RESET), (PWM, INVERTED), (PWM, WAITS_FOR_FOUR_REGISTERS)],
 )
 def test_what_it_changes_is_noticed_said_and_leaves_nothing_on(
     tmp_path: Path, address: int, message: bytes
