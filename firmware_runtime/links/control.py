@@ -15,18 +15,18 @@ Only the run's own user and root may ask: reading statistics takes fewer rights 
 import json
 import os
 import socket
-import struct
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic_ns, time_ns
+from time import monotonic_ns
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.age import BESIDE, age_of, note_ages
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.socket_file import SocketFile
 
@@ -36,9 +36,6 @@ LONGEST: Final = 1 << 16
 """Bytes of the longest request and the longest answer."""
 SLOW_PATIENCE: Final = SECOND // 2
 """Ns after which a slow request is answered all the same: a fast loop never has so much time."""
-_SO_TIMESTAMPNS = 35
-_TIMESTAMP = struct.Struct("@ll")  # struct timespec
-_BESIDE = socket.CMSG_SPACE(_TIMESTAMP.size)
 _MOST_SLOW = 8
 _TO_SHOW = 200
 
@@ -68,7 +65,7 @@ class ControlSocket:
         self._answer_at = 0
         self._file = SocketFile(path, 0o600)
         self._socket = self._file.socket
-        self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+        note_ages(self._socket)
         self.asked_at = 0
         """When the request that is answered was sent, ns of CLOCK_MONOTONIC, by the kernel."""
 
@@ -84,10 +81,10 @@ class ControlSocket:
     def answer_next(self) -> bool:
         """Answer the request that waits longest; whether there was one."""
         try:
-            datagram, beside, _, sender = self._socket.recvmsg(LONGEST, _BESIDE)
+            datagram, beside, _, sender = self._socket.recvmsg(LONGEST, BESIDE)
         except BlockingIOError:
             return False
-        asked = _Asked(_request_of(datagram), sender, _sent_at(beside))
+        asked = _Asked(_request_of(datagram), sender, monotonic_ns() - age_of(beside))
         if asked.request.get("request") in self._slow and len(self._waiting) < _MOST_SLOW:
             self._waiting.append(asked)
         else:
@@ -135,16 +132,6 @@ class _Asked(NamedTuple):
     request: Request
     sender: Any
     at: int
-
-
-def _sent_at(beside: Sequence[tuple[int, int, bytes]]) -> int:
-    """When a datagram was sent, ns of CLOCK_MONOTONIC; the kernel says it by the wall clock."""
-    for _, kind, value in beside:
-        if kind == _SO_TIMESTAMPNS:
-            seconds, rest = _TIMESTAMP.unpack(value)
-            age: int = time_ns() - (seconds * SECOND + rest)
-            return monotonic_ns() - max(age, 0)
-    return monotonic_ns()
 
 
 def _request_of(datagram: bytes) -> Request:

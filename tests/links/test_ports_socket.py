@@ -4,7 +4,7 @@ import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
-from time import monotonic_ns
+from time import monotonic_ns, time_ns
 from typing import Any
 
 import pytest
@@ -13,6 +13,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.links.ports.datagrams import TIMEOUT
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.ports_socket import AT_ONCE, RESERVE, PortsSocket
 from firmware_runtime.links.ports.watchers import MOST, WATCHED_FOR
@@ -67,6 +68,33 @@ def test_values_keep_their_order_and_none_is_lost(rig: PortsRig, robot: Robot) -
     rig.run.until(9 * PERIOD)
     rig.run.executive.simulator.exit()
     assert [value for value in robot.thrust.received if value >= 100] == list(range(100, 150))
+
+
+def test_a_value_that_a_run_which_stood_still_finds_is_refused_and_a_new_one_is_taken(
+    rig: PortsRig, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    speaker = rig.speaker()
+    speaker.say({"port": "command", "value": 70, "confirm": True})
+    later = time_ns() + TIMEOUT + 1
+    monkeypatch.setattr("firmware_runtime.links.age.time_ns", lambda: later)
+    rig.run.until(PERIOD)
+    (answer,) = speaker.received()
+    assert answer["error"].startswith("command: sent 2.0 s before it was read; expected a value")
+    assert counts(rig) == (1, 1, 1, 0)
+    assert 70 not in robot.thrust.received
+    monkeypatch.undo()
+    speaker.say({"port": "command", "value": 71})
+    assert [value for _, value in rig.ports.receive()] == [71]
+
+
+def test_a_value_that_has_waited_as_long_as_its_sender_waits_is_taken(
+    rig: PortsRig, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    later = time_ns() + TIMEOUT
+    rig.speaker().say({"port": "command", "value": 70})
+    monkeypatch.setattr("firmware_runtime.links.age.time_ns", lambda: later)
+    rig.run.until(PERIOD)
+    assert 70 in robot.thrust.received
 
 
 def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:

@@ -7,6 +7,8 @@
     {"list": true}                                     which ports there are, and what was counted
     {"time": true}                                     the run's time and the machine's, now
 
+A value that has waited for more than 2 s, as where the run stood still, is refused.
+
 Protocol without I/O: bytes in, a request or a Refusal out.
 """
 
@@ -15,6 +17,7 @@ from typing import Annotated, Any, Final, TypeAlias
 import msgspec
 from msgspec import Meta, Raw, Struct
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.statistics.trace_file import plain
 
@@ -28,6 +31,8 @@ LONGEST: Final = 4096
 MOST_PORTS: Final = 64
 """How many ports one sender may watch."""
 LARGEST_EVERY: Final = 1_000_000
+TIMEOUT: Final = 2 * SECOND
+"""Ns that a run has to answer; a value that has waited longer is refused."""
 
 
 class Put(Struct, frozen=True, forbid_unknown_fields=True):

@@ -24,11 +24,9 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.bridge_end import BridgeEnd
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.ports.datagrams import TIMEOUT, message_of
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
 
-TIMEOUT: Final = 2 * SECOND
-"""Ns that a run has to answer."""
 RENEW_EVERY: Final = 3 * SECOND
 """Ns from one request to watch to the next, of which a run forgets those that are 10 s old."""
 ROOM: Final = 1024
@@ -92,7 +90,7 @@ class PortsClient(Closing):
     def put(self, port: str, value: object) -> None:
         """Put a value into an input port of the model; returns when it has arrived.
 
-        After NoAnswer it may have arrived or not.
+        After NoAnswer it may have arrived or not; later it does not arrive any more.
         """
         self._ask("taken", port=port, value=value, confirm=True)
 

@@ -23,10 +23,12 @@ from time import monotonic_ns
 from typing import Any, Final
 
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.links.age import BESIDE, age_of, note_ages
 from firmware_runtime.links.ports.datagrams import (
     LONGEST,
+    TIMEOUT,
     Put,
     Refusal,
     Request,
@@ -83,6 +85,7 @@ class PortsSocket:
         self._run_now = executive.clock.now
         self._file = SocketFile(path)
         self._socket = self._file.socket
+        note_ages(self._socket)
         executive.add_source(self)
         executive.hooks.append(self)
 
@@ -102,13 +105,14 @@ class PortsSocket:
         arrivals: list[tuple[InPort[Any], object]] = []
         for _ in range(AT_ONCE):
             try:
-                datagram, sender = self._socket.recvfrom(LONGEST + 1)
+                datagram, beside, _, sender = self._socket.recvmsg(LONGEST + 1, BESIDE)
             except BlockingIOError:
                 break
             self._counts.received += 1
             try:
                 request = understood(datagram)
                 if isinstance(request, Put):
+                    _refuse_outdated(request.port, age_of(beside))
                     arrivals.append(self._ports.arrival(request.port, request.value))
                     if request.confirm:
                         self._answer(sender, taken=request.port)
@@ -192,3 +196,12 @@ class PortsSocket:
             return not isinstance(error, ConnectionError)
         self._counts.sent += 1
         return True
+
+
+def _refuse_outdated(name: str, age: int) -> None:
+    """Refuse a value that a run which stood still finds when it goes on. Raises Refusal."""
+    if age > TIMEOUT:
+        raise Refusal(
+            f"{name}: sent {age / SECOND:.1f} s before it was read; expected a value that has not "
+            f"waited for more than {TIMEOUT // SECOND} s"
+        )
