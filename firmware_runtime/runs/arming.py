@@ -13,7 +13,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import TypeAlias
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
@@ -42,30 +42,35 @@ class Permission(Struct, frozen=True):
     demand_guard: bool
     free: bool = False
     """Armed without checks and without a message: its outputs cannot hurt anyone."""
+    begun_at: int = field(default_factory=monotonic_ns)
+    """When the run was called for, ns of CLOCK_MONOTONIC: it does not arm itself after a
+    `safe-state` that came later."""
 
 
-def permission_for(
+def permission_for(  # noqa: PLR0913 -- the options of the command, by the same names
     board: Board,
     *,
     doubles: bool | Path,
     arm: bool,
     supervised: bool,
     end: BoardEnd | None = None,
+    begun_at: int | None = None,
 ) -> Permission | None:
     """The terms on which outputs may be driven; None for doubles within this process.
 
     Those that another process serves can be switched off by a third: then it takes the run's right
     to drive. An end with the hardware drives while its link is good, also on doubles of its own,
     and the other one has nothing to drive. `supervised` treats doubles as chips; `arm` wants it
-    armed, whatever the board says.
+    armed, whatever the board says. The run was called for at `begun_at`, now if it is not stated.
     """
     if end is not None and not end.has_hardware:
         return None
+    at = monotonic_ns() if begun_at is None else begun_at
     if doubles and not supervised:
-        served = Permission(at_start=True, demand_guard=False, free=True)
+        served = Permission(at_start=True, demand_guard=False, free=True, begun_at=at)
         return None if doubles is True and end is None else served
     settings = board.settings.arming
-    return Permission(settings.at_start or arm, settings.demand_guard)
+    return Permission(settings.at_start or arm, settings.demand_guard, begun_at=at)
 
 
 class Arming:
@@ -73,8 +78,9 @@ class Arming:
 
     Any of the `checks` that fails keeps it disarmed; `link` is that of the link to a controller in
     another process, which holds whatever the permission. `make_safe` switches outputs off, `enable`
-    lets them through before the first write to them, and raises HalError. `log` gets every
-    change, in a sentence.
+    lets them through before the first write to them, and raises HalError. `last_safe_state` gives
+    the instant of the last `safe-state`: one that came while the run was starting could not find
+    it. `log` gets every change, in a sentence.
     """
 
     def __init__(  # noqa: PLR0913 -- put together once, by the session
@@ -85,6 +91,7 @@ class Arming:
         checks: Sequence[PrearmCheck] = (),
         *,
         link: PrearmCheck | None = None,
+        last_safe_state: Callable[[], int] = lambda: 0,
         enable: Callable[[], None] = lambda: None,
         log: Callable[[str], None] = lambda _: None,
     ) -> None:
@@ -104,6 +111,8 @@ class Arming:
         if link is not None:
             self._checks = (link, *self._checks)
         self._is_suspended = False
+        self._begun_at = permission.begun_at
+        self._last_safe_state: Callable[[], int] | None = last_safe_state
         self._epoch = 0
         self._acknowledged = 0
         self._try_at = 0
@@ -180,6 +189,9 @@ class Arming:
         self._notice()
         if self.armed:
             return
+        if self._last_safe_state is not None:
+            self._take_from_itself(self._last_safe_state())
+            self._last_safe_state = None
         if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
             if self.is_wanted and (is_requested(epoch) or self._is_suspended):
                 self.is_wanted = self._is_suspended = False
@@ -194,6 +206,11 @@ class Arming:
             self.request(now)
 
     # ---------------------------------------------------------------------------------------------
+
+    def _take_from_itself(self, safe_state_at: int) -> None:
+        """Take the right to drive for a `safe-state` that could not find this run yet."""
+        if safe_state_at > self._begun_at:
+            self._executive.cells[EPOCH] = -safe_state_at
 
     def _notice(self) -> None:
         """Disarm where the interlock does not hold any more: a takeover, or no guard."""

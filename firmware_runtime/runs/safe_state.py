@@ -16,6 +16,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.links.control import post
+from firmware_runtime.runs.last_safe_state import note_safe_state
 from firmware_runtime.runs.outputs import Outputs, switched_off
 from firmware_runtime.runs.runs_under_way import (
     holders_of,
@@ -54,6 +55,7 @@ class SafeState:
         self._runs: dict[int, WatchedRun] = {}
         self._is_driven = self._is_known = False
         self._holders: list[Holder] = []
+        self._not_noted = ""
         self.statistics_found: set[Path] = set()
         """Where else the runs that were found keep their statistics."""
 
@@ -61,6 +63,18 @@ class SafeState:
         """Take it from the run that is expected; quick."""
         if self._statistics is not None:
             self._take_from(self._statistics, self._statistics)
+
+    def warn_runs_to_come(self) -> None:
+        """Let a run that is starting know of this; before `find_runs`, so that it misses none."""
+        if self._statistics is None:
+            return
+        try:
+            note_safe_state(self._statistics)
+        except OSError as error:
+            self._not_noted = (
+                f"{Companion.SAFE_STATE.beside(self._statistics)}: {error.strerror}; expected a "
+                "place to write: a run that is starting does not learn of this, and may arm itself"
+            )
 
     def find_runs(self) -> None:
         """Take it from every run that has the lines; looks through all processes."""
@@ -117,7 +131,7 @@ class SafeState:
                 f"{process} {holds}: it may still drive, as a run that starts; end it"
                 for process in self._processes()
             ]
-        return found
+        return [*found, self._not_noted] if self._not_noted else found
 
     @property
     def is_over(self) -> bool:

@@ -24,6 +24,7 @@ from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.dover import dover_blocks, dover_link
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
+from firmware_runtime.runs.last_safe_state import last_safe_state, safe_state_files
 from firmware_runtime.runs.linking import LinkedEnd, LinkedPart, check_end
 from firmware_runtime.runs.overload import watch_load
 from firmware_runtime.runs.prearm_checks import prearm_checks
@@ -267,6 +268,7 @@ class Session:
 
     def _arming(self, permission: Permission) -> Arming:
         """What decides whether outputs may be driven."""
+        files = safe_state_files(self.board.name, self._statistics_path)
         max_late_percent = self.board.settings.arming.max_late_percent
         arming = Arming(
             self.executive,
@@ -274,6 +276,7 @@ class Session:
             self.make_safe,
             prearm_checks(self.executive, max_late_percent),
             link=None if self.linked is None else self.linked.link.why_not,
+            last_safe_state=partial(last_safe_state, files),
             enable=partial(self.hardware.enable, enabled=True),
             log=self._log,
         )

@@ -5,6 +5,7 @@ tachobot.spans      the flight recorder's last entries
 tachobot.guard      what the guard has done
 tachobot.settings   the settings that the outputs are driven by
 tachobot.starts     how the last starts of the service went
+tachobot.safe-state when safe-state was last called for it
 tachobot.control    a socket: requests to arm and disarm
 tachobot.recording  what entered the run, see `blackbox`
 tachobot.ports      a socket: values for input ports, and from output ports
@@ -26,6 +27,7 @@ class Companion(StrEnum):
     TAKEOVERS = ".guard"
     SETTINGS = ".settings"
     STARTS = ".starts"
+    SAFE_STATE = ".safe-state"
     RECORDING = ".recording"
     CONTROL = ".control"
     PORTS = ".ports"

@@ -6,12 +6,14 @@ process started and the boot it started in, it is not. Source: proc(5), /proc/[p
 
 import os
 from pathlib import Path
+from time import CLOCK_BOOTTIME, clock_gettime_ns, monotonic_ns
 from typing import Annotated, Final
 
 from msgspec import Meta, Struct
 
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 _ENDED = -1
+_SECOND: Final = 1_000_000_000
 _MOST: Final = 2**22
 """The largest process number that Linux gives. Source: proc(5), /proc/sys/kernel/pid_max."""
 
@@ -29,6 +31,19 @@ def this_process() -> ProcessIdentity:
     """The identity of the calling process."""
     pid = os.getpid()
     return ProcessIdentity(pid, _started_ticks(pid), boot_id())
+
+
+def started_at() -> int:
+    """When the calling process started, ns of CLOCK_MONOTONIC, a clock tick too early at most.
+
+    Time that the machine slept since then makes it earlier still. Now, where it is not shown.
+    """
+    now = monotonic_ns()
+    ticks = _started_ticks(os.getpid())
+    if ticks is None:
+        return now
+    started = ticks * _SECOND // os.sysconf("SC_CLK_TCK")
+    return now - (clock_gettime_ns(CLOCK_BOOTTIME) - started)
 
 
 def is_running(identity: ProcessIdentity) -> bool:

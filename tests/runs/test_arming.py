@@ -19,12 +19,19 @@ from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
 from tests.support.periodic_models import Robot
 
+BEGUN_AT = 1000
+
 
 class Rig:
     """An arming around a run; `safe` counts how often outputs were made safe."""
 
     def __init__(
-        self, *, at_start: bool = False, demand_guard: bool = False, free: bool = False
+        self,
+        *,
+        at_start: bool = False,
+        demand_guard: bool = False,
+        free: bool = False,
+        safe_state_at: int = 0,
     ) -> None:
         self.safe = 0
         self.not_safe: list[str] = []
@@ -37,9 +44,10 @@ class Rig:
         checks = [lambda _now: self.against]
         self.arming = Arming(
             self.executive,
-            Permission(at_start, demand_guard, free),
+            Permission(at_start, demand_guard, free, BEGUN_AT),
             self._make_safe,
             checks,
+            last_safe_state=lambda: safe_state_at,
             enable=self._enable,
             log=self.logged.append,
         )
@@ -96,6 +104,29 @@ def test_a_board_that_asks_for_it_is_armed_as_soon_as_all_checks_pass() -> None:
     rig.arming.between_steps(50 * MILLISECOND, 0)
     assert not rig.arming.armed
     rig.arming.between_steps(100 * MILLISECOND, 0)
+    assert rig.arming.armed
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_a_safe_state_that_came_while_it_started_keeps_it_disarmed_until_it_is_requested(
+    *, free: bool
+) -> None:
+    rig = Rig(at_start=True, free=free, safe_state_at=BEGUN_AT + 1)
+    for now in range(0, SECOND, 100 * MILLISECOND):
+        rig.arming.between_steps(now, 0)
+    assert (rig.arming.armed, rig.safe) == (False, 1)
+    assert rig.cells == (0, -BEGUN_AT - 1)
+    assert rig.logged == ["stays disarmed: safe-state took its right to drive"]
+    assert rig.arming.was_taken_since(BEGUN_AT)
+    assert not rig.arming.was_taken_since(BEGUN_AT + 1)
+    assert rig.arming.request(SECOND) == []
+    rig.arming.between_steps(SECOND, 0)
+    assert rig.arming.armed
+
+
+def test_a_safe_state_from_before_it_was_called_for_is_over() -> None:
+    rig = Rig(at_start=True, safe_state_at=BEGUN_AT)
+    rig.arming.between_steps(0, 0)
     assert rig.arming.armed
 
 

@@ -31,6 +31,16 @@ Robot.find_chips = slow
 from firmware_runtime.cli.main import main
 sys.exit(main(sys.argv[1:]))
 """
+SLOW_IMPORT = """
+import sys
+from pathlib import Path
+from select import select
+Path({starts!r}).touch()
+while Path({wait!r}).exists():
+    select((), (), (), 0.005)
+from firmware_runtime.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
 BROKEN_END = """
 import resource, sys
 from pathlib import Path
@@ -128,6 +138,30 @@ def test_a_run_that_has_not_come_so_far_is_named(tmp_path: Path, starting: Start
         assert done.returncode == 0
         assert f"process {run.run.pid} (" in done.stderr
         assert "it may still drive, as a run that starts" in done.stderr
+
+
+def test_a_run_that_has_opened_nothing_yet_does_not_arm_itself(tmp_path: Path) -> None:
+    """It still imports: `safe-state` finds no lines, no statistics and nothing that is on."""
+    starts, wait = tmp_path / "starts", tmp_path / "wait"
+    program = SLOW_IMPORT.format(starts=str(starts), wait=str(wait))
+    with guarded_run(tmp_path, words=AGAIN_SOON) as run:
+        run.signal(signal.SIGTERM)
+        run.run.wait(PATIENCE_S)
+        wait.touch()
+        words = ("run", "tachobot", "--doubles", run.socket, "--for", "600", *AGAIN_SOON)
+        run.start_instead(*words, "--supervised", "--arm", program=program)
+        wait_until(starts.exists, "it begins", run.errors)
+        run.safe_state("requested")
+        wait.unlink()
+        stays = "stays disarmed: safe-state took its right to drive"
+        wait_until(lambda: stays in run.errors(), "the run knows it", run.errors)
+        steps = run.steps()
+        wait_until(lambda: run.steps() > steps + 600, "it would have armed itself")
+        assert run.is_off
+        run.arm_again()
+        run.signal(signal.SIGTERM)
+        run.run.wait(PATIENCE_S)
+        run.run_again()  # it begins after safe-state, and drives
 
 
 def test_what_a_run_cannot_switch_off_at_its_end_the_guard_does(tmp_path: Path) -> None:

@@ -45,6 +45,7 @@ from firmware_runtime.status import Status
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.own_environment import refuse_ros
+from firmware_runtime.system.process_identity import started_at
 from firmware_runtime.system.signals import stop_on_signals
 
 if TYPE_CHECKING:
@@ -113,12 +114,15 @@ def _session(
 ) -> Session:
     """The robot with its chips found, as the command line has it."""
     supervised = {"arm": arguments.arm, "supervised": arguments.supervised}
+    doubles = arguments.doubles
     return Session(
         board,
         clock_of(arguments),
-        doubles=arguments.doubles,
+        doubles=doubles,
         statistics_path=path,
-        permission=permission_for(board, doubles=arguments.doubles, end=end, **supervised),
+        permission=permission_for(
+            board, doubles=doubles, end=end, begun_at=started_at(), **supervised
+        ),
         end=end,
         link=way_of(arguments.link),
         recording=_recording_path(arguments, board, path),

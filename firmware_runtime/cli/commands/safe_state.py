@@ -76,6 +76,7 @@ def _switch_off(safe_state: SafeState, wait: Callable[[], bool]) -> list[str]:
     give_up_at = monotonic_ns() + TIMEOUT
     safe_state.take_right()
     failed = safe_state.make_safe()
+    safe_state.warn_runs_to_come()
     safe_state.find_runs()
     while failed or not safe_state.has_acknowledged():
         if monotonic_ns() >= give_up_at or wait():
