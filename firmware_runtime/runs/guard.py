@@ -16,7 +16,8 @@ and noting come after. Whatever is raised there is printed and the guard goes on
 of memory, which it releases when there is no other left. A file that takes the place of that of a
 run which lives and drives changes nothing.
 
-The guard never gives control back. The run has to be armed again.
+The guard never gives control back. The run has to be armed again. Full-off is also written where a
+run has ended with its outputs off; then nothing was taken over, and nothing is noted.
 """
 
 from collections.abc import Callable, Mapping
@@ -168,7 +169,10 @@ class Guard:
     def _note(self, run: WatchedRun, failed: list[str]) -> None:
         """Say how the takeover stands; only now, so that nothing comes before the outputs."""
         off_after = None if failed else monotonic_ns() - self._since
-        self._failed = failed
+        is_first, self._failed = self._failed is None, failed
+        if is_first and not failed and run.ended_with_outputs_off:
+            self._say("the run has ended, with all outputs off")
+            return
         takeover = Takeover(self._since, run.writer, self._takeovers, self._why, off_after, failed)
         self._say(f"takeover {takeover.number}: {takeover.text()}")
         with suppress(Exception):  # a full disk is no reason to stop watching

@@ -15,6 +15,7 @@ from select import POLLIN, poll
 from time import monotonic_ns
 
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import STATISTICS, driver_of
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
@@ -36,6 +37,7 @@ class WatchedRun:
             self._cells = SharedCells(file)
         self.writer, self.conditions = driver.writer, driver.conditions
         self._drives_outputs = driver.has_outputs
+        self._kept_settings = Companion.SETTINGS.beside(path)
         self._has_begun = False
         self._process: int | None = None
         try:
@@ -70,6 +72,17 @@ class WatchedRun:
         with suppress(StatisticsFileError):
             return self._cells[STATE] == RunState.RUNNING
         return True
+
+    @property
+    def ended_with_outputs_off(self) -> bool:
+        """Whether it says that it is over, and nothing of what may be on.
+
+        It keeps the settings that its outputs are driven by until they are off.
+        """
+        with suppress(StatisticsFileError):
+            is_over = self._cells[STATE] != RunState.RUNNING
+            return is_over and not os.path.lexists(self._kept_settings)
+        return False
 
     @property
     def has_acknowledged(self) -> bool:

@@ -14,7 +14,8 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.runs.guard import Guard, Phase
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, Layout
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
+from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import TakeoverFile, read_takeovers, takeovers_of
 from firmware_runtime.system.process_identity import this_process
 
@@ -136,6 +137,44 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
     assert watch.reported[-1] == "the run came back, disarmed"
+
+
+@pytest.mark.parametrize("state", [RunState.ENDED, RunState.STOPPED, RunState.FAILED])
+def test_a_run_that_ended_with_its_outputs_off_is_switched_off_and_not_taken_over(
+    path: Path, watch: Watch, file: StatisticsFile, state: RunState
+) -> None:
+    watch.guard.poll()
+    file.cells[STATE] = state
+    hang(file)
+    watch.guard.poll()
+    assert watch.offs == 1
+    assert watch.reported == ["the run has ended, with all outputs off"]
+    assert read_takeovers(path) == []
+
+
+def test_a_run_that_ended_with_an_output_that_may_be_on_is_taken_over(
+    path: Path, watch: Watch, file: StatisticsFile
+) -> None:
+    path.with_suffix(".settings").touch()
+    watch.guard.poll()
+    file.cells[STATE] = RunState.STOPPED
+    hang(file)
+    watch.guard.poll()
+    assert [each.failed for each in read_takeovers(path)] == [[]]
+
+
+def test_an_output_that_cannot_be_switched_off_after_a_run_is_a_takeover(
+    path: Path, watch: Watch, file: StatisticsFile
+) -> None:
+    watch.guard.poll()
+    file.cells[STATE] = RunState.STOPPED
+    hang(file)
+    watch.failing = ["i2c1 0x40: not acknowledged"]
+    watch.guard.poll()
+    watch.failing = []
+    watch.guard.poll()
+    assert [each.failed for each in read_takeovers(path)] == [[]]
+    assert ["takeover 1" in each for each in watch.reported] == [True, True]
 
 
 def test_a_run_that_acknowledges_and_does_not_catch_up_stays_held(

@@ -33,6 +33,16 @@ def test_a_guard_whose_output_is_not_read_goes_on(tmp_path: Path) -> None:
         wait_until(lambda: run.is_off, "the guard has switched off again")
 
 
+def test_an_orderly_end_is_no_takeover(tmp_path: Path) -> None:
+    with guarded_run(tmp_path) as run:
+        assert run.guard is not None
+        assert run.guard.stdout is not None
+        run.signal(signal.SIGTERM)
+        assert "the run has ended, with all outputs off" in run.guard.stdout.readline()
+        assert run.takeovers() == []
+        assert run.is_off
+
+
 def test_a_run_whose_output_is_not_read_goes_on(tmp_path: Path) -> None:
     program = (
         "import os, sys; from firmware_runtime.cli.main import main;"
