@@ -178,7 +178,7 @@ def test_a_chip_that_was_reset_is_reported_and_not_driven_on(
 @pytest.mark.parametrize(("mode", "stop"), [(0, STOP), (1, b"\x00\x00\x00"), (3, b"\x00\x00\x00")])
 @pytest.mark.parametrize("is_up", [False, True])
 def test_stop_asks_for_the_mode_at_any_time(
-    running: Md25, registers: Registers, wire: Wire, mode: int, stop: bytes, is_up: bool
+    running: Md25, registers: Registers, wire: Wire, mode: int, stop: bytes, *, is_up: bool
 ) -> None:
     """In mode 0, the stop of a signed mode is full reverse; in a signed mode that of mode 0 is."""
     if not is_up:
@@ -196,6 +196,7 @@ def test_a_stop_whose_mode_is_not_answered_is_tried_in_the_last_words_and_not_ta
     register_bus: I2cBus,
     wire: Wire,
     monkeypatch: pytest.MonkeyPatch,
+    *,
     is_up: bool,
     written: list[bytes],
 ) -> None:

@@ -160,4 +160,6 @@ def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
     assert main(["replay", str(path), "--as-test", str(test), "--json"]) == 0
     (fault,) = json.loads(capsys.readouterr().out)["faults"]
     assert fault.startswith("controller.allocation.forces: its `send` was kept before the run")
-    assert "recording is not whole: controller.allocation.forces" in " ".join(test.read_text().split())
+    assert "recording is not whole: controller.allocation.forces" in " ".join(
+        test.read_text().split()
+    )
