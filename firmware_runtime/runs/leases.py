@@ -42,14 +42,17 @@ class Leases:
         """A new lease on a robot that is armed; its name. Raises ConfigError for no such time."""
         lease = secrets.token_hex(8)
         self._lengths[lease] = length(lease_s)
-        self.renew(lease)
+        self.renew(lease, self._now())
         return lease
 
-    def renew(self, lease: object) -> bool:
-        """Whether there was such a lease; then it begins again."""
+    def renew(self, lease: object, sent_at: int) -> bool:
+        """Whether there was such a lease; then it begins again at the instant of the renewal, ns.
+
+        One that a run which stood still finds when it goes on may be old, and its sender gone.
+        """
         if not isinstance(lease, str) or lease not in self._lengths:
             return False
-        self._ends[lease] = self._now() + self._lengths[lease]
+        self._ends[lease] = max(self._ends.get(lease, 0), sent_at + self._lengths[lease])
         return True
 
     def between_steps(self, _now: int, _left: int) -> None:

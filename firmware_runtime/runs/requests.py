@@ -31,6 +31,7 @@ ALWAYS_ARMED = (
     "this run has no outputs outside of itself, so there is nothing to disarm; on doubles of its "
     "own `run --supervised` arms and disarms"
 )
+_TAKEN_SINCE = "requested before the right to drive was taken; expected a request after that"
 SLOW = {"arm": MILLISECOND // 2, "set": 5 * MILLISECOND}
 """Ns that a request may take, of those that would make a step late. All pre-arm checks take 0.2 to
 0.4 ms on a PC, a setting, which is judged as a board's file is, 1.3 ms."""
@@ -82,7 +83,8 @@ class Requests:
             length(lease_s)
         if self._arming is None:
             return {"refused": [], "armed": True}
-        if (why := self._why_outdated(self._arming)) is not None:
+        was_taken = self._arming.was_taken_since(self._socket.asked_at)
+        if (why := _TAKEN_SINCE if was_taken else self._why_outdated()) is not None:
             return {"refused": [why], "armed": self._arming.armed}
         refused = self._arming.request(self._executive.clock.now())
         answer: Answer = {"refused": refused, "armed": self._arming.armed}
@@ -90,12 +92,9 @@ class Requests:
             answer["lease"] = self._leases.take(lease_s)
         return answer
 
-    def _why_outdated(self, arming: Arming) -> str | None:
-        """Why a request to arm counts no more: a run that stood still finds it when it goes on."""
-        asked_at = self._socket.asked_at
-        if arming.was_taken_since(asked_at):
-            return "requested before the right to drive was taken; expected a request after that"
-        if (age := monotonic_ns() - asked_at) > TIMEOUT_S * SECOND:
+    def _why_outdated(self) -> str | None:
+        """Why a request counts no more: a run that stood still finds it when it goes on."""
+        if (age := monotonic_ns() - self._socket.asked_at) > TIMEOUT_S * SECOND:
             return f"requested {age / SECOND:.0f} s ago; expected one that is still waited for"
         return None
 
@@ -109,7 +108,7 @@ class Requests:
     def _renew(self, request: Request) -> Answer:
         refuse_more(request, "lease")
         lease = request.get("lease")
-        is_leased = self._leases is None or self._leases.renew(lease)
+        is_leased = self._leases is None or self._leases.renew(lease, self._socket.asked_at)
         return {"lease": lease, "leased": is_leased, **self._state({})}
 
     def _state(self, request: Request) -> Answer:
@@ -132,6 +131,8 @@ class Requests:
         values = request.get("values")
         if not (isinstance(values, Mapping) and values):
             raise ConfigError("request", ["values: expected an object, a value for each key"])
+        if (why := self._why_outdated()) is not None:
+            raise ConfigError("request", [why])
         changed = self._tuning.set(values)
         now = self._tuning.values
         self._log(f"set {', '.join(f'{key} = {now[key]}' for key in changed) or 'nothing new'}")

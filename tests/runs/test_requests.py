@@ -100,6 +100,20 @@ def test_a_request_to_arm_that_nothing_waits_for_any_more_is_refused(
     assert "expected one that is still waited for" in asked.answers()[0]["refused"][0]
 
 
+def test_a_setting_that_nothing_waits_for_any_more_is_refused(
+    asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked.ask(b'{"request": "set", "values": {"controller.yaw.kp": 0.7}}')
+    later = monotonic_ns() + round((TIMEOUT_S + 1) * SECOND)
+    monkeypatch.setattr("firmware_runtime.runs.requests.monotonic_ns", lambda: later)
+    asked.pass_by(SECOND)
+    asked.ask(b"get")
+    refused, found = asked.answers()
+    assert "expected one that is still waited for" in refused["refused"][0]
+    assert found["revision"] == 0
+    assert found["values"]["controller.yaw.kp"] != 0.7
+
+
 def test_disarming_waits_for_nothing_and_no_request_before_it_arms(asked: Asked) -> None:
     asked.ask(b"arm")
     asked.pass_by(SECOND)
