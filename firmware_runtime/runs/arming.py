@@ -208,9 +208,13 @@ class Arming:
     # ---------------------------------------------------------------------------------------------
 
     def _take_from_itself(self, safe_state_at: int) -> None:
-        """Take the right to drive for a `safe-state` that could not find this run yet."""
+        """Take the right to drive for a `safe-state` that could not find this run yet.
+
+        It may have been taken since, by one that could: the later instant counts.
+        """
         if safe_state_at > self._begun_at:
-            self._executive.cells[EPOCH] = -safe_state_at
+            cells = self._executive.cells
+            cells[EPOCH] = -max(abs(cells[EPOCH]), safe_state_at)
 
     def _notice(self) -> None:
         """Disarm where the interlock does not hold any more: a takeover, or no guard."""

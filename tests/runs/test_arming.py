@@ -124,6 +124,14 @@ def test_a_safe_state_that_came_while_it_started_keeps_it_disarmed_until_it_is_r
     assert rig.arming.armed
 
 
+def test_of_two_safe_states_the_later_one_counts_for_requests() -> None:
+    rig = Rig(at_start=True, safe_state_at=BEGUN_AT + 1)
+    rig.executive.cells[EPOCH] = -BEGUN_AT - 3
+    rig.arming.between_steps(0, 0)
+    assert rig.arming.was_taken_since(BEGUN_AT + 2)
+    assert not rig.arming.armed
+
+
 def test_a_safe_state_from_before_it_was_called_for_is_over() -> None:
     rig = Rig(at_start=True, safe_state_at=BEGUN_AT)
     rig.arming.between_steps(0, 0)
