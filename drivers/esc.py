@@ -1,7 +1,9 @@
-"""The electronic speed controller of the central propeller, on one channel of a PCA9685.
+"""An electronic speed controller on one channel of a PCA9685, such as that of a propeller.
 
 An ESC takes pulses of about 1000 to 2000 us and refuses to turn until it has seen the low one for
 some seconds. Full-off is "no signal": the ESC stops by itself and must be armed again.
+
+The model has its chip to itself: a stop turns all sixteen outputs full-off.
 """
 
 import math
@@ -9,7 +11,9 @@ import math
 from msgspec import Struct
 
 from drivers.actuator import POLL_EVERY, Actuator
-from drivers.chips.pca9685 import Pca9685
+from drivers.chips.pca9685 import CHANNELS, Pca9685
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 
@@ -26,6 +30,27 @@ class EscSettings(Struct, frozen=True):
     """Pulse of throttle 1."""
     arming: int
     """Ns the low pulse is held before throttle is obeyed."""
+    timeout: int = NEVER
+    """Ns without a new throttle after which an armed ESC is disarmed."""
+
+    def faults(self) -> list[str]:
+        """List what cannot be, a sentence each; low and high changed places arm at full power."""
+        faults = []
+        if not 0 <= self.channel < CHANNELS:
+            faults.append(f"channel: {self.channel}, expected 0 to {CHANNELS - 1}")
+        if not 0 < self.frequency_hz < math.inf:
+            return [*faults, f"frequency_hz: {self.frequency_hz}, expected more than 0"]
+        cycle_us = 1e6 / self.frequency_hz
+        if not 0 < self.low_pulse_us < self.high_pulse_us < cycle_us:
+            faults.append(
+                f"low_pulse_us, high_pulse_us: {self.low_pulse_us}, {self.high_pulse_us}, expected "
+                f"more than 0, the second greater, and less than a cycle, {cycle_us:.0f}"
+            )
+        if self.arming < 0:
+            faults.append(f"arming: {self.arming} ns, expected 0 or more")
+        if self.timeout <= 0:
+            faults.append(f"timeout: {self.timeout} ns, expected more than 0")
+        return faults
 
 
 class Esc(Actuator):
@@ -33,6 +58,7 @@ class Esc(Actuator):
 
     off --arm? true--> arming (settings.arming) --armed! true--> armed --throttle?--> armed
     arming, armed --arm? false--> stopped --> reporting (0) --armed! false--> off
+    armed, no throttle for settings.timeout --> stopped --> reporting --armed! false--> off
     arming, armed, chip silent or throttle not a number --> stopped --> reporting --armed! false-->
     off, to be armed with outputs disabled --> disabled, then enabled --> arming
     armed, outputs disabled --> stopped --> reporting --armed! false--> disabled
@@ -44,6 +70,9 @@ class Esc(Actuator):
     def __init__(
         self, name: str, chip: Pca9685, settings: EscSettings, interlock: Interlock = always_enabled
     ) -> None:
+        if faults := settings.faults():
+            raise SettingError(f"{name} on {chip.place}: {'; '.join(faults)}")
+        chip.users.add(name, stops_all=True)
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line, interlock)
         self.arm = self.in_port("arm", bool)
         self.throttle = self.in_port("throttle", float)
@@ -51,6 +80,7 @@ class Esc(Actuator):
         self.chip = chip
         self.settings = settings
         self.wants_armed = False
+        self._since_throttle = 0
 
     def output(self) -> None:
         """Send what changed: armed after arming, disarmed and why when reporting."""
@@ -64,6 +94,7 @@ class Esc(Actuator):
         """Arm or disarm; set the throttle if armed."""
         if self.phase == "armed":
             self.since_poll += elapsed
+            self._since_throttle += elapsed
         if self.arm:
             self.wants_armed = self.arm[-1]
         if self.phase.startswith("bring_up"):
@@ -92,8 +123,10 @@ class Esc(Actuator):
         """Go on from arming; poll the chip, and the interlock, while armed."""
         if self.phase == "arming":
             self.note_success()
+            self._since_throttle = 0
         else:
             self.since_poll += self.sigma
+            self._since_throttle += self.sigma
         self._stay_armed()
 
     def poll(self) -> None:
@@ -137,6 +170,7 @@ class Esc(Actuator):
         if not math.isfinite(throttle):
             self.fail(HalError(f"{self.path}: throttle {throttle}, expected a number from 0 to 1"))
             return
+        self._since_throttle = 0
         try:
             self._set_throttle(max(0.0, min(1.0, throttle)))
         except HalError as error:
@@ -146,6 +180,11 @@ class Esc(Actuator):
 
     def _stay_armed(self) -> None:
         """Stay so while outputs are enabled: an ESC goes on by itself, so this is checked here."""
+        until_late = self.settings.timeout - self._since_throttle
+        if until_late <= 0:
+            timeout_s = self.settings.timeout / SECOND
+            self.fail(HalError(f"{self.path}: no throttle for {timeout_s:g} s; disarmed"))
+            return
         try:
             self.poll_if_due()
         except HalError as error:
@@ -153,7 +192,8 @@ class Esc(Actuator):
             return
         if self.interlock():
             until_poll = POLL_EVERY - self.since_poll
-            self.hold_in("armed", until_poll if self.interlock is always_enabled else POLL_PERIOD)
+            until_look = until_poll if self.interlock is always_enabled else POLL_PERIOD
+            self.hold_in("armed", min(until_look, until_late))
         else:
             self.stop()
 

@@ -130,6 +130,7 @@ class Servos(Motors):
         faults = settings.faults()
         if faults:
             raise SettingError(f"{name} on {chip.place}: {'; '.join(faults)}")
+        chip.users.add(name, stops_all=True)
         super().__init__(
             name,
             lambda: chip.bring_up(settings.frequency_hz),

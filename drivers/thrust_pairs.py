@@ -63,6 +63,7 @@ class ThrustPairs(Actuator):
         settings: ThrustSettings,
         interlock: Interlock = always_enabled,
     ) -> None:
+        chip.users.add(name, stops_all=True)
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line, interlock)
         self.forces = self.in_port("forces", Forces)
         self.duties_out = self.out_port("duties", tuple)

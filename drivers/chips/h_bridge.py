@@ -42,6 +42,7 @@ class HBridge:
         self.wires = Wires(pwm_channel, in1, in2)
         if len(set(self.wires)) != 3 or not all(0 <= wire < CHANNELS for wire in self.wires):
             raise SettingError(f"{self.place}: expected three different channels from 0 to 15")
+        chip.users.add(self.place)
         self._is_one_burst = max(self.wires) - min(self.wires) == 2
 
     def bring_up(self, frequency_hz: float) -> tuple[Step, ...]:

@@ -16,13 +16,14 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Final
 
+from drivers.chips.output_users import OutputUsers
 from drivers.chips.pca9685_rate import (
     COUNTS,
     NOMINAL_OSC_HZ,
     actual_frequency_hz,
     prescale_for,
 )
-from drivers.chips.shared_bring_up import SharedBringUp, Turn
+from drivers.chips.shared_bring_up import SharedBringUp, Turn, nothing
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
@@ -72,10 +73,6 @@ def software_reset(bus: I2cBus) -> None:
     bus.write(GENERAL_CALL, bytes((SWRST,)))
 
 
-def _nothing() -> None:
-    """Do nothing: a step that only waits."""
-
-
 class Pca9685:
     """One PCA9685. `frequency_hz` is the true PWM frequency by `osc_hz`, 0 before it runs.
 
@@ -104,6 +101,7 @@ class Pca9685:
         """Whether it was brought up and has not been found reset since: only then it takes duties.
         """
         self._turn = Turn()
+        self.users = OutputUsers(self.place)
 
     # Bring-up -----------------------------------------------------------------------------------
 
@@ -138,7 +136,7 @@ class Pca9685:
         if not self.is_running:
             self._turn.holder = bring_up
             # `silence` wakes a sleeping chip, and may have been called by a probe just before.
-            start = Step("let the oscillator start", _nothing, OSCILLATOR_START_NS)
+            start = Step("let the oscillator start", nothing, OSCILLATOR_START_NS)
             return (start, *self.bring_up(frequency_hz))
         if prescale != self._prescale:
             raise SettingError(

@@ -13,7 +13,7 @@ POLL_NS: Final = 1_000_000
 """Between two polls of a model whose chip another one brings up."""
 
 
-def _nothing() -> None:
+def nothing() -> None:
     """Do nothing: a step that only waits."""
 
 
@@ -40,7 +40,7 @@ class SharedBringUp(Iterator[Step]):
         """Return the next step, which waits as long as another model has its turn."""
         if self._steps is None:
             if self._turn.holder is not None:
-                return Step("wait for the others", _nothing, POLL_NS)
+                return Step("wait for the others", nothing, POLL_NS)
             self._steps = iter(self._begin(self))
         step = next(self._steps, None)
         if step is None:

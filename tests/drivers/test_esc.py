@@ -7,7 +7,8 @@ from drivers.esc import Esc, EscSettings
 from drivers.fault import Fault
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import SettingError
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
@@ -19,7 +20,7 @@ LOW, HALF, FULL = 0.05, 0.075, 0.1
 class Bench:
     """An ESC on a PCA9685 double; commands come in by hand."""
 
-    def __init__(self) -> None:
+    def __init__(self, timeout: int = NEVER) -> None:
         self.simulator: Simulator | None = None
         self.chip = Pca9685Double(self.now)
         self.bus = I2cBusDouble("i2c1", self.now, [self.chip])
@@ -30,6 +31,7 @@ class Bench:
             low_pulse_us=1000.0,
             high_pulse_us=2000.0,
             arming=3 * SECOND,
+            timeout=timeout,
         )
         self.model = top.add(Esc("esc", Pca9685(self.bus), esc))
         self.arm, self.throttle = top.in_port("arm", bool), top.in_port("throttle", float)
@@ -215,3 +217,48 @@ def test_it_can_be_armed_again_after_a_fault() -> None:
     bench.command(6000, arm=True)
     bench.run(9000)
     assert bench.armed == [(4000, True), (5000, False), (9000, True)]
+
+
+def test_a_controller_that_falls_silent_disarms_after_the_timeout_and_no_sooner() -> None:
+    bench = Bench(timeout=100 * MILLISECOND)
+    bench.command(1000, arm=True)
+    bench.command(4050, throttle=0.5)
+    bench.command(4140, throttle=0.6)
+    bench.command(4200, arm=True)
+    bench.run(4239)
+    assert not bench.chip.all_off
+    bench.run(4240)
+    assert (bench.chip.all_off, bench.armed) == (True, [(4000, True), (4240, False)])
+    assert "no throttle for 0.1 s" in bench.faults[0].reason
+    bench.command(5000, arm=True)
+    bench.run(8050)
+    assert bench.duty == close(LOW)
+    assert bench.armed[2:] == [(8000, True)]
+
+
+def test_without_a_timeout_a_throttle_holds() -> None:
+    bench = Bench()
+    bench.command(1000, arm=True)
+    bench.command(5000, throttle=0.5)
+    bench.run(60_000)
+    assert bench.duty == close(HALF)
+
+
+@pytest.mark.parametrize(
+    ("key", "settings"),
+    [
+        ("channel", EscSettings(16, 50.0, 1000.0, 2000.0, 0)),
+        ("frequency_hz", EscSettings(0, float("nan"), 1000.0, 2000.0, 0)),
+        ("low_pulse_us", EscSettings(0, 50.0, 2000.0, 1000.0, 0)),
+        ("low_pulse_us", EscSettings(0, 50.0, 0.0, 2000.0, 0)),
+        ("high_pulse_us", EscSettings(0, 500.0, 1000.0, 2000.0, 0)),
+        ("arming", EscSettings(0, 50.0, 1000.0, 2000.0, -1)),
+        ("timeout", EscSettings(0, 50.0, 1000.0, 2000.0, 0, timeout=0)),
+    ],
+)
+def test_what_would_not_arm_with_the_motor_still_is_refused(
+    key: str, settings: EscSettings
+) -> None:
+    bus = I2cBusDouble("i2c1", lambda: 0, [])
+    with pytest.raises(SettingError, match=f"esc on PCA9685 at 0x40 on i2c1: .*{key}"):
+        Esc("esc", Pca9685(bus), settings)
