@@ -5,11 +5,12 @@ import json
 import sys
 from collections.abc import Callable, Iterator
 from math import isfinite
-from typing import Any
+from typing import Any, TypeVar
 
 from firmware_runtime.cli.chart import Series, chart
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.stages.document import of_one_process
@@ -18,11 +19,14 @@ from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.statistics.trace_file import plain
 
+T = TypeVar("T")
+
 
 class Report:
     """Begins with what is about to run, ends with how it went.
 
     `say` prints a sentence to standard error. Only the result, at the very end, waits for a reader.
+    A robot or a world that cannot say how the run ended has a defect; all else is printed.
     """
 
     def __init__(
@@ -40,6 +44,7 @@ class Report:
         if duration_s is None and arguments.doubles:
             duration_s = session.board.doubles_run_s
         self.until = NEVER if duration_s is None else seconds(duration_s)
+        self.has_defect = False
         self._shown = Series()
         if not self._json and session.shown is not None:
             session.executive.simulator.listen(session.shown, self._remember)
@@ -79,12 +84,12 @@ class Report:
 
     def _as_json(self, outcome: Outcome) -> dict[str, Any]:
         session = self._session
-        outputs_on = session.outputs()
+        outputs_on = self._asked(session.outputs)
         document = {
             "board": session.board.name,
             "clock": self._clock,
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
-            "result": plain(session.result()),
+            "result": plain(self._asked(session.result)),
             **({} if outputs_on is None else {"outputs_on": outputs_on}),
             "statistics": (statistics := session.executive.statistics.as_json()),
             **({"link": statistics["link"]} if "link" in statistics else {}),
@@ -101,14 +106,22 @@ class Report:
             yield ""
             yield from chart(self._shown.points, session.shown.path, session.world_now())
         yield ""
-        for name, value in session.result().items():
+        for name, value in (self._asked(session.result) or {}).items():
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
-        outputs_on = session.outputs()
+        outputs_on = self._asked(session.outputs)
         if outputs_on is not None:
             on = ", ".join(f"{name} {count}" for name, count in outputs_on.items())
             yield f"outputs still on: {on or 'none is known'}"
         yield ""
         yield from statistics_text(session.executive.statistics.figures())
+
+    def _asked(self, what: Callable[[], T]) -> T | None:
+        try:
+            return what()
+        except FirmwareRuntimeError as error:
+            self._say(text_of(error))
+            self.has_defect = True
+            return None
 
     def _remember(self, at: int, value: object) -> None:
         if isinstance(value, float) and isfinite(value):  # a sonar without an echo says inf

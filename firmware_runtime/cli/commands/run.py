@@ -161,6 +161,8 @@ def _run(
             except OutputError as error:
                 not_printed(error)
                 status = status or Status.NOT_PRINTED
+            if report.has_defect:
+                status = status or Status.MODEL_ERROR
             try:
                 draw(outcome.reason)
             except ConfigError as error:
