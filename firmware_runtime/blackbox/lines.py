@@ -1,13 +1,13 @@
 """Lines that are heard: buses and ports that change nothing and note every transfer and its end.
 
-They stand next to the adapter or double, below retries and counters, so each attempt is noted.
+They stand next to the adapter or double, below retries and counters, so each attempt is noted, also
+one that ended in an error which is none of a line's: of the world behind a double.
 """
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.section import DISCARD, READ, WRITE
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
@@ -18,7 +18,7 @@ Transfers: TypeAlias = list[tuple[Any, ...]]
 Now: TypeAlias = Callable[[], int]
 
 
-def how_it_failed(error: HalError) -> tuple[str, str]:
+def how_it_failed(error: Exception) -> tuple[str, str]:
     """An error as a recording has it: its class and its sentence."""
     return type(error).__name__, str(error)
 
@@ -39,7 +39,7 @@ class HeardBus(I2cBus):
         now = self._now  # as a local, which CPython calls sooner
         try:
             answer = self._bus.transaction(address, messages)
-        except HalError as error:
+        except Exception as error:
             failed = how_it_failed(error)
             self._transfers.append((self._number, address, tuple(messages), failed, now()))
             raise
@@ -84,7 +84,7 @@ class HeardPort(SerialPort):
     def _heard(self, what: int, data: bytes, use: Callable[[], bytes | None]) -> bytes:
         try:
             answer = use() or b""
-        except HalError as error:
+        except Exception as error:
             failed = how_it_failed(error)
             self._transfers.append((self._number, what, data, failed, self._now()))
             raise

@@ -6,6 +6,7 @@ from typing import Final, NoReturn
 from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Transfer
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.hal import errors
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.errors import HalError, NoAcknowledge
@@ -20,6 +21,7 @@ _ERRORS: Final = {
     for name, kind in vars(errors).items()
     if isinstance(kind, type) and issubclass(kind, HalError)
 }
+"""What a driver expects of a line. Any other error was the world's behind a double."""
 
 
 def replayed_lines(board: Board, feed: Feed, early: Sequence[str]) -> Lines:
@@ -126,7 +128,7 @@ def _answer(recorded: Transfer) -> bytes:
         answer: bytes = recorded.answer
         return answer
     name, sentence = recorded.answer
-    raise _ERRORS.get(name, HalError)(sentence)
+    raise _ERRORS.get(name, ModelError)(sentence)
 
 
 def _refuse(where: str) -> NoReturn:

@@ -15,6 +15,7 @@ from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.recording.of_board import board_of_table
@@ -96,6 +97,35 @@ def test_transactions_that_failed_fail_again(record: Record) -> None:
 
     verdict = _replayed(record("tachobot", before=break_bus))
     assert (verdict.first, verdict.is_identical) == (None, True)
+
+
+@pytest.mark.slow
+def test_a_world_that_ended_a_run_ends_its_replay(
+    record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_of = Session.run
+
+    def run(session: Session, until: int) -> Outcome:
+        outcome = run_of(session, until)
+        assert isinstance(outcome.error, ModelError)
+        return outcome
+
+    def break_world(session: Session) -> None:
+        assert session.rig is not None
+        bus = session.rig.buses["i2c1"]
+        carry, count = bus.transaction, iter(range(1_000_000))
+
+        def until_then(address: int, messages: Sequence[Message]) -> bytes:
+            if next(count) == 150:
+                raise ZeroDivisionError("float division by zero")
+            return carry(address, messages)
+
+        bus.transaction = until_then  # type: ignore[method-assign]
+
+    monkeypatch.setattr(Session, "run", run)
+    verdict = _replayed(record("tachobot", before=break_world))
+    assert (verdict.first, verdict.is_identical) == (None, True)
+    assert verdict.steps > 10
 
 
 @pytest.mark.slow
