@@ -42,5 +42,5 @@ def test_a_robot_that_breaks_hides_no_output_that_may_be_on(
 
 
 def _raises_a_sentence(robot: Robot) -> dict[str, object]:
-    with robot._named("result"):  # noqa: SLF001 -- as the method itself does
+    with robot._named("result"):
         return _breaks()
