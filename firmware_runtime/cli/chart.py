@@ -14,13 +14,13 @@ _FINE = 0.01
 def chart(series: Sequence[tuple[int, float]], label: str, until: int) -> list[str]:
     """Lines of a chart of (instant in ns, value) from 0 to `until`; the mean of each column.
 
-    The vertical scale goes from the least value, or zero if that is less, to the greatest.
+    The vertical scale goes from the least value to the greatest, and has zero on it.
     """
     columns = _means(series, until)
     known = [value for value in columns if value is not None]
     if not known:
         return [f"{label}: nothing to show"]
-    low, high = min(0.0, *known), max(known)
+    low, high = min(0.0, *known), max(0.0, *known)
     span = high - low or 1.0
     eighths = [
         None if value is None else max(1, round((value - low) / span * 8 * _ROWS))

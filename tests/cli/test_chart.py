@@ -18,3 +18,8 @@ def test_a_small_scale_is_not_zero_at_both_ends() -> None:
     lines = chart([(0, -2e-5), (SECOND, 1e-5)], "label", SECOND)
     assert [line.split()[0] for line in (lines[1], lines[8])] == ["1e-05", "-2e-05"]
     assert len({line.index("┤") for line in lines[1:9]}) == 1
+
+
+def test_values_below_zero_have_zero_on_their_scale_as_those_above_it() -> None:
+    lines = chart([(0, -0.2), (SECOND, -0.2 - 1e-9)], "label", SECOND)
+    assert [line.split()[0] for line in (lines[1], lines[8])] == ["0.000", "-0.200"]
