@@ -2,13 +2,16 @@
 
 import argparse
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from firmware_runtime.blackbox.found import find_recording
+from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.listed import span_of
 from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.blackbox.section import Section
 from firmware_runtime.cli.written import check_output
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
@@ -16,6 +19,7 @@ from firmware_runtime.exports.mcap_file import mcap_of
 from firmware_runtime.exports.table import csv_of, long_table, parquet_of, wide_table
 from firmware_runtime.exports.typed_values import (
     Sent,
+    entered_in,
     model_of,
     ports_of,
     sections_between,
@@ -49,13 +53,14 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
         content = mcap_of(header, board, sections)
     else:
         model = model_of(header, board)
-        ports = ports_of(model)
-        sent = (each for section in sections for each in values_in(section, header.ports, ports))
+        sent = _passed(sections, header, model)
         if arguments.port is None:
             columns = long_table(sent)
         else:
             senders = Senders(model).of(arguments.port)
-            columns = wide_table(_of_port(sent, arguments.port, senders, header.ports))
+            columns = wide_table(
+                _of_port(sent, arguments.port, senders, [*header.ports, *model.in_ports])
+            )
         content = csv_of(columns) if output.suffix == ".csv" else parquet_of(columns)
     keep_output(output, content)
     for fault in recording.faults():
@@ -64,10 +69,18 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
     return Status.OK
 
 
+def _passed(sections: Iterable[Section], header: Header, model: Coupled) -> Iterator[Sent]:
+    """What came in from outside and what left ports, in order."""
+    ports = ports_of(model)
+    for section in sections:
+        yield from entered_in(section, model.in_ports)
+        yield from values_in(section, header.ports, ports)
+
+
 def _of_port(
     sent: Iterator[Sent], port: str, senders: Collection[str], ports: list[str]
 ) -> Iterator[Sent]:
-    """What left one port. Raises ConfigError for one that the recording has not."""
+    """What passed one port. Raises ConfigError for one that the recording has not."""
     if not set(senders) <= set(ports):
         fault = f"{port!r}: no such port in the recording{did_you_mean(port, ports)}"
         raise ConfigError.of_one("--port", f"{fault}; expected one such as {ports[0]}")

@@ -24,11 +24,18 @@ from firmware_runtime.board.ros.plain_types import TEXT, plain_convention
 from firmware_runtime.board.ros.topics import Publication, topics_of
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.wiring import sources_of
 from firmware_runtime.exports.ros_definitions import MARKER, STEP, TRANSFER, definition_of
-from firmware_runtime.exports.typed_values import Port, Sent, model_of, ports_of, values_in
+from firmware_runtime.exports.typed_values import (
+    Port,
+    Sent,
+    entered_in,
+    model_of,
+    ports_of,
+    values_in,
+)
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.statistics.trace_file import plain
@@ -66,6 +73,7 @@ class _Export:
         self._writer = writer
         model = model_of(header, board)
         self._ports = ports_of(model)
+        self._entrances = model.in_ports
         self._topics = _topics(model, topics_of(board).publications, self._ports)
         self._others: dict[str, Outgoing | None] = {}
         self._schemas: dict[str, Any] = {}
@@ -80,6 +88,8 @@ class _Export:
             self._step(section)
         elif (marked := _marker(section)) is not None:
             self._mark(section.at, *marked)
+        for entered in entered_in(section, self._entrances):
+            self._say(entered, plain(entered.value), self._entrances.get(entered.port))
         for sent in values_in(section, self._header.ports, self._ports):
             self._sent(sent)
 
@@ -115,7 +125,12 @@ class _Export:
         except Exception:  # noqa: BLE001 -- of a package's own convention; it is said otherwise
             return False
 
-    def _say(self, sent: Sent, value: Any, port: Port | None) -> None:  # noqa: ANN401 -- JSON's
+    def _say(
+        self,
+        sent: Sent,
+        value: Any,  # noqa: ANN401 -- JSON's
+        port: Port | InPort[Any] | None,
+    ) -> None:
         """Write a value of a port that has no topic, as its type is in ROS 2, or as JSON."""
         where = "/".join(("ports", *map(ros_name, sent.port.split("."))))
         if sent.port not in self._others:

@@ -1,10 +1,10 @@
-"""The values in a recording as the run's models sent them, by the types of their ports.
+"""The values in a recording, as they came in and as the run's models sent them, by port and type.
 
 A recording holds a named tuple as its items and a record as its fields; the port's type says which
 it was. Where it does not, such as for a port of any tuple, the value stays as it is recorded.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
@@ -18,14 +18,14 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.recording.values import UnknownValue, made, numbers_in
 
 Port: TypeAlias = OutPort[Any]
 
 
 class Sent(NamedTuple):
-    """A value that left a port at an instant of the run, ns."""
+    """A value that left a port at an instant of the run, ns, or came in by one from outside."""
 
     at: int
     port: str
@@ -61,6 +61,13 @@ def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) ->
         path = paths[number] if 0 <= number < len(paths) else str(number)
         port = ports.get(path)
         yield Sent(section.at, path, _made(form) if port is None else typed(form, port.type))
+
+
+def entered_in(section: Section, entrances: Mapping[str, InPort[Any]]) -> Iterator[Sent]:
+    """What came in from outside in a section, by input ports of the top model."""
+    for name, form in section.entered:
+        port = entrances.get(name)
+        yield Sent(section.at, name, _made(form) if port is None else typed(form, port.type))
 
 
 def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries

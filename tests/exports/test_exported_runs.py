@@ -18,6 +18,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.exports.ros_definitions import _FIELDS, definition_of
 from firmware_runtime.exports.typed_values import sections_between, typed
+from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.trace_file import plain
 from tests.support.recorded import record
 
@@ -157,6 +158,24 @@ def test_a_port_alone_has_a_column_for_each_field(
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_what_came_in_from_outside_is_in_it_by_its_port(tmp_path: Path) -> None:
+    def turn_about(session: Session) -> None:
+        port = session.robot.model.in_ports["yaw_reference"]
+        session.executive.plan(SECOND // 2, port, -0.5)
+
+    run = record(tmp_path / "turned.recording", "tachobot", 1.0, before=turn_about)
+    table = exported(run, tmp_path, ".csv", "--port", "yaw_reference").read_text()
+    assert table.splitlines() == ["t_ns,t_s,value", "500000000,0.5,-0.5"]
+    rows = list(csv.DictReader(exported(run, tmp_path, ".csv").read_text().splitlines()))
+    (row,) = (each for each in rows if each["port"] == "yaw_reference")
+    assert (row["t_ns"], row["value"]) == ("500000000", "-0.5")
+    ((at, message),) = messages_in(exported(run, tmp_path, ".mcap"))[
+        "/tachobot/ports/yaw_reference"
+    ]
+    assert (at, message.data) == (SECOND // 2, -0.5)
+
+
 def test_a_coupled_model_s_port_has_what_is_sent_through_it(run: Path, tmp_path: Path) -> None:
     tables = [
         exported(run, tmp_path, ".csv", "--port", port).read_text()
