@@ -20,6 +20,7 @@ from firmware_runtime.exports.table import csv_of, long_table, parquet_of, wide_
 from firmware_runtime.exports.typed_values import (
     Sent,
     entered_in,
+    entrance,
     model_of,
     ports_of,
     sections_between,
@@ -59,7 +60,9 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
         else:
             senders = Senders(model).of(arguments.port)
             columns = wide_table(
-                _of_port(sent, arguments.port, senders, [*header.ports, *model.in_ports])
+                _of_port(
+                    sent, arguments.port, senders, [*header.ports, *map(entrance, model.in_ports)]
+                )
             )
         content = csv_of(columns) if output.suffix == ".csv" else parquet_of(columns)
     keep_output(output, content)

@@ -32,6 +32,7 @@ from firmware_runtime.exports.typed_values import (
     Port,
     Sent,
     entered_in,
+    entrance,
     model_of,
     ports_of,
     values_in,
@@ -73,7 +74,8 @@ class _Export:
         self._writer = writer
         model = model_of(header, board)
         self._ports = ports_of(model)
-        self._entrances = model.in_ports
+        self._in_ports = model.in_ports
+        self._entrances = {entrance(name): port for name, port in model.in_ports.items()}
         self._topics = _topics(model, topics_of(board).publications, self._ports)
         self._others: dict[str, Outgoing | None] = {}
         self._schemas: dict[str, Any] = {}
@@ -88,7 +90,7 @@ class _Export:
             self._step(section)
         elif (marked := _marker(section)) is not None:
             self._mark(section.at, *marked)
-        for entered in entered_in(section, self._entrances):
+        for entered in entered_in(section, self._in_ports):
             self._say(entered, plain(entered.value), self._entrances.get(entered.port))
         for sent in values_in(section, self._header.ports, self._ports):
             self._sent(sent)

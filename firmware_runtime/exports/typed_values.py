@@ -67,7 +67,17 @@ def entered_in(section: Section, entrances: Mapping[str, InPort[Any]]) -> Iterat
     """What came in from outside in a section, by input ports of the top model."""
     for name, form in section.entered:
         port = entrances.get(name)
-        yield Sent(section.at, name, _made(form) if port is None else typed(form, port.type))
+        yield Sent(
+            section.at, entrance(name), _made(form) if port is None else typed(form, port.type)
+        )
+
+
+def entrance(name: str) -> str:
+    """An input port by the name of what it carries: `imu.sample` came in over a link.
+
+    The part of a robot that takes it in has a port `imu:sample`, since a name has no dot.
+    """
+    return name.replace(":", ".")
 
 
 def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries

@@ -8,16 +8,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from firmware_runtime.blackbox.reader import Recording, read_recording
-from firmware_runtime.blackbox.section import sent_of
+from firmware_runtime.blackbox.section import Kind, Section, sent_of
 from firmware_runtime.cli.main import main
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.exports.ros_definitions import _FIELDS, definition_of
-from firmware_runtime.exports.typed_values import sections_between, typed
+from firmware_runtime.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.trace_file import plain
 from tests.support.recorded import record
@@ -220,6 +222,15 @@ def test_without_the_extra_its_name_is_said(
     monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
     assert main(["export", str(run), "-o", str(tmp_path / "x.mcap")]) == 2
     assert "expected the extra mcap" in capsys.readouterr().err
+
+
+def test_what_came_in_over_a_link_has_the_name_that_it_crosses_by() -> None:
+    part = Coupled("tachobot")
+    part.in_port("imu:sample", float)
+    entered: list[tuple[str, Any]] = [("imu:sample", 1)]
+    section = Section(Kind.STEP, SECOND, [], [], [], [], msgspec.Raw(b"\x90"), [], entered)
+    (sent,) = entered_in(section, part.in_ports)
+    assert sent == (SECOND, "imu.sample", 1.0)
 
 
 @pytest.mark.parametrize(
