@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.ends import BoardEnd, other_end
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.robot_of_end import robot_of
@@ -31,4 +31,4 @@ def robot_here(
     if end is None:
         return RobotHere(whole, None, ports)
     robot, part = robot_of(end, whole)
-    return RobotHere(robot, part, ports.of_part(part))
+    return RobotHere(robot, part, ports.of_part(part, other_end(board, end).name))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.cli.commands import get_and_set
 from firmware_runtime.cli.main import main
 from firmware_runtime.status import Status
 from tests.support.bridged_run import BridgedRun, bridged
@@ -66,3 +67,13 @@ def test_safe_state_says_that_a_runs_own_doubles_are_out_of_reach(
     said = capsys.readouterr().err
     assert "not made safe: i2c1" in said
     assert "is on doubles of its own, which end with it; expected served ones" in said
+
+
+def test_a_run_that_takes_nothing_up_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(get_and_set, "ask", lambda *_words: {"values": {}})
+    assert main(["get", "tachobot"]) == Status.OK
+    assert "taken up by the other role's run" in capsys.readouterr().out
+    assert main(["get", "tachobot", "--json"]) == Status.OK
+    assert json.loads(capsys.readouterr().out) == {}

@@ -52,6 +52,8 @@ def _get(arguments: argparse.Namespace) -> int:
     wanted = {key: values[key] for key in arguments.keys or values}
     if arguments.json:
         print(json.dumps(wanted, allow_nan=False))
+    elif not values:
+        print(f"{run}: no gain or limit that a run takes up; {_where(board)}")
     else:
         for line in _lines(wanted, described(board.settings, board.retunable)):
             print(line)
@@ -73,6 +75,13 @@ def _set(arguments: argparse.Namespace) -> int:
     for key in values:
         print(f"{key} = {json.dumps(answer['values'][key])}")
     return Status.OK
+
+
+def _where(board: Board) -> str:
+    """Where there may be some, for one who was shown none."""
+    if board.retunable:
+        return "those of this board are taken up by the other role's run"
+    return "its board's definition names none as `retunable`"
 
 
 def _socket(arguments: argparse.Namespace, run: str) -> Path:

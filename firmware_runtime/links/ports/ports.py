@@ -26,9 +26,14 @@ class Entry(Struct, frozen=True):
 
 
 class Ports:
-    """Input ports of the top model, and the output ports of every component below it."""
+    """Input ports of the top model, and the output ports of every component below it.
+
+    Of one end of a robot in two processes, `elsewhere` has the input ports of the other end alone,
+    and how that end's run is called.
+    """
 
     def __init__(self, root: Component) -> None:
+        self.elsewhere: dict[str, str] = {}
         self.entries = {
             port.name: Entry(port, reader_of(port.type)) for port in root.in_ports.values()
         }
@@ -38,19 +43,22 @@ class Ports:
             for port in component.out_ports.values()
         }
 
-    def of_part(self, part: Part) -> "Ports":
-        """Those of them that are in a part of this model; where it was cut is no port of it."""
+    def of_part(self, part: Part, other: str) -> "Ports":
+        """Those of them that are in a part of this model; where it was cut is no port of it.
+
+        `other` is the name of the run that has the rest.
+        """
         found = Ports(part.model)
         found.entries = {name: each for name, each in found.entries.items() if name in self.entries}
         found.outputs = {name: each for name, each in found.outputs.items() if name in self.outputs}
+        found.elsewhere = dict.fromkeys(self.entries.keys() - found.entries.keys(), other)
         return found
 
     def arrival(self, name: str, value: Raw) -> tuple[InPort[Any], object]:
         """An input port, and the value for it that a datagram bears. Raises Refusal."""
         entry = self.entries.get(name)
         if entry is None:
-            known = ", ".join(self.entries) or "none: this model has no input port"
-            raise Refusal(f"{name}: no such input port of the top model; expected one of {known}")
+            raise Refusal(f"{name}: {self._why_not(name)}")
         if entry.read is None:
             kind = entry.port.type.__name__
             raise Refusal(f"{name}: a value of {kind} cannot be sent; expected another port")
@@ -60,6 +68,15 @@ class Ports:
             form = form_of(entry.port.type)
             expected = "" if form is None else f"; expected {form}"
             raise Refusal(f"{name}: not a {entry.port.type.__name__}: {why}{expected}") from why
+
+    def _why_not(self, name: str) -> str:
+        if name in self.elsewhere:
+            other = self.elsewhere[name]
+            return f"leads to no model of this end; expected `send {other} {name}=VALUE`"
+        if not self.entries:
+            return "no such input port of the top model, which has none here"
+        known = ", ".join(self.entries)
+        return f"no such input port of the top model; expected one of {known}"
 
     def watched(self, paths: Iterable[str]) -> dict[str, OutPort[Any]]:
         """The output ports at these paths. Raises Refusal."""
