@@ -5,6 +5,8 @@ from drivers.chips.mpu9250_burst import InertialSample
 from drivers.fault import Fault
 from drivers.gyro_bias import GyroBias
 from drivers.hardware import HardwareModel
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
@@ -24,9 +26,17 @@ class Imu(HardwareModel):
     It is activated every period from the start on, so its accounting begins with the run; a wait of
     the bring-up lasts for whole periods. A read that fails is reported as a fault and nothing else:
     no sample is made up and no old one sent again. The bias outlives a new bring-up.
+
+    The chip has a clock of its own: one that samples no faster than it is read has nothing new now
+    and then, which is a fault. Raises SettingError where it samples more slowly.
     """
 
     def __init__(self, name: str, chip: Mpu9250, period: int, bias: GyroBias) -> None:
+        if chip.settings.sample_hz * period < SECOND:
+            raise SettingError(
+                f"{name} on {chip.place}: sample_hz: {chip.settings.sample_hz}, expected more than "
+                f"{SECOND / period:g}, at which it is read"
+            )
         super().__init__(name, chip.bring_up, chip.line)
         self.sample = self.out_port("sample", InertialSample)
         self.chip = chip

@@ -10,10 +10,11 @@ from typing import Any, TypeVar
 from firmware_runtime.cli.chart import Series, chart
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.stages.document import of_one_process
+from firmware_runtime.status import Status
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
@@ -44,7 +45,8 @@ class Report:
         if duration_s is None and arguments.doubles:
             duration_s = session.board.doubles_run_s
         self.until = NEVER if duration_s is None else seconds(duration_s)
-        self.has_defect = False
+        self.defect = Status.OK
+        """What such a defect is for the exit status."""
         self._shown = Series()
         if not self._json and session.shown is not None:
             session.executive.simulator.listen(session.shown, self._remember)
@@ -120,7 +122,8 @@ class Report:
             return what()
         except FirmwareRuntimeError as error:
             self._say(text_of(error))
-            self.has_defect = True
+            is_package = isinstance(error, ConfigError)
+            self.defect = Status.BAD_INPUT if is_package else Status.MODEL_ERROR
             return None
 
     def _remember(self, at: int, value: object) -> None:

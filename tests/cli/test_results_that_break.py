@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.status import Status
 from sim_doubles.rigs.tachobot import TachobotRig
 
@@ -22,7 +23,7 @@ def test_a_world_that_breaks_costs_its_result_and_nothing_else(
 ) -> None:
     monkeypatch.setattr(TachobotRig, "result", _breaks)
     ended = command(*RUN)
-    assert ended.status == Status.MODEL_ERROR
+    assert ended.status == Status.BAD_INPUT
     assert "KeyError: 'wheels'" in ended.error
     assert "outputs still on: thrust_pairs 0" in ended.out
     assert "activations run, 0 skipped" in ended.out
@@ -44,3 +45,14 @@ def test_a_robot_that_breaks_hides_no_output_that_may_be_on(
 def _raises_a_sentence(robot: Robot) -> dict[str, object]:
     with robot._named("result"):
         return _breaks()
+
+
+def test_a_world_that_has_no_solution_is_a_model_that_failed(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ends(*_: object) -> dict[str, object]:
+        raise ModelError("mast.thrust: a step of 1e-10 s")
+
+    monkeypatch.setattr(TachobotRig, "result", ends)
+    ended = command(*RUN)
+    assert (ended.status, "mast.thrust" in ended.error) == (Status.MODEL_ERROR, True)

@@ -8,10 +8,12 @@ from drivers.bring_up import RETRY_AFTER
 from drivers.chips.mounting import Vector
 from drivers.chips.mpu9250 import Mpu9250
 from drivers.chips.mpu9250_burst import InertialSample
+from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.step import Step
 from drivers.gyro_bias import GyroBias
 from drivers.imu import FAULTS_BEFORE_BRING_UP, REPEATS_BEFORE_CHECK, Imu
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
@@ -32,6 +34,8 @@ def sample(z: float = 0.02) -> InertialSample:
 class ScriptedMpu9250(ScriptedChip):
     def __init__(self) -> None:
         super().__init__()
+        self.settings = Mpu9250Settings(sample_hz=200)
+        self.place = "MPU-9250 at 0x68 on i2c1"
         self.steps: list[HalError | None] = [None]
         self.readings: list[InertialSample | HalError] = [sample()]
         self.warnings: list[str] = []
@@ -195,3 +199,12 @@ def test_it_says_why_there_are_no_samples(rig: Rig) -> None:
     assert rig.imu.unready() == "has failed"
     rig.run(READY_MS + 3 * PERIOD_MS)
     assert rig.imu.unready() == "has failed 3 times in a row"
+
+
+def test_a_chip_that_samples_more_slowly_than_it_is_read_is_refused() -> None:
+    chip = ScriptedMpu9250()
+    chip.settings = Mpu9250Settings(sample_hz=100)
+    bias = GyroBias(SAMPLES, max_spread=0.05)
+    Imu("imu", cast("Mpu9250", chip), 10 * MILLISECOND, bias)
+    with pytest.raises(SettingError, match=r"i2c1: sample_hz: 100, expected more than 200"):
+        Imu("imu", cast("Mpu9250", chip), 5 * MILLISECOND, bias)

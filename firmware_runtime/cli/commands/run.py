@@ -161,8 +161,7 @@ def _run(
             except OutputError as error:
                 not_printed(error)
                 status = status or Status.NOT_PRINTED
-            if report.has_defect:
-                status = status or Status.MODEL_ERROR
+            status = status or report.defect
             try:
                 draw(outcome.reason)
             except ConfigError as error:

@@ -66,7 +66,7 @@ def _consoles(machine: Machine) -> set[str] | None:
 CHECKS = (
     Check(
         "serial-port",
-        "Without the port there is no motor driver or sonar behind it.",
+        "Without the port nothing that is behind it can be reached.",
         "enable_uart=1 in /boot/firmware/config.txt, restart; or another device under [ports] in "
         "board.toml",
         _present,
