@@ -14,11 +14,11 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.stages.document import of_one_process
-from firmware_runtime.status import Status
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.status import Status
 
 T = TypeVar("T")
 
