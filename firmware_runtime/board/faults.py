@@ -4,6 +4,7 @@ A board's definition lists its devices, and what is wrong with them is found her
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from os.path import normpath
 from typing import NamedTuple
 
 from firmware_runtime.board.settings import (
@@ -47,11 +48,12 @@ def device_faults(
     serial_devices: Sequence[SerialDevice] = (),
     ports: Mapping[str, PortSettings] | None = None,
 ) -> list[str]:
-    """Everything wrong with where devices are: lines that are not there, clashes, rates."""
+    """Everything wrong with where devices are: lines not there or shared, clashes, rates."""
     return [
         *unknown_buses(devices, buses),
         *address_clashes(devices),
         *_port_faults(serial_devices, ports or {}),
+        *_shared_nodes(buses, ports or {}),
     ]
 
 
@@ -88,6 +90,18 @@ def _port_clashes(devices: Sequence[SerialDevice]) -> list[str]:
         for other in devices[:n]
         if device.port == other.port
         and (None in {device.address, other.address} or device.address == other.address)
+    ]
+
+
+def _shared_nodes(buses: Mapping[str, BusSettings], ports: Mapping[str, PortSettings]) -> list[str]:
+    """Two lines on one device node: what clashes on the wire would be seen on neither."""
+    nodes = {f"buses.{name}": bus.device for name, bus in buses.items()}
+    nodes |= {f"ports.{name}": port.device for name, port in ports.items()}
+    taken: dict[str, str] = {}
+    return [
+        f"{key}.device: {node!r} is that of {other} already; expected a device of its own"
+        for key, node in nodes.items()
+        if (other := taken.setdefault(normpath(node), key)) != key
     ]
 
 
