@@ -74,6 +74,11 @@ def _out_ports(root: Component) -> list[str]:
     ]
 
 
+def _atomics(root: Component) -> list[str]:
+    """Paths of all atomic models, as `find_component` takes them."""
+    return [below_root(each.path) for each in with_all_below(root) if isinstance(each, Atomic)]
+
+
 def _deadlines(root: Component, stated: Iterable[PathDeadlineSettings]) -> tuple[PathDeadline, ...]:
     deadlines: list[PathDeadline] = []
     faults: list[str] = []
@@ -85,7 +90,10 @@ def _deadlines(root: Component, stated: Iterable[PathDeadlineSettings]) -> tuple
                 f"`firmware-runtime tree` shows{did_you_mean(each.source, _out_ports(root))}"
             )
         if not isinstance(actuator, Atomic):
-            faults.append(f"deadlines.actuator: {each.actuator!r}: the model has no such atomic")
+            faults.append(
+                f"deadlines.actuator: {each.actuator!r}: no such atomic model; expected one that "
+                f"`firmware-runtime tree` shows{did_you_mean(each.actuator, _atomics(root))}"
+            )
         elif port is not None:
             name = f"{each.source} -> {each.actuator}"
             within = round(each.within_us * MICROSECOND)

@@ -140,6 +140,12 @@ def test_a_deadline_with_two_wrong_ends_has_two_faults(capsys: pytest.CaptureFix
     assert "deadlines.actuator: 'y'" in said
 
 
+def test_a_deadline_of_a_misspelt_model_names_the_model(capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = 'deadlines=[{source="imu.sample", actuator="thrust_pear", within_us=1.0}]'
+    assert main.main(["check", "tachobot", "--set", wrong]) == 2
+    assert "did you mean thrust_pairs?" in capsys.readouterr().err
+
+
 def test_a_deadline_of_a_misspelt_port_names_the_port(capsys: pytest.CaptureFixture[str]) -> None:
     wrong = 'deadlines=[{source="imu.sampel", actuator="thrust_pairs", within_us=1.0}]'
     assert main.main(["check", "tachobot", "--set", wrong]) == 2
