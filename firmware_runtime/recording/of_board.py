@@ -7,6 +7,7 @@ from typing import Any
 
 from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.registry import Board
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.header import RecordedBoard
 
 
@@ -20,4 +21,9 @@ def board_of_table(source: str, table: dict[str, Any]) -> Board:
     with TemporaryDirectory() as folder:
         kept = Path(folder) / "recording.settings"
         kept.write_text(json.dumps({"source": source, "table": table}))
-        return load_table(kept)
+        try:
+            return load_table(kept)
+        except ConfigError as error:
+            if error.where != str(kept):
+                raise
+            raise ConfigError("settings of the recorded run, by this code", error.faults) from None
