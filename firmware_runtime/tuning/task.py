@@ -136,6 +136,21 @@ def stated_plant(
     return _sound(text, values, structure), intervals, noise
 
 
+def doubts_of(text: str, board: str) -> list[str]:
+    """What speaks against a plant that `stated_plant` took, a sentence each: its file's warnings.
+
+    One stated by hand has none. A file may be another board's, which is a doubt as well.
+    """
+    if "=" in text:
+        return []
+    document = json.loads(Path(text).read_bytes())
+    warnings, of = document.get("warnings"), document.get("board", board)
+    doubts = [str(each) for each in warnings] if isinstance(warnings, list) else []
+    if of != board:
+        doubts.append(f"{text}: the plant of {of}; expected that of {board}")
+    return doubts
+
+
 def plant_of_settings(board: Board) -> tuple[PlantParameters, dict[str, Interval], float]:
     """A plant as the board's own settings state it; no intervals, no noise. Raises ConfigError."""
     declared, _ = loop_of(board)

@@ -66,32 +66,37 @@ def execute(arguments: argparse.Namespace) -> int:
     if output is not None and (fault := file.output_fault(output, board)) is not None:
         raise ConfigError("-o", [fault])
     with exit_on_signals():
-        task = _task(arguments, board)
+        task, doubts = _task(arguments, board)
         tuned = module_of_extra("firmware_runtime.tuning.search", "tuning").tune(task)
     keys = task_module.keys_of(loop)
     if output is not None:
         values = {key: getattr(tuned.gains, name) for name, key in keys.items()}
         file.write_copy(board, values, output)
     if arguments.json:
-        print(json.dumps(_as_json(board, keys, task, tuned), allow_nan=False))
+        found = {**_as_json(board, keys, task, tuned), "warnings": doubts}
+        print(json.dumps(found, allow_nan=False))
     else:
-        print("\n".join(_lines(keys, task, tuned)))
+        warnings = (f"warning: {each}" for each in doubts)
+        print("\n".join((*_lines(keys, task, tuned), *warnings)))
     return Status.OK
 
 
-def _task(arguments: argparse.Namespace, board: Board) -> "Task":
+def _task(arguments: argparse.Namespace, board: Board) -> "tuple[Task, list[str]]":
+    """What is sought, and what speaks against the plant that it is sought for."""
+    doubts: list[str] = []
     module = module_of_extra("firmware_runtime.tuning.task", "tuning")
     if arguments.run is not None:
         _, identified, _ = identified_from(arguments.run, board, arguments.since)
         plant, intervals = module.of_identified(identified)
-        noise = identified.noise
+        noise, doubts = identified.noise, identified.warnings
     elif not arguments.plant:
         plant, intervals, noise = module.plant_of_settings(board)
     else:
         declared, _ = module.loop_of(board)
         plant, intervals, noise = module.stated_plant(arguments.plant, declared.structure)
+        doubts = module.doubts_of(arguments.plant, board.name)
     task: Task = module.task_of(board, plant, intervals, noise)
-    return task
+    return task, doubts
 
 
 def _as_json(board: Board, keys: dict[str, str], task: "Task", tuned: "Tuned") -> dict[str, Any]:
