@@ -44,6 +44,7 @@ PARTS_OF_DRIVERS = {
     "mpu9250_burst",
     "pca9685_rate",
     "shared_bring_up",
+    "output_users",
     "mpu9250_settings",
 }
 ON_SERIAL_LINES = {"sabertooth", "maxbotix"}
