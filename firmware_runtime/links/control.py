@@ -2,13 +2,15 @@
 
     arm                                  a word, or an object where there is more to say:
     {"request": "arm", "lease_s": 0.4}  -> {"refused": [], "armed": true, "lease": "5f0c"}
-    {"request": "set", "values": {"controller.yaw.kp": 0.8}}
+    {"request": "set", "values": {"controller.yaw.kp": 0.8}, "within_s": 1.0}
 
 A Unix datagram socket beside the statistics (`BOARD.control`). The answer is one JSON object, sent
 back to the socket the request came from. The loop reads it between two steps, as it reads any other
 source, one request a pass, so that a flood of them costs no more than one each time, and never
 waits for a client: an answer that is not fetched is dropped. What takes longer than a step may be
 late (`slow`) waits until the next event is far enough away.
+A request that is found later than `within_s` after it was sent, as by a run that stood still, is
+refused: who sent it has been told that there was no answer.
 Only the run's own user and root may ask: reading statistics takes fewer rights than moving motors.
 """
 
@@ -117,6 +119,7 @@ class ControlSocket:
         if respond is None:
             return {"refused": [f"unknown request; expected one of {', '.join(self._answers)}"]}
         try:
+            refuse_late(monotonic_ns() - self.asked_at, request.pop("within_s", None))
             return respond(request)
         except ConfigError as error:
             return {"refused": list(error.faults)}
@@ -151,6 +154,17 @@ def refuse_more(request: Request, *known: str) -> None:
     faults = [f"{key}: unknown key of this request" for key in request if key not in known]
     if faults:
         raise ConfigError("request", faults)
+
+
+def refuse_late(age: int, within_s: object) -> None:
+    """Raise ConfigError for a request of this age in ns that is not waited for any more."""
+    if within_s is None:
+        return
+    if not isinstance(within_s, int | float):
+        raise ConfigError("request", [f"within_s: {within_s!r}: expected seconds"])
+    if age > within_s * SECOND:
+        fault = f"sent {age / SECOND:.1f} s ago, to be answered within {within_s:g} s"
+        raise ConfigError("request", [f"{fault}; expected one that is still waited for"])
 
 
 def post(path: Path, request: str) -> None:

@@ -1,5 +1,6 @@
 """What a node knows of its hold on a robot, with a run that answers when a test wants it to."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -103,7 +104,9 @@ def test_a_run_that_does_not_answer_in_time_is_asked_to_disarm(
     end = RunEnd(run.path)
     with pytest.raises(ControlError, match="no answer within"):
         end.arm(60.0)
-    assert run.requests() == ['{"request": "arm", "lease_s": 60.0}', "disarm"]
+    asked, then = run.requests()
+    assert json.loads(asked) == {"request": "arm", "lease_s": 60.0, "within_s": 0.01}
+    assert then == "disarm"
     assert end.lease is None
     end.close()
 

@@ -15,6 +15,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.control import TIMEOUT_S, Answer, ControlSocket
 from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.leases import Leases
 from firmware_runtime.runs.requests import SLOW, Requests
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.layout import EPOCH
@@ -112,6 +113,38 @@ def test_a_setting_that_nothing_waits_for_any_more_is_refused(
     assert "expected one that is still waited for" in refused["refused"][0]
     assert found["revision"] == 0
     assert found["values"]["controller.yaw.kp"] != 0.7
+
+
+@pytest.mark.parametrize("within_s", [1.0, "soon"])
+def test_a_request_that_says_for_how_long_it_is_waited_for_has_no_effect_later(
+    asked: Asked, monkeypatch: pytest.MonkeyPatch, within_s: object
+) -> None:
+    later = monotonic_ns() + 2 * SECOND
+    asked.ask(json.dumps({"request": "arm", "lease_s": 0.4, "within_s": within_s}).encode())
+    monkeypatch.setattr("firmware_runtime.links.control.monotonic_ns", lambda: later)
+    asked.pass_by(SECOND)
+    assert not asked.arming.armed
+    assert "expected" in asked.answers()[0]["refused"][0]
+
+
+def test_a_request_that_is_still_waited_for_is_done(asked: Asked) -> None:
+    asked.ask(b'{"request": "arm", "lease_s": 0.4, "within_s": 60}')
+    asked.pass_by(SECOND)
+    assert asked.arming.armed
+
+
+def test_a_renewal_that_a_run_finds_late_is_no_sign_of_life(
+    asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked.ask(b'{"request": "arm", "lease_s": 0.4}')
+    asked.pass_by(SECOND)
+    [answer] = asked.answers()
+    renewal = json.dumps({"request": "renew", "lease": answer["lease"]}).encode()
+    [leases] = [each for each in asked.executive.hooks if isinstance(each, Leases)]
+    monkeypatch.setattr(leases, "_now", lambda: monotonic_ns() + 5 * SECOND)
+    asked.ask(renewal)
+    leases.between_steps(0, 0)
+    assert not asked.arming.armed
 
 
 def test_disarming_waits_for_nothing_and_no_request_before_it_arms(asked: Asked) -> None:

@@ -1,6 +1,7 @@
 """`firmware-runtime ros2 BOARD`: a running robot as a node of ROS 2."""
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, posi
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.links.ros2.interpreter import find_environment, start
 from firmware_runtime.links.ros2.plan import LEASE_S, Plan
+from firmware_runtime.links.ros2.surroundings import check_surroundings
 from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
@@ -65,6 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Become the node's process; ConfigError says what it lacks."""
     board = chosen_board(arguments.board, arguments.assignments)
     environment = find_environment(arguments.venv)
+    check_surroundings(os.environ)
     plan = Plan(
         board=board.name,
         source=arguments.board if is_name(arguments.board) else str(board.source.absolute()),

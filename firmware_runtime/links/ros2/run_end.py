@@ -51,8 +51,8 @@ class RunEnd:
         self._lease_ns = self._held_until = 0
 
     def ask(self, request: str, **more: object) -> Answer:
-        """The answer to a request. Raises ControlError if there is none."""
-        return ask(self.path, request, TIMEOUT_S, **more)
+        """The answer to a request, which has no effect later. Raises ControlError without one."""
+        return ask(self.path, request, TIMEOUT_S, within_s=TIMEOUT_S, **more)
 
     def arm(self, lease_s: float) -> list[str]:
         """Arm, for as long as `tend` goes on; return why it is refused.
@@ -70,9 +70,9 @@ class RunEnd:
         return list(answer["refused"])
 
     def disarm(self) -> Answer:
-        """Disarm."""
+        """Disarm, also if the run comes to it late. Raises ControlError without an answer."""
         self.lease = None
-        return self.ask("disarm")
+        return ask(self.path, "disarm", TIMEOUT_S)
 
     @property
     def has_lost_robot(self) -> bool:
