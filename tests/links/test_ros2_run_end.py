@@ -111,6 +111,18 @@ def test_a_run_that_does_not_answer_in_time_is_asked_to_disarm(
     end.close()
 
 
+@pytest.mark.parametrize("said", [b"\xff", b"text", b"[]", b'{"run": "b"}', b"[" * 10_000, b"1"])
+def test_what_no_run_has_said_is_no_answer(run: Replies, said: bytes) -> None:
+    end = RunEnd(run.path)
+    end.tend()
+    run.answer_bytes(said)
+    renewed(run, end)
+    end.tend()
+    assert end.seen is not None
+    assert end.seen.run == "a"
+    end.close()
+
+
 def test_a_value_for_a_run_that_has_gone_does_not_reach_the_next(tmp_path: Path) -> None:
     path = tmp_path / "robot.ports"
     end = OneRunsEnd(path)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
+    from firmware_runtime.links.ros2.node import RobotNode
     from tests.support.ros_processes import RosProcesses
     from tests.support.ros_user import RosUser
 
@@ -34,6 +35,19 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator["RosProce
         monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "log"))
         yield RosProcesses(tmp_path, stack)
+
+
+@pytest.fixture
+def node(
+    request: pytest.FixtureRequest,
+    tmp_path: Path,
+    robot: "RosProcesses",  # noqa: ARG001 -- has set the domain
+) -> Iterator["RobotNode"]:
+    """A lifecycle node in this process, started with the words of ROS that are its parameter."""
+    from tests.support.parrot_node import parrot_node  # noqa: PLC0415 -- imports rclpy
+
+    with parrot_node(tmp_path, getattr(request, "param", ())) as made:
+        yield made
 
 
 @pytest.fixture

@@ -1,28 +1,20 @@
 """Commands that a node must not hand on: its lease may be gone, their time is wrong."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from time import time_ns
+from time import monotonic_ns, time_ns
 
 import pytest
-import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Float64
 
-from firmware_runtime.board.ros.topics import topics
-from firmware_runtime.board.ros.written import table_of
-from firmware_runtime.board.settings import RosSettings
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.ros2.__main__ import topics_of_plan
-from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.node import IN_DOUBT, STANDSTILL, RobotNode
 from firmware_runtime.links.ros2.part import Part
-from firmware_runtime.links.ros2.plan import Plan
 from firmware_runtime.links.ros2.topics import OLDEST, check_age
 from tests.support.replies import Replies
-from tests.support.ros_processes import RosProcesses
 from tests.support.ros_user import RosUser
-from tests.support.topics_run import EchoRobot
 from tests.support.waiting import PATIENCE_S
 
 STATE = {"run": "a", "armed": False, "reason": None, "revision": 0, "refused": []}
@@ -50,23 +42,6 @@ class Failing(Part):
         raise ControlError("no answer within 1 s")
 
 
-@pytest.fixture
-def node(tmp_path: Path, robot: RosProcesses) -> Iterator[RobotNode]:  # noqa: ARG001 -- the domain
-    rclpy.init()
-    plan = Plan(
-        board="parrot",
-        statistics=str(tmp_path / "parrot.stats"),
-        program=(),
-        source="parrot",
-        topics=table_of(topics(EchoRobot(), RosSettings(rate_hz=0.0))),
-    )
-    made = RobotNode(plan)
-    yield made
-    made.run.close()
-    made.destroy_node()
-    rclpy.shutdown()
-
-
 def test_a_node_that_may_have_lost_its_lease_hands_no_command_on(
     node: RobotNode, user: RosUser, tmp_path: Path
 ) -> None:
@@ -90,6 +65,31 @@ def test_a_node_that_may_have_lost_its_lease_hands_no_command_on(
             node.run.lease = None
         taken.clean_up()
     executor.shutdown()
+
+
+def test_a_node_that_has_stood_still_doubts_what_waited_meanwhile(
+    node: RobotNode, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A request to arm that somebody has given up must not arm, nor a command that is old move."""
+    now = monotonic_ns()
+    monkeypatch.setattr("firmware_runtime.links.ros2.node.monotonic_ns", lambda: now)
+    with Replies(tmp_path / "parrot.control") as run:
+        run.answer_in_background(STATE)
+        node.trigger_configure()
+        run.wait()
+        now += STANDSTILL + SECOND
+        node.trigger_activate()
+        assert node.phase == "inactive"
+        assert "has just stood still" in node.refusal
+        assert not any('"arm"' in each for each in run.requests())
+        now += IN_DOUBT
+        run.answer_in_background({"refused": [], "armed": True, "lease": "5f0c"})
+        node.trigger_activate()
+        assert node.phase == "active"
+        now += STANDSTILL + SECOND
+        assert node.run.lease is not None
+        assert node.has_stood_still()
+        node.run.lease = None
 
 
 def test_a_run_that_does_not_answer_when_its_settings_change_ends_no_node(

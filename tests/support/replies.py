@@ -47,8 +47,13 @@ class Replies:
 
     def answer(self, answer: dict[str, object]) -> None:
         """Wait for a request, and answer it."""
-        _, sender = self._socket.recvfrom(1 << 16)
-        self._socket.sendto(json.dumps(answer).encode(), sender)
+        self.answer_bytes(json.dumps(answer).encode())
+
+    def answer_bytes(self, answer: bytes) -> str:
+        """The same with bytes that need not be JSON; the request."""
+        request, sender = self._socket.recvfrom(1 << 16)
+        self._socket.sendto(answer, sender)
+        return request.decode()
 
     def answer_in_background(self, answer: dict[str, object]) -> None:
         """The same for a request that is still to come."""

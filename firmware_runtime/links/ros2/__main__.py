@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -12,9 +13,11 @@ from firmware_runtime.board.ros.topics import Topics
 from firmware_runtime.board.ros.written import topics_in
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.only_node import only_node_of
 from firmware_runtime.links.ros2.parameters import Parameters
 from firmware_runtime.links.ros2.plan import Plan, read_plan
 from firmware_runtime.links.ros2.services import Services
+from firmware_runtime.links.ros2.spinning import spin_once
 from firmware_runtime.links.ros2.topics import RobotTopics
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.status import Status
@@ -40,15 +43,21 @@ def topics_of_plan(node: RobotNode, plan: Plan) -> RobotTopics:
     """Its topics. Raises ConfigError if a package with conventions of its own is not here."""
     found = topics_in(plan.topics, conventions()) if plan.topics else Topics()
     ports = Companion.PORTS.beside(plan.statistics_path)
-    return RobotTopics(node, found, ports, lambda: node.run.holds_robot)
+
+    def holds_robot() -> bool:
+        return node.run.holds_robot and not node.has_stood_still()
+
+    return RobotTopics(node, found, ports, holds_robot)
 
 
 def main(words: Sequence[str]) -> int:
     """Spin the node of the plan in the first word; the others are ROS's own."""
-    with until_signal() as signal:
+    with until_signal() as signal, ExitStack() as stack:
         try:
+            plan = read_plan(words[0])
+            stack.enter_context(only_node_of(plan.statistics_path))
             rclpy.init(args=list(words[1:]), signal_handler_options=SignalHandlerOptions.NO)
-            node = robot_node(read_plan(words[0]))
+            node = robot_node(plan)
         except Exception as error:  # noqa: BLE001 -- of ROS, which has no one root of its errors
             print(f"firmware-runtime: ros2: {error}", file=sys.stderr)  # noqa: T201
             return Status.BAD_INPUT
@@ -59,7 +68,7 @@ def main(words: Sequence[str]) -> int:
         said = ""
         node.get_logger().info(f"{node.get_fully_qualified_name()} is up")
         while not signal.came:
-            executor.spin_once(timeout_sec=WAIT_S)
+            spin_once(executor, node, WAIT_S)
             notices.alive()
             if node.phase != said:
                 said = node.phase

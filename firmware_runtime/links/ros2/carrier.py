@@ -27,6 +27,7 @@ from std_msgs.msg import UInt8MultiArray
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.udp import Carrier, UdpAddress, begin_carrier
 from firmware_runtime.links.key_file import read_key
+from firmware_runtime.links.ros2.spinning import spin_once
 from firmware_runtime.status import Status
 
 SPIN_S: Final = 0.2
@@ -117,7 +118,7 @@ class Spinning:
 
     def _spin(self) -> None:
         while self._is_open:
-            self._executor.spin_once(timeout_sec=SPIN_S)
+            spin_once(self._executor, self.node, SPIN_S)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -13,10 +13,13 @@ fails. A request for one that the state has not would end rclpy's executor: it i
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from time import monotonic_ns
 from typing import Any, Final
 
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.ros2.part import Part
@@ -27,6 +30,16 @@ from firmware_runtime.statistics.companions import Companion
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 SIGNS: Final = 4
 """Signs of life in the time of a lease."""
+ARM: Final = "arm"
+"""The service; each node that has it is armed by a call of it."""
+TEND_S: Final = 0.5
+"""What becomes of the run is followed at least so often, however long the lease."""
+STANDSTILL: Final = 2 * SECOND
+"""A node that has not looked after its run for so long has stood still, ns."""
+IN_DOUBT: Final = SECOND
+"""For so long after that, what it handles may be from before, ns."""
+CONFIGURE_EVERY: Final = SECOND
+"""Of a node that configures itself, while the run refuses that, ns."""
 
 
 class Refused(FirmwareRuntimeError):
@@ -44,14 +57,34 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         self.refusal = ""
         """Why the last transition was refused."""
         self._of_run = ""
+        self._configure_at = 0
+        self._looked_at, self._went_on_at = monotonic_ns(), -IN_DOUBT
         self._take_request = self._service_change_state.callback
         self._service_change_state.callback = self._change_state
-        self.create_timer(plan.lease_s / SIGNS, self._tend)
+        self.every(min(plan.lease_s / SIGNS, TEND_S), self._tend)
 
     @property
     def phase(self) -> str:
         """The state of the lifecycle: unconfigured, inactive, active, or one between."""
         return str(self._state_machine.current_state[1])
+
+    @property
+    def namesakes(self) -> str:
+        """A sentence on other nodes in the domain that answer to its names; empty without any."""
+        service = self.resolve_service_name(ARM)
+        if self.count_services(service) <= 1:
+            return ""
+        return (
+            f"another node of this domain has {service} too, so what is said to one robot is said "
+            "to both; expected robots of different names, or --ros-args -r __ns:=/OTHER"
+        )
+
+    def every(self, seconds: float, call: Callable[[], None]) -> None:
+        """Call again and again, by a clock that no participant of ROS can stop.
+
+        That of a node is /clock once its parameter use_sim_time is set, which all may set.
+        """
+        self.create_timer(seconds, call, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     # Transitions ----------------------------------------------------------------------------------
 
@@ -115,6 +148,13 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         self.run.tend()
 
     def _arm(self) -> None:
+        if namesakes := self.namesakes:
+            raise Refused(namesakes)
+        if self.has_stood_still():
+            raise Refused(
+                "this node has just stood still, so the request may be from before; "
+                "expected another one"
+            )
         if refused := self.run.arm(self.plan.lease_s):
             raise Refused("; ".join(refused))
 
@@ -153,13 +193,24 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
 
     # The run, watched -----------------------------------------------------------------------------
 
+    def has_stood_still(self) -> bool:
+        """Whether this process did until a moment ago: requests and commands wait meanwhile."""
+        now = monotonic_ns()
+        if now - self._looked_at > STANDSTILL:
+            self._went_on_at = now
+        self._looked_at = now
+        return now - self._went_on_at < IN_DOUBT
+
     def _tend(self) -> None:
         """Give the sign of life, and follow what becomes of the run."""
+        self.has_stood_still()
         self.run.tend()
         seen, phase = self.run.seen, self.phase
+        if phase == "finalized":
+            return
         if phase == "unconfigured":
             if self.plan.configures_itself and seen is not None:
-                self.trigger_configure()
+                self._configure_itself()
         elif seen is None or seen.run != self._of_run:
             self._lose_run(phase, self.run.why_gone if seen is None else "another run has begun")
         elif phase == "active" and self.run.has_lost_robot:
@@ -169,10 +220,14 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
             for part in self.parts:
                 self._done("follow", [partial(part.follow, seen.revision)])
 
+    def _configure_itself(self) -> None:
+        if (now := monotonic_ns()) >= self._configure_at:
+            self._configure_at = now + CONFIGURE_EVERY
+            self.trigger_configure()
+
     def _lose_run(self, phase: str, why: str) -> None:
         self.get_logger().error(f"the run is gone: {why}")
         self.run.lease = None
         if phase == "active":
             self.trigger_deactivate()
-        if phase in {"active", "inactive"}:
-            self.trigger_cleanup()
+        self.trigger_cleanup()

@@ -47,7 +47,7 @@ class PortsEnd:
         log: Callable[[str], None],
     ) -> None:
         self.counts: Counter[str] = Counter()
-        """Messages received, values sent, refused and dropped."""
+        """Messages received, values sent, refused and dropped, and what could not be read."""
         self.stamps = Stamps()
         self._receive = receive
         self._log = log
@@ -80,9 +80,7 @@ class PortsEnd:
     def refuse(self, sentence: str) -> None:
         """Count a value that was refused, by the run or before; log the sentence once."""
         self.counts["refused"] += 1
-        if sentence not in self._said and len(self._said) < MOST_PORTS:
-            self._said.add(sentence)
-            self._log(f"refused: {sentence}")
+        self._log_once(f"refused: {sentence}")
 
     def close(self) -> None:
         """Stop reading."""
@@ -105,7 +103,7 @@ class PortsEnd:
                 due_at = min(self._ask(monotonic_ns()), self._late(monotonic_ns()))
                 for key, _ in selector.select(max(0, due_at - monotonic_ns()) / SECOND):
                     for datagram in key.data.received() if key.data is not None else ():
-                        self._take(datagram)
+                        self._take_what_is_understood(datagram)
 
     def _ask(self, now: int) -> int:
         """Ask for the run's time and its ports again, when it is due; say when it is next."""
@@ -127,6 +125,13 @@ class PortsEnd:
             self.stamps.forget()
             self._watch_at = 0
 
+    def _take_what_is_understood(self, datagram: bytes) -> None:
+        try:
+            self._take(datagram)
+        except Exception as error:  # noqa: BLE001 -- of any program that is no run
+            self.counts["failed"] += 1
+            self._log_once(f"not understood: {type(error).__name__}: {error}")
+
     def _take(self, datagram: bytes) -> None:
         said = _decode(datagram)
         if "port" in said:
@@ -139,6 +144,11 @@ class PortsEnd:
                 self._watch_at = 0
         elif "error" in said:
             self.refuse(said["error"])
+
+    def _log_once(self, sentence: str) -> None:
+        if sentence not in self._said and len(self._said) < MOST_PORTS:
+            self._said.add(sentence)
+            self._log(sentence)
 
 
 def _requests(ports: Sequence[str]) -> Iterator[bytes]:

@@ -111,8 +111,8 @@ class RunEnd:
         self._end.close()
 
     def _take(self, datagram: bytes, now: int) -> None:
-        answer = json.loads(datagram)
-        with suppress(KeyError):  # a refusal has none of these
+        with suppress(KeyError, TypeError, ValueError, RecursionError):  # a refusal, or no run's
+            answer = json.loads(datagram)
             self.seen = Seen(
                 answer["run"], answer["armed"], answer["reason"] or "", answer["revision"]
             )

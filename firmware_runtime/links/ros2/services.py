@@ -8,7 +8,7 @@ from typing import Any, Final
 from std_srvs.srv import Trigger
 
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.node import ARM, RobotNode
 from firmware_runtime.statistics.reader import read_statistics
 
 SAFE_STATE_S: Final = 20.0
@@ -21,7 +21,7 @@ class Services:
     def __init__(self, node: RobotNode) -> None:
         self._node = node
         for name, call in (
-            ("arm", self._arm),
+            (ARM, self._arm),
             ("disarm", self._disarm),
             ("safe_state", self._safe_state),
         ):

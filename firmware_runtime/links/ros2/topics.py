@@ -26,6 +26,7 @@ from firmware_runtime.links.ros2.messages import message_class, message_of, stam
 from firmware_runtime.links.ros2.pace import Pace
 from firmware_runtime.links.ros2.part import Part
 from firmware_runtime.links.ros2.ports_end import PortsEnd
+from firmware_runtime.links.ros2.spinning import spin_once
 
 OLDEST: Final = 500 * MILLISECOND
 """A command whose header is older is refused, ns, or so far in the future; without a time it has no
@@ -80,7 +81,7 @@ class _Beside:
 
     def _spin(self) -> None:
         while self._is_open:  # `spin` would not end with its context
-            self._executor.spin_once(timeout_sec=SPIN_S)
+            spin_once(self._executor, self.node, SPIN_S)
 
     def close(self) -> None:
         """Leave the graph."""
@@ -209,9 +210,10 @@ class RobotTopics(Part):
         return self._beside[number - 1].node if number > 0 else self._node
 
     def _subscribe(self, node: Node, each: Subscription) -> None:
+        is_beside = node is not self._node  # its context has no remapping of its own
         made = node.create_subscription(
             message_class(each.message.type),
-            each.topic,
+            self._node.resolve_topic_name(each.topic) if is_beside else each.topic,
             partial(self._take, each),
             SENSOR if each.message.is_sensor else RELIABLE,
         )
@@ -224,7 +226,8 @@ class RobotTopics(Part):
             self._log_once(f"{each.topic}: not taken while the node is not active")
             return
         if not self._holds_robot():
-            run.refuse(f"{each.topic}: came while it was not known whether the lease holds")
+            why = "came while it was not known whether the lease holds, or after a standstill"
+            run.refuse(f"{each.topic}: {why}")
             return
         try:
             if each.message.is_stamped:

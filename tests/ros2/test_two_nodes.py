@@ -1,0 +1,59 @@
+"""Two nodes for one robot, or two robots of one name: who is refused, and what is said."""
+
+from pathlib import Path
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from std_srvs.srv import Trigger
+
+from firmware_runtime.links.ros2.__main__ import topics_of_plan
+from firmware_runtime.links.ros2.diagnostics import Diagnostics
+from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.services import Services
+from firmware_runtime.status import Status
+from tests.ros2.test_stale_commands import STATE
+from tests.support.bridged_run import line
+from tests.support.replies import Replies
+from tests.support.ros_processes import ROS_VENV, RosProcesses
+from tests.support.ros_user import RosUser
+from tests.support.waiting import wait_until
+
+
+def test_a_second_node_of_a_run_is_refused_until_the_first_has_gone(robot: RosProcesses) -> None:
+    first = robot.node()
+    second = robot.start("ros2", "tachobot", "--venv", str(ROS_VENV))
+    assert f"(process {first.pid}); expected one" in line(second, "expected one")
+    assert second.wait() == Status.BAD_INPUT
+    first.kill()
+    first.wait()
+    robot.node()
+
+
+def test_a_node_whose_names_another_has_arms_nothing_and_says_so(
+    node: RobotNode, user: RosUser, tmp_path: Path
+) -> None:
+    Services(node)
+    Diagnostics(node, topics_of_plan(node, node.plan))
+    assert node.namesakes == ""
+    user.node.create_service(Trigger, "/parrot/arm", lambda _, response: response)
+    wait_until(lambda: node.namesakes != "", "the other is found")
+    with Replies(tmp_path / "parrot.control") as run:
+        run.answer_in_background(STATE)
+        node.trigger_configure()
+        run.wait()
+        node.trigger_activate()
+        assert node.phase == "inactive"
+        assert "/parrot/arm too" in node.refusal
+        assert not any('"arm"' in each for each in run.requests())
+    said: list[DiagnosticArray] = []
+    user.node.create_subscription(DiagnosticArray, "/diagnostics", said.append, 10)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def is_said() -> bool:
+        executor.spin_once(timeout_sec=0.01)
+        statuses = [each for array in said for each in array.status]
+        return any("/parrot/arm too" in each.message for each in statuses)
+
+    user.spin_until(is_said, "diagnostics say so")
+    executor.shutdown()
