@@ -14,6 +14,8 @@ from firmware_runtime.hal.errors import HalError
 AT_ONCE: Final = 64
 """How many datagrams are taken in a row."""
 _LONGEST: Final = 1 << 18
+_CREDENTIALS: Final = struct.Struct("@iII")  # struct ucred: process, user, group
+_BESIDE: Final = socket.CMSG_SPACE(_CREDENTIALS.size)
 
 
 class NoAnswer(HalError, TimeoutError):
@@ -30,6 +32,7 @@ class RobotEnd:
     def __init__(self, path: Path, timeout_s: float = 0.0) -> None:
         self._path = os.fspath(path)
         self._socket = _made()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         self._socket.bind("")  # the kernel finds a name for the answers, in no directory
         if timeout_s > 0:
             self._socket.setblocking(True)
@@ -49,10 +52,16 @@ class RobotEnd:
         self._socket.sendto(datagram, self._path)
 
     def received(self) -> Iterator[bytes]:
-        """What the robot has said, without waiting."""
+        """What the robot has said, without waiting.
+
+        Every program of this computer may send to a socket that has its name in no directory: what
+        one sends that might not write to the run's socket either is dropped.
+        """
         with suppress(BlockingIOError):
             for _ in range(AT_ONCE):
-                yield self._socket.recv(_LONGEST, socket.MSG_DONTWAIT)
+                said, beside, *_ = self._socket.recvmsg(_LONGEST, _BESIDE, socket.MSG_DONTWAIT)
+                if any(self._is_trusted(*each) for each in beside):
+                    yield said
 
     def forget(self) -> None:
         """Nothing is to be forgotten: whatever run listens is the right one."""
@@ -60,6 +69,17 @@ class RobotEnd:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+
+    def _is_trusted(self, _level: int, kind: int, credentials: bytes) -> bool:
+        """Whether root, this user or that of the run has sent something, as the kernel says."""
+        if kind != socket.SCM_CREDENTIALS:
+            return False
+        _, user, _ = _CREDENTIALS.unpack(credentials)
+        if user in {0, os.getuid()}:
+            return True
+        with suppress(OSError):
+            return Path(self._path).stat().st_uid == int(user)
+        return False
 
 
 class OneRunsEnd(RobotEnd):

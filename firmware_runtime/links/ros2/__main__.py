@@ -11,6 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 from firmware_runtime.board.ros.conventions import conventions
 from firmware_runtime.board.ros.topics import Topics
 from firmware_runtime.board.ros.written import topics_in
+from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.only_node import only_node_of
@@ -59,7 +60,9 @@ def main(words: Sequence[str]) -> int:
             rclpy.init(args=list(words[1:]), signal_handler_options=SignalHandlerOptions.NO)
             node = robot_node(plan)
         except Exception as error:  # noqa: BLE001 -- of ROS, which has no one root of its errors
-            print(f"firmware-runtime: ros2: {error}", file=sys.stderr)  # noqa: T201
+            is_ours = isinstance(error, FirmwareRuntimeError)
+            fault = str(error) if is_ours else f"{type(error).__name__}: {error}"
+            print(f"firmware-runtime: ros2: {fault}", file=sys.stderr)  # noqa: T201
             return Status.BAD_INPUT
         executor = EventsExecutor()
         executor.add_node(node)
