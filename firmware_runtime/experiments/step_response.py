@@ -37,11 +37,15 @@ class Difference(Struct, frozen=True):
 
 
 def step_response(points: Points, begin: float, end: float) -> StepResponse:
-    """The figures of what came after the step; instants below 0 are left out."""
+    """The figures of what came after the step; instants below 0 are left out.
+
+    What was at the end or beyond when the step came did not rise to it, and went beyond by itself.
+    """
     shares = [(at, (value - begin) / (end - begin)) for at, value in points if at >= 0]
     if not shares:
         return StepResponse(None, None, None, None, 0)
-    low, high = _reached(shares, _LOW), _reached(shares, _HIGH)
+    was_there = shares[0][1] >= _HIGH
+    low, high = (None, None) if was_there else (_reached(shares, _LOW), _reached(shares, _HIGH))
     farthest = max(share for _, share in shares)
     return StepResponse(
         rise_s=None if low is None or high is None else high - low,

@@ -42,6 +42,12 @@ def test_what_never_happened_is_not_a_number() -> None:
     assert step_response([(-1.0, 0.0)], 0.0, 1.0).final is None
 
 
+@pytest.mark.parametrize("there", [0.9, 1.0, 9.25])
+def test_what_was_at_the_end_or_beyond_before_the_step_did_not_rise_to_it(there: float) -> None:
+    found = step_response([(0.0, there), (1.0, there)], 0.0, 1.0)
+    assert (found.rise_s, found.overshoot, found.final) == (None, None, there)
+
+
 def test_one_that_leaves_its_band_again_has_not_settled() -> None:
     found = step_response([(0.0, 0.0), (1.0, 1.0), (2.0, 1.2)], 0.0, 1.0)
     assert found.settling_s is None
