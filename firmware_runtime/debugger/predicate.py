@@ -13,6 +13,8 @@ from typing import Any, Final
 
 from firmware_runtime.debugger.models import Models, value_of
 from firmware_runtime.debugger.records import fields_of, may_have
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.ports import InPort
 from firmware_runtime.errors import ConfigError
 
 _COMPARE: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], bool]]] = {
@@ -135,7 +137,9 @@ class Predicate:
         if not words:
             raise self._refused(f"{path} is a model; expected a port or an attribute of it")
         models = self._models.by_path
-        value_of(models[name], words[:1], path)
+        found = value_of(models[name], words[:1], path)
+        if isinstance(found, InPort) and not isinstance(models[name], Atomic):
+            raise self._refused(f"{path} passes on what enters, and keeps nothing to look at")
         return lambda _: value_of(models[name], words, path)
 
     def _check_field(self, path: str, field: str) -> None:

@@ -280,6 +280,14 @@ def test_a_field_that_no_value_of_the_port_has_is_refused(travel: Travel) -> Non
         Predicate("controller.forces.f5 > 0.4", models)
 
 
+def test_an_input_port_of_a_coupled_model_is_refused_where_it_would_never_hold(
+    travel: Travel,
+) -> None:
+    models = Models(travel.player.simulator.root)
+    with pytest.raises(ConfigError, match="passes on what enters"):
+        Predicate("controller.yaw_reference", models)
+
+
 def test_a_field_that_only_a_derived_record_has_is_one_that_a_value_may_have() -> None:
     class Wider(Forces):
         f7 = 0.0
