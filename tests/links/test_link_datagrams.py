@@ -12,6 +12,7 @@ from firmware_runtime.links.ports.datagrams import (
     List,
     Put,
     Refusal,
+    Time,
     Watch,
     message_of,
     understood,
@@ -43,7 +44,7 @@ def test_any_bytes_are_a_request_or_refused(datagram: bytes) -> None:
         request = understood(datagram)
     except Refusal:
         return
-    assert isinstance(request, Put | Watch | List)
+    assert isinstance(request, Put | Watch | List | Time)
 
 
 @pytest.mark.slow
