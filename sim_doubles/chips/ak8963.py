@@ -72,7 +72,8 @@ class Ak8963Double(Target):
     """An AK8963; `field` gives the flux density in T at an instant (ns), in the MPU's axes.
 
     `asa` are the factory sensitivity values. `host_reaches` returns whether the host's bus is
-    switched through to the die; `Mpu9250Double` sets it.
+    switched through to the die, once its MPU has taken every sample due by now; `Mpu9250Double`
+    sets it.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class Ak8963Double(Target):
             return False
         if self._in_transaction:
             return self._open(read=read)
-        if self.host_reaches is not None and not self.host_reaches():
+        if not self._is_reached():
             return False
         self.advance(self._now())
         self._is_hosts = True
@@ -141,7 +142,7 @@ class Ak8963Double(Target):
             self._expects_pointer = False
             self._pointer = byte
         else:
-            if self._is_hosts:  # whose message takes time on the wire
+            if self._is_hosts and self._is_reached():  # a message takes time on the wire
                 self.advance(self._now())
             self._write_register(self._pointer, byte)
             self._pointer = NEXT[self._pointer]
@@ -172,6 +173,9 @@ class Ak8963Double(Target):
     def stop(self) -> None:
         """End the transaction."""
         self._in_transaction = False
+
+    def _is_reached(self) -> bool:
+        return self.host_reaches is None or self.host_reaches()
 
     def _open(self, *, read: bool) -> bool:
         if self._at < self._answers_from or self._registers[I2CDIS] == I2C_DISABLED:

@@ -109,6 +109,18 @@ def test_truth_and_field_are_asked_in_one_order_of_time(rig: Rig) -> None:
     assert rig.asked.count(17_200_000) == 1
 
 
+def test_they_are_asked_in_one_order_of_time_while_a_message_is_on_the_wire(rig: Rig) -> None:
+    clock = rig.clock
+    slow = I2cBusDouble("i2c-1", clock, rig.chip.targets, bus_hz=10_000, reach=clock.reach)
+    slow.write(0x68, bytes((0x37, BYPASS)))
+    slow.write(0x0C, b"\x0a\x16")
+    for _ in range(30):
+        slow.write(0x0C, b"\x0c\x00")
+    rig.chip.catch_up()
+    assert rig.asked == sorted(rig.asked)
+    assert len(rig.asked) > 80
+
+
 def test_field_is_asked_in_time_while_the_chip_sleeps(rig: Rig) -> None:
     rig.measure_at_100_hz()
     rig.write(0x6B, 0x40)
