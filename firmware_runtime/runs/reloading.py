@@ -61,7 +61,10 @@ class Reloading:
         if (board.name, board.kind) != (own.name, own.kind):
             now = f"{board.source} is now {board.name}, a {board.kind}"
             return f"not reloaded, everything stays as it was: {now}"
-        taken, left = self._tuning.take_up(board.settings)
+        try:
+            taken, left = self._tuning.take_up(board.settings)
+        except ConfigError as error:
+            return f"not reloaded, everything stays as it was: {error}"
         parts = [f"reloaded {own.source}: {', '.join(taken) or 'nothing new'}"]
         if left:
             parts.append(f"only a new run takes up {', '.join(left)}")

@@ -15,7 +15,8 @@ from firmware_runtime.board.retuning import (
     retuned,
     settings_with,
 )
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.spelling import did_you_mean
 
 
@@ -74,16 +75,34 @@ class Tuning:
         """Take up what may change now; return those keys, and those that only a new run takes up.
 
         Nothing else is touched: channels that are not written any more would keep their last
-        duties.
+        duties. What the robot fails to take up is undone, and raises ConfigError; ModelError where
+        that fails too: then it is not known what the robot goes by.
         """
         before, retunable = self.board.settings, self.board.retunable
         changed = list(changed_keys(before, settings))
         left = need_restart(changed, retunable)
         settings = retuned(before, settings, retunable)
-        self._retune(settings)
+        try:
+            self._apply(settings)
+        except ConfigError:
+            self._undo(before)
+            raise
         self.board = replace(self.board, settings=settings)
         self.revision += 1
         return [key for key in changed if key not in left], left
+
+    def _apply(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
+        try:
+            self._retune(settings)
+        except Exception as error:
+            found = f"retune: {type(error).__name__}: {text_of(error)}"
+            raise ConfigError.of_one(f"robot {self.board.name}", found) from error
+
+    def _undo(self, before: Any) -> None:  # noqa: ANN401 -- any board's
+        try:
+            self._apply(before)
+        except ConfigError as error:
+            raise ModelError(f"{error}; its gains are not known any more") from error
 
     def _why_not(self, key: str) -> str:
         if key in self._elsewhere:

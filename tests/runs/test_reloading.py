@@ -7,6 +7,7 @@ import pytest
 from drivers.thrust_pairs import ThrustPairs
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.reloading import NEEDED, TIMEOUT, Reloading
 from firmware_runtime.runs.session import Session
@@ -131,3 +132,16 @@ def test_a_file_that_has_become_another_robots_changes_nothing(
     assert reported.startswith("not reloaded, everything stays as it was: ")
     assert str(rig.path) in reported
     assert why in reported
+
+
+def test_what_the_robot_fails_to_take_up_leaves_everything_as_it_was(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def take_up(_: object) -> None:
+        raise ConfigError.of_one("robot tachobot", "retune: KeyError: 'gone'")
+
+    monkeypatch.setattr(rig.session.tuning, "take_up", take_up)
+    rig.reloading.request()
+    rig.reloading.between_steps(0, NEEDED)
+    (said,) = rig.reported
+    assert said.startswith("not reloaded, everything stays as it was: robot tachobot: retune")

@@ -3,9 +3,11 @@
 import pytest
 
 from boards.detective.definition import BOARD as DETECTIVE
+from boards.tachobot.settings import TachobotSettings
 from firmware_runtime.board import registry
 from firmware_runtime.board.described import described
 from firmware_runtime.board.retuning import retunable_values
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
@@ -68,3 +70,28 @@ def test_every_retunable_key_is_described() -> None:
         found = described(board.settings, board.retunable)
         assert list(found) == list(retunable_values(board.settings, board.retunable))
     assert DETECTIVE.retunable
+
+
+def test_what_the_robot_fails_to_take_up_is_refused_and_undone() -> None:
+    board = registry.load("tachobot")
+    taken: list[float] = []
+
+    def retune(settings: TachobotSettings) -> None:
+        taken.append(settings.controller.yaw.kp)
+        if settings.controller.yaw.kp == 0.5:
+            raise KeyError("gone")
+
+    tuning = Tuning(board, retune)
+    with pytest.raises(ConfigError) as refused:
+        tuning.set({"controller.yaw.kp": 0.5})
+    assert refused.value.faults == ("retune: KeyError: 'gone'",)
+    assert (taken, tuning.values["controller.yaw.kp"], tuning.revision) == ([0.5, 0.75], 0.75, 0)
+    assert tuning.set({"controller.yaw.kp": 0.6}) == ["controller.yaw.kp"]
+
+
+def test_a_robot_that_takes_up_nothing_any_more_ends_its_run_with_a_sentence() -> None:
+    def retune(_: object) -> None:
+        raise KeyError("gone")
+
+    with pytest.raises(ModelError, match="its gains are not known any more"):
+        Tuning(registry.load("tachobot"), retune).set({"controller.yaw.kp": 0.5})
