@@ -6,27 +6,18 @@ its model or waits before it starts again has no lines open and no statistics, a
 once its lines are open and its statistics are there: whichever comes second sees the other.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from time import monotonic_ns
-from typing import Annotated, Final
-
-import msgspec
+from typing import Final
 
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import places
+from firmware_runtime.system.note_of_boot import NoteOfBoot, leave_note, read_note
 from firmware_runtime.system.process_identity import boot_id
-from firmware_runtime.system.whole_file import read_file, replace_file
 
 _MODE: Final = 0o644
 """A run of any user may read it: that can only keep it disarmed."""
-
-
-class SafeStateCall(msgspec.Struct, frozen=True):
-    """The instant `at_ns` (CLOCK_MONOTONIC) of that boot."""
-
-    boot_id: str
-    at_ns: Annotated[int, msgspec.Meta(ge=0)]
 
 
 def note_safe_state(statistics: Path) -> None:
@@ -34,10 +25,8 @@ def note_safe_state(statistics: Path) -> None:
 
     Raises OSError.
     """
-    path = Companion.SAFE_STATE.beside(statistics)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    call = SafeStateCall(boot_id(), monotonic_ns())
-    replace_file(path, msgspec.json.encode(call), _MODE)
+    call = NoteOfBoot(boot_id=boot_id(), at_ns=monotonic_ns())
+    leave_note(Companion.SAFE_STATE.beside(statistics), call, _MODE)
 
 
 def safe_state_files(board: str, statistics: Path | None) -> list[Path]:
@@ -48,14 +37,5 @@ def safe_state_files(board: str, statistics: Path | None) -> list[Path]:
 
 def last_safe_state(files: Iterable[Path]) -> int:
     """The instant of the last call, ns of CLOCK_MONOTONIC; 0 where there was none in this boot."""
-    return max(_instants(files), default=0)
-
-
-def _instants(files: Iterable[Path]) -> Iterator[int]:
-    for file in files:
-        try:
-            call = msgspec.json.decode(read_file(file), type=SafeStateCall)
-        except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
-            continue
-        if len({call.boot_id, boot_id()} - {""}) <= 1 and call.at_ns <= monotonic_ns():
-            yield call.at_ns
+    calls = (read_note(file, NoteOfBoot) for file in files)
+    return max((call.at_ns for call in calls if call is not None), default=0)

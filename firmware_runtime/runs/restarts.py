@@ -19,12 +19,12 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Annotated, Final
 
-import msgspec
+from msgspec import Meta
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.system.note_of_boot import NoteOfBoot, leave_note, read_note
 from firmware_runtime.system.process_identity import boot_id
-from firmware_runtime.system.whole_file import read_file, replace_file
 
 HEALTHY_AFTER: Final = 60 * SECOND
 FIRST_PAUSE: Final = SECOND // 2
@@ -37,12 +37,10 @@ _PATIENCE: Final = SECOND
 _MODE: Final = 0o640
 
 
-class Starts(msgspec.Struct, frozen=True):
+class Starts(NoteOfBoot, frozen=True, kw_only=True):
     """`failed` starts before the one under way, which began `at_ns` (CLOCK_MONOTONIC)."""
 
-    boot_id: str
-    failed: Annotated[int, msgspec.Meta(ge=0)]
-    at_ns: Annotated[int, msgspec.Meta(ge=0)]
+    failed: Annotated[int, Meta(ge=0)]
 
 
 def pause_after(failed: int) -> int:
@@ -52,12 +50,7 @@ def pause_after(failed: int) -> int:
 
 def read_starts(statistics: Path) -> Starts | None:
     """Those of this boot; None where none are counted, or what is there is no such file."""
-    try:
-        found = msgspec.json.decode(read_file(Companion.STARTS.beside(statistics)), type=Starts)
-    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
-        return None
-    boots = {found.boot_id, boot_id()} - {""}  # empty where a service may not see it
-    return found if len(boots) <= 1 and found.at_ns <= monotonic_ns() else None
+    return read_note(Companion.STARTS.beside(statistics), Starts)
 
 
 class Restarts:
@@ -76,10 +69,8 @@ class Restarts:
 
     def begin(self) -> None:
         """Count this start as failed until it is forgotten. Raises OSError."""
-        path = Companion.STARTS.beside(self._statistics)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        starts = Starts(boot_id(), self.failed, monotonic_ns())
-        replace_file(path, msgspec.json.encode(starts), _MODE)
+        starts = Starts(boot_id=boot_id(), failed=self.failed, at_ns=monotonic_ns())
+        leave_note(Companion.STARTS.beside(self._statistics), starts, _MODE)
 
     def forget(self) -> None:
         """This start was good, and those before it do not count any more. Raises OSError."""

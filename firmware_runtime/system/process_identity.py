@@ -48,11 +48,15 @@ def started_at() -> int:
 
 def is_running(identity: ProcessIdentity) -> bool:
     """Whether the process of that identity still exists on this machine."""
-    boot_ids = {identity.boot_id, boot_id()} - {""}
-    if len(boot_ids) > 1:
+    if not is_this_boot(identity.boot_id):
         return False
     started = _started_ticks(identity.pid)
     return _exists(identity.pid) if started is None else started == identity.started_ticks
+
+
+def is_this_boot(noted: str) -> bool:
+    """Whether a boot's identity is that of the present one, as far as both are known."""
+    return len({noted, boot_id()} - {""}) <= 1
 
 
 def boot_id() -> str:

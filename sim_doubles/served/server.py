@@ -11,13 +11,12 @@ with its traceback.
 """
 
 import os
-import struct
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
-from socket import AF_UNIX, SO_PEERCRED, SOCK_SEQPACKET, SOL_SOCKET, socket
+from socket import AF_UNIX, SOCK_SEQPACKET, socket
 from time import monotonic_ns
 from typing import NamedTuple
 
@@ -25,6 +24,7 @@ from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
+from firmware_runtime.system.credentials import peer_of
 from sim_doubles.clock import ManualClock
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.event_log import EventLog
@@ -32,7 +32,6 @@ from sim_doubles.served.service import Service
 
 LONGEST_WAIT = 10 * MILLISECOND
 LONGEST_WAIT_ALONE = SECOND
-_CREDENTIALS = struct.Struct("3i")  # struct ucred: process, user, group
 
 
 class RealClock(ManualClock):
@@ -121,10 +120,8 @@ class DoublesServer(Closing):
         client = _Client(self._accepted, connection)
         self._clients.add(client)
         self._selector.register(connection, EVENT_READ, partial(self._serve, client))
-        process, *_ = _CREDENTIALS.unpack(
-            connection.getsockopt(SOL_SOCKET, SO_PEERCRED, _CREDENTIALS.size)
-        )
-        self._log.event(self._clock(), "connected", client=client.number, pid=process)
+        pid = peer_of(connection).process
+        self._log.event(self._clock(), "connected", client=client.number, pid=pid)
 
     def _serve(self, client: _Client) -> None:
         """Answer one packet; a client that sent none has gone."""

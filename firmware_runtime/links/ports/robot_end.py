@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Final
 
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.system import credentials
 
 AT_ONCE: Final = 64
 """How many datagrams are taken in a row."""
 _LONGEST: Final = 1 << 18
-_CREDENTIALS: Final = struct.Struct("@iII")  # struct ucred: process, user, group
-_BESIDE: Final = socket.CMSG_SPACE(_CREDENTIALS.size)
+_BESIDE: Final = socket.CMSG_SPACE(credentials.SIZE)
 
 
 class NoAnswer(HalError, TimeoutError):
@@ -70,15 +70,15 @@ class RobotEnd:
         """Close the socket."""
         self._socket.close()
 
-    def _is_trusted(self, _level: int, kind: int, credentials: bytes) -> bool:
+    def _is_trusted(self, _level: int, kind: int, said: bytes) -> bool:
         """Whether root, this user or that of the run has sent something, as the kernel says."""
         if kind != socket.SCM_CREDENTIALS:
             return False
-        _, user, _ = _CREDENTIALS.unpack(credentials)
+        user = credentials.credentials_in(said).user
         if user in {0, os.getuid()}:
             return True
         with suppress(OSError):
-            return Path(self._path).stat().st_uid == int(user)
+            return Path(self._path).stat().st_uid == user
         return False
 
 

@@ -7,16 +7,13 @@ process, whatever that ended of; and the process that has it is found by a conne
 import errno
 import os
 import socket
-import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import Final
 
 from firmware_runtime.errors import ConfigError
-
-_CREDENTIALS: Final = struct.Struct("@iII")  # struct ucred: process, user, group
+from firmware_runtime.system.credentials import peer_of
 
 
 @contextmanager
@@ -48,7 +45,6 @@ def _holder_of(name: bytes) -> str:
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK) as asking:
         try:
             asking.connect(name)
-            said = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+            return f" (process {peer_of(asking).process})"
         except OSError:
             return ""
-        return f" (process {_CREDENTIALS.unpack(said)[0]})"
