@@ -11,7 +11,7 @@ from threading import Event
 from time import monotonic_ns
 from typing import Any
 
-from firmware_runtime.links.ros2.carrier import Spinning, TopicSocket
+from firmware_runtime.links.ros2.carrier import CarrierNode, TopicSocket
 
 SIZE = 128
 PATIENCE_S = 1.0
@@ -39,7 +39,7 @@ class Ping(TopicSocket):
 
 def main(role: str, count: int = 0, interval_s: float = 0.0) -> None:
     """Answer until standard input ends, or ask so often and print how long it took."""
-    spinning = Spinning(f"bare_{role}", "/bare")
+    spinning = CarrierNode(f"bare_{role}", "/bare")
     if role == "pong":
         Pong(spinning.node, "back", "out")
         spinning.begin()

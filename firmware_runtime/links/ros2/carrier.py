@@ -14,7 +14,7 @@ from array import array
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from threading import Lock, Thread
+from threading import Lock
 from typing import Any, Final, NoReturn
 
 import rclpy
@@ -27,11 +27,9 @@ from std_msgs.msg import UInt8MultiArray
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.udp import Carrier, UdpAddress, begin_carrier
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.ros2.spinning import spin_once
+from firmware_runtime.links.ros2.spinning import Spinning
 from firmware_runtime.status import Status
 
-SPIN_S: Final = 0.2
-"""`spin` would not end when it is to; each turn takes no longer than this."""
 _OTHER_END: Final[UdpAddress] = ("ros2", 0)
 
 
@@ -99,31 +97,23 @@ class TopicCarrier(Carrier):
             super()._report()
 
 
-class Spinning:
-    """A node of ROS, spun by a thread of its own."""
+class CarrierNode:
+    """The node of ROS that both topics are of."""
 
     def __init__(self, name: str, namespace: str) -> None:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(
             name, namespace=namespace, start_parameter_services=False, enable_rosout=False
         )
-        self._executor = EventsExecutor()
-        self._executor.add_node(self.node)
-        self._is_open = True
-        self._thread = Thread(target=self._spin, name="spin", daemon=True)
+        self._spinning = Spinning(EventsExecutor(), self.node, "spin")
 
     def begin(self) -> None:
         """Handle what comes."""
-        self._thread.start()
-
-    def _spin(self) -> None:
-        while self._is_open:
-            spin_once(self._executor, self.node, SPIN_S)
+        self._spinning.begin()
 
     def close(self) -> None:
         """Leave the graph."""
-        self._is_open = False
-        self._thread.join()
+        self._spinning.end()
         self.node.destroy_node()
         rclpy.shutdown()
 
@@ -144,16 +134,16 @@ def main() -> int:
     except ConfigError as error:
         sys.stderr.write(f"{error}\n")
         return Status.BAD_INPUT
-    spinning = Spinning(f"link_{stated.role}", stated.namespace)
-    topics = TopicSocket(spinning.node, stated.sends, stated.receives)
+    carried_by = CarrierNode(f"link_{stated.role}", stated.namespace)
+    topics = TopicSocket(carried_by.node, stated.sends, stated.receives)
     carrier = TopicCarrier(run, topics, key)
-    spinning.begin()
+    carried_by.begin()
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     while carrier.work():
         pass
     carrier.part()
-    spinning.close()
+    carried_by.close()
     return Status.OK
 
 

@@ -23,6 +23,7 @@ import msgspec
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.links.ports.datagrams import LONGEST, MOST_PORTS, message_of
 from firmware_runtime.links.ports.robot_end import OneRunsEnd, RobotEnd
+from firmware_runtime.links.ros2.said_once import SaidOnce
 from firmware_runtime.links.ros2.stamps import Stamps
 
 WATCH_EVERY: Final = 4 * SECOND
@@ -50,8 +51,7 @@ class PortsEnd:
         """Messages received, values sent, refused and dropped, and what could not be read."""
         self.stamps = Stamps()
         self._receive = receive
-        self._log = log
-        self._said: set[str] = set()
+        self._log_once = SaidOnce(log)
         self._requests = list(_requests(ports))
         self._ends = [RobotEnd(path) for _ in self._requests]
         self._time = RobotEnd(path)
@@ -144,11 +144,6 @@ class PortsEnd:
                 self._watch_at = 0
         elif "error" in said:
             self.refuse(said["error"])
-
-    def _log_once(self, sentence: str) -> None:
-        if sentence not in self._said and len(self._said) < MOST_PORTS:
-            self._said.add(sentence)
-            self._log(sentence)
 
 
 def _requests(ports: Sequence[str]) -> Iterator[bytes]:

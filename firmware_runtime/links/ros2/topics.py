@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from threading import Thread
 from time import monotonic_ns, time_ns
 from typing import Any, Final
 
@@ -26,14 +25,12 @@ from firmware_runtime.links.ros2.messages import message_class, message_of, stam
 from firmware_runtime.links.ros2.pace import Pace
 from firmware_runtime.links.ros2.part import Part
 from firmware_runtime.links.ros2.ports_end import PortsEnd
-from firmware_runtime.links.ros2.spinning import spin_once
+from firmware_runtime.links.ros2.said_once import SaidOnce
+from firmware_runtime.links.ros2.spinning import Spinning
 
 OLDEST: Final = 500 * MILLISECOND
 """A command whose header is older is refused, ns, or so far in the future; without a time it has no
 age."""
-MOST_LOGGED: Final = 64
-"""Different sentences."""
-SPIN_S: Final = 0.2
 RELIABLE: Final = QoSProfile(depth=10)
 SENSOR: Final = QoSProfile(
     depth=5, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
@@ -74,19 +71,12 @@ class _Beside:
             start_parameter_services=False,
         )
         self._executor = EventsExecutor(context=self._context)
-        self._executor.add_node(self.node)
-        self._is_open = True
-        self._thread = Thread(target=self._spin, name="beside", daemon=True)
-        self._thread.start()
-
-    def _spin(self) -> None:
-        while self._is_open:  # `spin` would not end with its context
-            spin_once(self._executor, self.node, SPIN_S)
+        self._spinning = Spinning(self._executor, self.node, "beside")
+        self._spinning.begin()
 
     def close(self) -> None:
         """Leave the graph."""
-        self._is_open = False
-        self._thread.join()
+        self._spinning.end()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
@@ -117,7 +107,7 @@ class RobotTopics(Part):
         self._subscriptions: list[tuple[Node, Any]] = []
         self._run: PortsEnd | None = None
         self._is_active = False
-        self._logged: set[str] = set()
+        self._log_once = SaidOnce(self._log)
         for port, why in topics.without.items():
             node.get_logger().debug(f"{port}: no topic; {why}")
 
@@ -245,11 +235,6 @@ class RobotTopics(Part):
     def _failed(self, sentence: str) -> None:
         self._own["failed"] += 1
         self._log_once(f"{sentence}; not published")
-
-    def _log_once(self, sentence: str) -> None:
-        if sentence not in self._logged and len(self._logged) < MOST_LOGGED:
-            self._logged.add(sentence)
-            self._log(sentence)
 
     def _log(self, sentence: str) -> None:
         self._node.get_logger().warning(sentence)
