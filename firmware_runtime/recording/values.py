@@ -26,6 +26,7 @@ from typing import Any, Final, TypeAlias
 import msgspec
 
 from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.recording.members import member_of, written_member
 from firmware_runtime.recording.structs import struct_of
 
 Plain: TypeAlias = Any
@@ -139,8 +140,8 @@ def unpack(content: bytes) -> Plain:
 def _tagged(kind: type[object]) -> Callable[[Any], Plain]:
     """How values of a class are written. Raises UnknownValue."""
     if issubclass(kind, Enum):
-        name, names = _name_of(kind), kind.__members__
-        return lambda value: {name: [value.name if value.name in names else value.value]}
+        name = _name_of(kind)
+        return lambda value: {name: [written_member(value)]}
     if kind is list:
         return lambda value: {"list": [*map(plain, value)]}
     if kind is dict:
@@ -203,8 +204,8 @@ _BUILTIN: Final[dict[str, Callable[[list[Any]], object]]] = {
 def _of_class(name: str, parts: list[Any]) -> object:
     kind = _class_named(name)
     if issubclass(kind, Enum):
-        (said,) = parts  # several members of a Flag together have no name
-        return kind[said] if isinstance(said, str) else kind(said)
+        (said,) = parts
+        return member_of(kind, said)
     names, values = _field_names(kind), [made(each) for each in parts]
     if len(names) != len(values):
         raise UnknownValue(f"{name}: {len(values)} fields; expected {', '.join(names)}")

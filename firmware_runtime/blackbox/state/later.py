@@ -12,7 +12,7 @@ import types
 from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable
 from enum import Enum
-from functools import partial
+from functools import cache, partial
 from pathlib import PosixPath, PurePosixPath
 from typing import Any, Final
 
@@ -25,6 +25,7 @@ from firmware_runtime.blackbox.state.layouts import (
     slots_getter,
     slots_or_names,
 )
+from firmware_runtime.recording.members import written_member
 
 
 class Known:
@@ -101,12 +102,8 @@ def _way_of(kind: type[Thing]) -> _Way:
     if issubclass(kind, type):
         return lambda thing: _value("class", [_name_of(thing)])
     if issubclass(kind, Enum):
-        arguments, names = ("member", kind), kind.__members__
-        return lambda thing: (
-            Value,
-            arguments,
-            [thing.name if thing.name in names else thing.value],
-        )
+        arguments = "member", kind
+        return lambda thing: (Value, arguments, [written_member(thing)])
     if kind in ITERATORS:
         return _of_iterator
     if kind.__module__.partition(".")[0] == "numpy":
@@ -220,19 +217,14 @@ def _has_other_holders(array: Thing) -> bool:
     """Whether anything else holds the memory that an array is a view of."""
     if isinstance(array.base, memoryview):
         return not array.base.readonly
-    if _SOLE.count is None:
-        numpy: Any = sys.modules["numpy"]
-        _SOLE.count = _holders(numpy.zeros(2)[1:])
-    return _holders(array) > _SOLE.count
+    return _holders(array) > _sole_holders()
 
 
-class _Sole:
-    """How many holders are counted where a view alone holds its memory; None: not known yet."""
-
-    count: int | None = None
-
-
-_SOLE: Final = _Sole()
+@cache
+def _sole_holders() -> int:
+    """How many are counted where a view alone holds its memory."""
+    numpy: Any = sys.modules["numpy"]
+    return _holders(numpy.zeros(2)[1:])
 
 
 def _holders(array: Thing) -> int:

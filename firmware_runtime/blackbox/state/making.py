@@ -27,6 +27,7 @@ from firmware_runtime.blackbox.state.later import (
     named,
 )
 from firmware_runtime.blackbox.state.layouts import Layout, Thing, by_name, layout_of
+from firmware_runtime.recording.members import member_of
 from firmware_runtime.recording.structs import empty_struct
 
 _DEPTH: Final = 20_000
@@ -127,8 +128,8 @@ class Making:
         kind = self.kind_of(read)
         if not issubclass(kind, Enum):
             raise NoValue(f"{kind.__qualname__}; expected an enumeration")
-        (said,) = read.parts  # several members of a Flag together have no name
-        return kind[said] if isinstance(said, str) else kind(said)
+        (said,) = read.parts
+        return member_of(kind, said)
 
     def _container(self, read: Value) -> Thing:
         """One of the module `collections`."""
