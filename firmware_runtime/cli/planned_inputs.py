@@ -3,8 +3,9 @@
 import argparse
 from math import isfinite
 
-from msgspec import DecodeError, Raw, Struct, json
+from msgspec import Raw, Struct, json
 
+from firmware_runtime.cli.words import is_json
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.ports.datagrams import Refusal
@@ -50,16 +51,8 @@ def planned_input(text: str) -> PlannedInput:
         at_s = -1.0
     if not (isfinite(at_s) and 0 <= at_s <= 1e9 and port and value):
         raise argparse.ArgumentTypeError(f"{text!r}: {EXPECTED}")
-    return PlannedInput(0 if at_s == 0 else seconds(at_s), port, _in_json(value))
-
-
-def _in_json(value: str) -> bytes:
-    """What is no JSON is a text, or the name of an enumeration's member, as in `send`."""
-    try:
-        json.decode(value)
-    except DecodeError:
-        return json.encode(value)
-    return value.encode()
+    content = value.encode() if is_json(value) else json.encode(value)
+    return PlannedInput(0 if at_s == 0 else seconds(at_s), port, content)
 
 
 def inputs_after(end: int, inputs: list[PlannedInput]) -> list[str]:

@@ -12,6 +12,7 @@ import msgspec
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_run
+from firmware_runtime.cli.words import is_json
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY, message_of
 from firmware_runtime.links.ports.ports_client import PortsClient
@@ -108,10 +109,7 @@ def _pair(text: str) -> tuple[str, Any]:
     port, equals, value = text.partition("=")
     if not (port and equals):
         raise ConfigError.of_one(text, "expected PORT=VALUE, such as target=0.5")
-    try:
-        return port, msgspec.json.decode(value)
-    except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError):
-        return port, value
+    return port, msgspec.json.decode(value) if is_json(value) else value
 
 
 def _count(text: str) -> int:
