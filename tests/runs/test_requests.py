@@ -46,6 +46,12 @@ class Asked:
         """A pass of the loop, with so much time left until the next event."""
         self._control.between_steps(0, left)
 
+    def pass_by_too_late(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The same with time enough, once nobody waits for an answer any more."""
+        later = monotonic_ns() + round((TIMEOUT_S + 1) * SECOND)
+        monkeypatch.setattr("firmware_runtime.runs.requests.monotonic_ns", lambda: later)
+        self.pass_by(SECOND)
+
     def answers(self) -> list[Answer]:
         """What has been answered since the last call."""
         found: list[Answer] = []
@@ -94,9 +100,7 @@ def test_a_request_to_arm_that_nothing_waits_for_any_more_is_refused(
     asked: Asked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked.ask(b"arm")
-    later = monotonic_ns() + round((TIMEOUT_S + 1) * SECOND)
-    monkeypatch.setattr("firmware_runtime.runs.requests.monotonic_ns", lambda: later)
-    asked.pass_by(SECOND)
+    asked.pass_by_too_late(monkeypatch)
     assert not asked.arming.armed
     assert "expected one that is still waited for" in asked.answers()[0]["refused"][0]
 
@@ -105,9 +109,7 @@ def test_a_setting_that_nothing_waits_for_any_more_is_refused(
     asked: Asked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked.ask(b'{"request": "set", "values": {"controller.yaw.kp": 0.7}}')
-    later = monotonic_ns() + round((TIMEOUT_S + 1) * SECOND)
-    monkeypatch.setattr("firmware_runtime.runs.requests.monotonic_ns", lambda: later)
-    asked.pass_by(SECOND)
+    asked.pass_by_too_late(monkeypatch)
     asked.ask(b"get")
     refused, found = asked.answers()
     assert "expected one that is still waited for" in refused["refused"][0]

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from drivers.actuator import Actuator
-from tests.support.pages import PROJECT
+from tests.support.pages import PROJECT, files_of
 from tests.support.written_package import WrittenPackage, as_installed
 
 PAGE = (PROJECT / "docs" / "actuator-of-your-own.md").read_text(encoding="utf-8")
-FILES = dict(re.findall(r"^```\w+\n# (\S+)\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
+FILES = files_of("actuator-of-your-own.md")
 (COMMAND,) = re.findall(r"^```sh\nfirmware-runtime (.*?)\n```", PAGE, re.MULTILINE)
 
 

@@ -5,22 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.pages import PROJECT
-from tests.support.written_package import WrittenPackage, as_installed
+from tests.support.pages import files_of
+from tests.support.written_package import WrittenPackage, package_of
 
-PAGE = (PROJECT / "docs" / "sensor-of-your-own.md").read_text(encoding="utf-8")
-FILES = dict(re.findall(r"^```\w+\n# (\S+)\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
+FILES = files_of("sensor-of-your-own.md")
 
 
 @pytest.fixture
 def plumb(tmp_path: Path) -> WrittenPackage:
     """The package of the page."""
-    folder = tmp_path / "plumb"
-    for name, text in FILES.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return as_installed(folder, tmp_path / "site")
+    return package_of(FILES, tmp_path / "plumb", tmp_path / "site")
 
 
 @pytest.mark.slow

@@ -5,13 +5,12 @@ import socket
 from pathlib import Path
 from select import select
 from threading import Thread
-from types import TracebackType
-from typing import Self
 
+from firmware_runtime.closing import Closing
 from tests.support.waiting import PATIENCE_S
 
 
-class Replies:
+class Replies(Closing):
     """Bound to a path from construction on; the path is free again when it is closed."""
 
     def __init__(self, path: Path) -> None:
@@ -21,15 +20,8 @@ class Replies:
         self._socket.bind(str(path))
         self._thread: Thread | None = None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        _type: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Wait until what is to be answered was, and free the path."""
         self.wait()
         self._socket.close()
         self.path.unlink()
