@@ -12,7 +12,7 @@ from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 
-TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (POLL, duty_burst(3))
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (*POLL, duty_burst(3))
 """Transactions of one command, on neighbouring channels, for the bus-time budget."""
 
 

@@ -109,7 +109,7 @@ class ServosSettings:
     @property
     def traffic(self) -> tuple[tuple[Message, ...], ...]:
         """Transactions of each `period`, for the bus-time budget."""
-        return (POLL, *(duty_burst(1) for _ in self.servos))
+        return (*POLL, *(duty_burst(1) for _ in self.servos))
 
 
 class Servos(Motors):

@@ -52,8 +52,11 @@ OSCILLATOR_START_NS: Final = 500_000
 LONGEST_CYCLE_NS: Final = 46_200_000
 """One PWM cycle at 23.84 Hz, the slowest rate, of an oscillator that is a tenth slow."""
 
-POLL: Final[tuple[Message, ...]] = (bytes((MODE1,)), 2)
-"""Transaction of `poll`, for the bus-time budget."""
+POLL: Final[tuple[tuple[Message, ...], ...]] = (
+    (bytes((MODE1,)), 2),
+    (bytes((PRE_SCALE,)), 1),
+)
+"""Transactions of `poll`, for the bus-time budget."""
 
 _MODES: Final = bytes((AI, OUTDRV))
 _FULL_WORD: Final = FULL << 8
@@ -179,33 +182,25 @@ class Pca9685:
             )
 
     def verify(self) -> None:
-        """Check that the chip still is as brought up; two transactions, 88 bits.
+        """Check that the chip is as it was to be brought up, and let it take duties; see `poll`."""
+        self.poll()
+        self.is_running = True
 
-        Raises NotReady if it is not: after a brown-out it is asleep with all outputs off, and takes
-        a burst of duties into one register.
+    def poll(self) -> None:
+        """Check that it was neither reset nor written to by another program; two transactions.
+
+        They are 88 bits. After a brown-out it is asleep with all outputs off, takes a burst of
+        duties into one register, and reads MODE1 twice: it does not count registers up. At another
+        rate every pulse is of another width. Raises NotReady if MODE1, MODE2 and PRE_SCALE are not
+        as set; duties are refused until it is brought up again.
         """
         found = self._read(MODE1, 2) + self._read(PRE_SCALE)
         expected = _MODES + bytes((self._prescale,))
-        self.is_running = found == expected
-        if not self.is_running:
+        if found != expected:
+            self.is_running = False
             raise NotReady(
                 f"{self.place}: MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
                 f"{expected.hex(' ')}; it was reset or written to by another program"
-            )
-
-    def poll(self) -> None:
-        """Check that it was neither reset nor inverted since bring-up; one transaction, 48 bits.
-
-        A chip that was reset, as by a brown-out, reads MODE1 twice: it does not count registers up.
-        Raises NotReady if MODE1 and MODE2 are not as set; duties are refused until it is brought up
-        again.
-        """
-        found = self._read(MODE1, 2)
-        if found != _MODES:
-            self.is_running = False
-            raise NotReady(
-                f"{self.place}: MODE1, MODE2 read {found.hex(' ')}, expected {_MODES.hex(' ')}; it "
-                "was reset or written to by another program"
             )
 
     # Outputs ------------------------------------------------------------------------------------

@@ -28,14 +28,14 @@ def test_it_turns_to_one_radian_and_rests_there() -> None:
     assert robot.faults() == []
 
 
-def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_poll_of_five() -> None:
+def test_a_tick_costs_two_transactions_and_sixty_bytes_a_second_one_poll_of_nine() -> None:
     robot = virtual_tachobot()
     robot.run(2)
     bus = robot.rig.buses["i2c1"]
     before = bus.transactions, bus.bytes
     robot.run(3)
     ticks = 100
-    assert (bus.transactions - before[0], bus.bytes - before[1]) == (2 * ticks + 1, 60 * ticks + 5)
+    assert (bus.transactions - before[0], bus.bytes - before[1]) == (2 * ticks + 2, 60 * ticks + 9)
 
 
 def test_every_tick_carries_what_an_outside_simulator_needs() -> None:
@@ -131,7 +131,7 @@ def test_it_recovers_from_a_brown_out_of_the_propellers_chip_and_says_so() -> No
     robot.rig.thrust.power_cycle()
     robot.run(8)
     (fault,) = robot.faults()
-    assert "PCA9685 at 0x40 on i2c1: MODE1, MODE2 read 11 11, expected 20 04" in fault.reason
+    assert "PCA9685 at 0x40 on i2c1: MODE1, MODE2, PRE_SCALE read 11 11 1e, expected 20 04 05" in fault.reason
     assert robot.values("thrust_pairs.duties")[-1] == robot.rig.thrust.duties[:8]
     assert robot.rig.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.05)
 

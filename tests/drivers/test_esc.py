@@ -158,7 +158,7 @@ def test_a_chip_that_lost_its_supply_disarms_within_a_second_and_is_brought_up()
     bench.chip.power_cycle()
     bench.run(6000)
     assert bench.armed == [(4000, True), (6000, False)]
-    assert "read 11 11, expected 20 04" in bench.faults[0].reason
+    assert "read 11 11 1e, expected 20 04 79" in bench.faults[0].reason
     bench.command(7000, arm=True)
     bench.run(10_000)
     assert bench.duty == close(LOW)

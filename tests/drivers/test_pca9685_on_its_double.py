@@ -145,10 +145,26 @@ def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_poll
     bench.double.power_cycle()
     assert chip.set_duties(0, (0.5,) * 8) == (0.5,) * 8
     assert bench.double.all_off
-    with pytest.raises(NotReady, match="read 11 11, expected 20 04; it was reset"):
+    with pytest.raises(NotReady, match="read 11 11 1e, expected 20 04 05; it was reset"):
         chip.poll()
     with pytest.raises(NotReady):
         chip.set_duties(0, (0.5,) * 8)
+
+
+def test_a_rate_that_another_program_has_set_is_found_by_a_poll_and_cured_by_bring_up(
+    bench: Bench,
+) -> None:
+    chip = bench.bring_up()
+    rate = bench.double.frequency_hz
+    for register, value in ((0x00, 0x30), (0xFE, 0x79), (0x00, 0x20)):
+        bench.bus.write(0x40, bytes((register, value)))
+    assert bench.double.frequency_hz < rate / 2
+    with pytest.raises(NotReady, match="read 20 04 79, expected 20 04 05; it was reset or written"):
+        chip.poll()
+    with pytest.raises(NotReady):
+        chip.set_duties(0, (0.5,))
+    bench.bring_up()
+    assert bench.double.frequency_hz == rate
 
 
 @pytest.mark.parametrize("mode2", [0x14, 0x0C, 0x05])
@@ -157,7 +173,7 @@ def test_mode2_as_another_program_set_it_is_found_by_a_poll_and_cured_by_bring_u
 ) -> None:
     chip = bench.bring_up()
     bench.bus.write(0x40, bytes((0x01, mode2)))
-    with pytest.raises(NotReady, match=f"read 20 {mode2:02x}, expected 20 04; it was reset or"):
+    with pytest.raises(NotReady, match=f"read 20 {mode2:02x} 05, expected 20 04 05; it was"):
         chip.poll()
     with pytest.raises(NotReady):
         chip.set_duties(0, (0.5,))

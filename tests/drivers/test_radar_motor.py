@@ -53,12 +53,12 @@ def test_signals_turn_both_ways_and_brake(radar: Radar) -> None:
         assert radar.levels == levels
 
 
-def test_each_signal_is_a_poll_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
+def test_each_signal_is_a_poll_of_two_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
     bench = radar.turn(100, 0)
     before = radar.bus.transactions
     radar.turn(200, 1)
     bench.run(10_000)
-    assert radar.bus.transactions == before + 2
+    assert radar.bus.transactions == before + 3
 
 
 def test_a_signal_during_bring_up_is_kept(radar: Radar) -> None:
@@ -96,7 +96,7 @@ def test_a_chip_that_lost_its_supply_is_reported_at_the_next_signal_and_brought_
     radar.double.power_cycle()
     bench = radar.turn(200, 2)
     assert radar.double.all_off
-    assert "read 11 11, expected 20 04" in bench.faults[0].reason
+    assert "read 11 11 1e, expected 20 04 05" in bench.faults[0].reason
     radar.turn(400, 2)
     assert radar.levels == REVERSE
 

@@ -142,7 +142,7 @@ def test_a_chip_that_lost_its_supply_is_reported_within_a_second_and_brought_up(
     bench.chip.power_cycle()
     drive(bench, 1500, 2500)
     (fault,) = bench.faults
-    assert "read 11 11, expected 20 04" in fault.reason
+    assert "read 11 11 1e, expected 20 04 05" in fault.reason
     assert (0.0,) * 8 in bench.duties
     assert bench.duties[-1] == bench.chip.duties[:8]
     assert not bench.chip.all_off
@@ -157,7 +157,7 @@ def test_a_chip_that_was_inverted_is_switched_off_within_a_second_and_brought_up
     bench.chip.before_change = lambda: were.append(bench.chip.duties)
     drive(bench, 1500, 2500)
     (fault,) = bench.faults
-    assert "MODE1, MODE2 read 20 14, expected 20 04" in fault.reason
+    assert "MODE1, MODE2, PRE_SCALE read 20 14 05, expected 20 04 05" in fault.reason
     assert (0.0,) * 16 in were
     assert any(bench.duties[-1])
     assert bench.duties[-1] == bench.chip.duties[:8]
