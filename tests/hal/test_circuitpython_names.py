@@ -1,6 +1,7 @@
 """CircuitPython's modules on a machine that is none: when ours stand in, and what they do."""
 
 import sys
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
@@ -13,15 +14,20 @@ BLINKAS = "raise NotImplementedError('Board not supported')\n"
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder first on the path; no module is imported, nor found by pytest's plugin."""
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder first on the path; no module is imported, nor found by pytest's plugin.
+
+    What a test imports under these names is gone after it.
+    """
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(
         sys, "meta_path", [each for each in sys.meta_path if not isinstance(each, StandIns)]
     )
     for name in MODULES:
         monkeypatch.delitem(sys.modules, name, raising=False)
-    return tmp_path
+    yield tmp_path
+    for name in MODULES:
+        sys.modules.pop(name, None)
 
 
 def test_ours_stand_in_where_there_are_none_and_are_gone_afterwards(folder: Path) -> None:
