@@ -8,6 +8,7 @@ modules or other components. So a package need not say which of its components h
 from collections.abc import Collection, Iterator
 from gc import get_referents
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from typing import cast
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -32,16 +33,17 @@ def _reaches(component: Component, wanted: set[int]) -> bool:
         for each in _referents(waiting.pop()):
             if id(each) in wanted:
                 return True
-            if id(each) not in seen and not isinstance(each, _LEFT_OUT):
+            kind = type(each)  # and not `isinstance`: that may run a function of the object's
+            if id(each) not in seen and not issubclass(kind, _LEFT_OUT):
                 seen.add(id(each))
-                if not isinstance(each, Owner) or _is_below(each, component):
+                if not issubclass(kind, Owner) or _is_below(cast("Owner", each), component):
                     waiting.append(each)
     return False
 
 
 def _referents(found: object) -> Iterator[object]:
     """What an object refers to; a function only to what it was made with, not to its module."""
-    if isinstance(found, FunctionType):
+    if type(found) is FunctionType:
         yield from (found.__closure__, found.__defaults__, found.__kwdefaults__)
     else:
         yield from get_referents(found)

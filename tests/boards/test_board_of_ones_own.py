@@ -207,6 +207,25 @@ def test_a_robot_that_drives_and_that_nothing_would_switch_off_is_refused(heron:
     assert "stop: wing may drive" in caught.value.faults[0]
 
 
+SHY = """
+from firmware_runtime.devs.atomic import Atomic
+
+class Shy:
+    @property
+    def __class__(self):
+        raise RuntimeError("no")
+"""
+
+
+def test_who_drives_is_found_beside_an_object_that_does_not_say_its_class(heron: Heron) -> None:
+    mind = "Coupled('heron')\n    model.add(Atomic('mind')).shy = Shy()"
+    shy = DRIVEN.replace('Coupled("heron")', mind)
+    heron.install(f"{MODULE}{SHY}{shy}", BARE)
+    board = registry.load("heron")
+    with pytest.raises(ConfigError, match="stop: wing may drive"):
+        board.build(absent_lines(board.settings.buses))
+
+
 @pytest.mark.parametrize("defect", [lambda: 1 / 0, lambda: 3])
 def test_a_result_that_breaks_is_named(defect: Callable[[], dict[str, object]]) -> None:
     robot = Robot(model=Coupled("heron"), probe=(), stop=(), result=defect)

@@ -131,7 +131,10 @@ def test_it_recovers_from_a_brown_out_of_the_propellers_chip_and_says_so() -> No
     robot.rig.thrust.power_cycle()
     robot.run(8)
     (fault,) = robot.faults()
-    assert "PCA9685 at 0x40 on i2c1: MODE1, MODE2, PRE_SCALE read 11 11 1e, expected 20 04 05" in fault.reason
+    assert (
+        "PCA9685 at 0x40 on i2c1: MODE1, MODE2, PRE_SCALE read 11 11 1e, expected 20 04 05"
+        in fault.reason
+    )
     assert robot.values("thrust_pairs.duties")[-1] == robot.rig.thrust.duties[:8]
     assert robot.rig.result(8 * SECOND, {})["yaw_rad"] == pytest.approx(1.0, abs=0.05)
 

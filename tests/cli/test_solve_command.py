@@ -48,6 +48,8 @@ def test_files_are_a_table_or_a_plot(tmp_path: Path) -> None:
     [
         (["no_such_module:X", "--until", "1"], "ModuleNotFoundError"),
         ([f"{__name__}:NOTHING", "--until", "1"], "not callable"),
+        ([__name__, "--until", "1"], "it names no object; expected MODULE:SYSTEM"),
+        ([":FALL", "--until", "1"], "it names no module; expected MODULE:SYSTEM"),
         ([f"{__name__}:FALL", "--until", "-1"], "more than 0 s"),
         ([f"{__name__}:FALL", "--until", "1", "--samples", "1"], "2 samples or more"),
         ([f"{__name__}:FALL", "--until", "1", "--quantum", "1e-300"], "quantum of height"),
