@@ -9,7 +9,6 @@ from, as in the header of the statistics; `generation` counts this guard's takeo
 `failed` says what did not.
 """
 
-from collections import deque
 from pathlib import Path
 
 import msgspec
@@ -38,20 +37,16 @@ class Takeover(msgspec.Struct):
         return f"{self.why}; all outputs off after {self.off_after_ns / 1e6:.1f} ms"
 
 
-class TakeoverFile:
-    """Keeps them across guards. A file in another format is replaced by an empty one."""
+def note_takeover(statistics: Path, takeover: Takeover) -> None:
+    """Add one, or replace what was noted of it before; the file is whole at any instant.
 
-    def __init__(self, statistics: Path) -> None:
-        self._path = Companion.TAKEOVERS.beside(statistics)
-        self._kept = deque(read_takeovers(statistics), KEPT)
-
-    def write(self, takeover: Takeover) -> None:
-        """Add one, or replace the last if it is the same one; the file is whole at any instant."""
-        if self._kept and self._kept[-1].at_ns == takeover.at_ns:
-            self._kept.pop()
-        self._kept.append(takeover)
-        lines = (msgspec.json.encode(each) + b"\n" for each in self._kept)
-        replace_file(self._path, b"".join(lines), OWN_AND_GROUP)
+    What guards before this one have noted stays, and what another one notes beside it. A file in
+    another format is replaced.
+    """
+    noted = {each.at_ns: each for each in read_takeovers(statistics)}
+    noted[takeover.at_ns] = takeover
+    lines = [msgspec.json.encode(each) + b"\n" for each in noted.values()]
+    replace_file(Companion.TAKEOVERS.beside(statistics), b"".join(lines[-KEPT:]), OWN_AND_GROUP)
 
 
 def read_takeovers(statistics: Path) -> list[Takeover]:

@@ -13,7 +13,7 @@ from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import ARMED, ELAPSED, MODEL, Layout
 from firmware_runtime.statistics.number_formats import milliseconds
-from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
+from firmware_runtime.statistics.takeovers import Takeover, note_takeover
 from firmware_runtime.statistics.text.summary import summary
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c",), worst=2)
@@ -86,7 +86,7 @@ def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
     file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     writer = file.header.writer
-    TakeoverFile(path).write(Takeover(at_ns=1, writer=writer, number=1, why="it hung"))
+    note_takeover(path, Takeover(at_ns=1, writer=writer, number=1, why="it hung"))
     assert "guard: it hung" in printed(capsys, "--statistics", path, "--worst", 1)
     text = printed(capsys, "--statistics", path, "--worst", 0)
     assert text.splitlines()[0] == summary(file.statistics().figures())

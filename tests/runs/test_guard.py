@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 from typing import Any
@@ -16,7 +17,7 @@ from firmware_runtime.runs.guard import Guard, Phase
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.statistics.takeovers import TakeoverFile, read_takeovers, takeovers_of
+from firmware_runtime.statistics.takeovers import note_takeover, read_takeovers, takeovers_of
 from firmware_runtime.system.process_identity import this_process
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
@@ -31,7 +32,7 @@ class Watch:
         self.failing: list[str] = []
         self.offs = 0
         self.reported: list[str] = []
-        record = TakeoverFile(path).write
+        record = partial(note_takeover, path)
         self.against: str | None = None
         self.out_of_reach: BusAbsent | None = None
         self.conditions: Mapping[str, Any] = {}

@@ -19,7 +19,7 @@ from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.recorder import MOST_LATE, QUIET, SAVE_EVERY, Recorder
 from firmware_runtime.statistics.spans import SpanRing
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.statistics.takeovers import Takeover, TakeoverFile
+from firmware_runtime.statistics.takeovers import Takeover, note_takeover
 from firmware_runtime.system.process_identity import this_process
 from tests.support.written_run import WrittenRun
 
@@ -199,7 +199,7 @@ def test_lateness_below_the_requested_limit_is_no_incident(tmp_path: Path) -> No
 def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
     rig.begin()
     rig.poll()
-    TakeoverFile(rig.kept).write(Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
+    note_takeover(rig.kept, Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
     rig.poll(10)
     assert "robot-0001-guard-1.json.gz" in rig.files
     assert rig.reported[-1].endswith("the guard took over")
@@ -215,7 +215,7 @@ def test_traces_of_one_run_are_bounded(rig: Rig) -> None:
     assert len(list(rig.folder.glob("*.gz"))) == MOST_LATE
     (said,) = (line for line in rig.reported if "no more late" in line)
     assert said.startswith(f"{rig.folder / 'robot-0001'}: {MOST_LATE} incidents are kept")
-    TakeoverFile(rig.kept).write(Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
+    note_takeover(rig.kept, Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
     rig.poll(10)
     assert f"robot-0001-guard-{MOST_LATE + 1}.json.gz" in rig.files
 

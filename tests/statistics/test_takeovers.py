@@ -9,7 +9,7 @@ from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.takeovers import (
     KEPT,
     Takeover,
-    TakeoverFile,
+    note_takeover,
     read_takeovers,
     takeovers_of,
 )
@@ -28,28 +28,26 @@ def takeover(at_ns: int, off_after_ns: int | None = 2_500_000) -> Takeover:
 
 
 def test_what_was_written_is_read_by_the_next_guard_too(statistics: Path) -> None:
-    TakeoverFile(statistics).write(takeover(1))
-    TakeoverFile(statistics).write(takeover(2))
+    note_takeover(statistics, takeover(1))
+    note_takeover(statistics, takeover(2))
     assert read_takeovers(statistics) == [takeover(1), takeover(2)]
 
 
 def test_the_same_takeover_is_replaced_by_how_it_went_on(statistics: Path) -> None:
-    file = TakeoverFile(statistics)
-    file.write(takeover(1))
-    file.write(takeover(2, None))
-    file.write(takeover(2))
-    assert read_takeovers(statistics) == [takeover(1), takeover(2)]
+    note_takeover(statistics, takeover(1, None))
+    note_takeover(statistics, takeover(2, None))  # another guard's
+    note_takeover(statistics, takeover(1))
+    assert read_takeovers(statistics) == [takeover(1), takeover(2, None)]
 
 
 def test_only_the_last_are_kept(statistics: Path) -> None:
-    file = TakeoverFile(statistics)
     for at in range(KEPT + 5):
-        file.write(takeover(at))
+        note_takeover(statistics, takeover(at))
     assert [each.at_ns for each in read_takeovers(statistics)] == list(range(5, KEPT + 5))
 
 
 def test_another_process_has_its_own(statistics: Path) -> None:
-    TakeoverFile(statistics).write(takeover(1))
+    note_takeover(statistics, takeover(1))
     assert takeovers_of(statistics, WRITER) == [takeover(1)]
     assert takeovers_of(statistics, replace(WRITER, started_ticks=13)) == []
 
@@ -64,7 +62,7 @@ def test_a_file_of_another_format_holds_none_and_is_replaced(
     if content is not None:
         Companion.TAKEOVERS.beside(statistics).write_bytes(content)
     assert read_takeovers(statistics) == []
-    TakeoverFile(statistics).write(takeover(1))
+    note_takeover(statistics, takeover(1))
     assert read_takeovers(statistics) == [takeover(1)]
 
 

@@ -9,7 +9,7 @@ import pytest
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.takeovers import (
     Takeover,
-    TakeoverFile,
+    note_takeover,
     read_takeovers,
 )
 from firmware_runtime.system.process_identity import this_process
@@ -90,7 +90,7 @@ def test_a_link_that_a_user_named_stays_a_link(path: Path) -> None:
 
 def test_what_a_guard_notes_is_for_its_group_and_not_for_all_users(tmp_path: Path) -> None:
     statistics = tmp_path / "tachobot.stats"
-    TakeoverFile(statistics).write(Takeover(1, this_process(), 1, "it hung"))
+    note_takeover(statistics, Takeover(1, this_process(), 1, "it hung"))
     assert permissions(Companion.TAKEOVERS.beside(statistics)) == 0o640
 
 

@@ -20,7 +20,7 @@ from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.statistics.companions import of_guard
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.statistics.takeovers import TakeoverFile
+from firmware_runtime.statistics.takeovers import note_takeover
 from firmware_runtime.statistics.text.sentences import refusals
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
@@ -74,7 +74,7 @@ def _watch(
         notices.status(what)
 
     stall = seconds(board.settings.guard.stall_s)
-    guard = Guard(path, outputs, stall, say, TakeoverFile(path).write)
+    guard = Guard(path, outputs, stall, say, partial(note_takeover, path))
     outputs.prepare()
     with in_force(_asked(board), MonotonicClock()) as granted, until_signal() as signal:
         if not board.settings.executive.lock_memory:
