@@ -32,6 +32,7 @@ from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.robot_here import robot_here
+from firmware_runtime.runs.sleep_watch import watch_sleep
 from firmware_runtime.runs.sockets import serve_ports, take_requests
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.tuning import tuning_of
@@ -282,6 +283,7 @@ class Session:
         )
         if self.linked is not None:
             self.linked.arming = arming
+        watch_sleep(self.executive, arming)
         return arming
 
     def _retune(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
