@@ -44,8 +44,8 @@ def state_of_run(  # noqa: PLR0913 -- parts of a run
     accounts, step = parts["accounting"].accounts, executive_state["step"]
     strange = [each for account in accounts if account.atomic not in own for each in _of(account)]
     world = [each for each in robot.model.components.values() if not _is_own(each, own)]
-    functions = parts["simulator"].own_confluents
-    own_edges = (step, step.now, lines.interlock, functions, *strange, *world, *edges)
+    functions = parts["simulator"].functions
+    own_edges = (step, step.now, lines.interlock, *functions, *strange, *world, *edges)
     parts["began_at"] = step.began_at  # all else of it begins anew with each step
     return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges), Places(chance))
 

@@ -78,7 +78,7 @@ class ClassicSimulator(Engine):
             number = self._numbers[bag.owner]
             self.external_transitions += 1
             bag.append(value)
-            self._call(number, self._models[number].external, at - self._last[number])
+            self._call(number, self._models[number].external, at - self.last_at[number])
             bag.clear()
             self._reschedule(number, at, imminent)
 
@@ -92,7 +92,7 @@ class ClassicSimulator(Engine):
 
     def _reschedule(self, number: int, at: int, imminent: list[int]) -> None:
         """Read the new time advance; `imminent` stays in order of declaration."""
-        self._last[number] = at
+        self.last_at[number] = at
         sigma = self._models[number].sigma
         if type(sigma) is not int or sigma < 0:
             sigma = self._whole_time_advance(number)

@@ -69,7 +69,8 @@ class Engine(ABC):
         if checked:
             instruments = (*instruments, Checks(self))
         self._models, self.own_confluents = bind(self.atomics, instruments)
-        self._last = [0] * len(self.atomics)
+        self.last_at = [0] * len(self.atomics)
+        """When each model had its last transition, by number."""
         self._agenda = Agenda(len(self.atomics))
         self._initialize()
 
@@ -154,6 +155,16 @@ class Engine(ABC):
             self._run_alone(until)
             at = next_at()
 
+    @property
+    def booked_at(self) -> list[int]:
+        """When each model's next internal event is due, by number; NEVER where none is."""
+        return self._agenda.due_at
+
+    @property
+    def functions(self) -> tuple[object, ...]:
+        """What is called for the models, in two objects that are no state of theirs."""
+        return self._models, self.own_confluents
+
     def due_at(self, atomic: Atomic) -> int:
         """The instant of the model's next internal event, or NEVER."""
         return self._agenda.due_at[self._number(atomic)]
@@ -167,7 +178,7 @@ class Engine(ABC):
                 f"expected an instant from {format_time(due_at)} (its due time) on"
             )
         number = self._number(atomic)
-        atomic.sigma = at - self._last[number]
+        atomic.sigma = at - self.last_at[number]
         self._agenda.book(number, at)
         if self.on_postponed is not None:
             self.on_postponed(atomic, at)

@@ -1,7 +1,8 @@
 """A model's functions as the simulator calls them, bound once, before the run.
 
 An `Instrument` may put something else in a model's place: the executive to measure time, the
-checked mode to watch the laws. A model without one is called as it is.
+checked mode to watch the laws. A model without one, or whose instruments leave its functions as
+they are, is called as it is.
 """
 
 from collections.abc import Callable, Sequence
@@ -78,9 +79,11 @@ def bind(
     for number, atomic in enumerate(atomics):
         confluent = _own_confluent(atomic)
         if instruments or _computes_time_advance(atomic):
-            functions = _functions_of(atomic, instruments)
-            models[number] = functions
+            plain = Wrapped(atomic, atomic.output, atomic.internal, atomic.external, confluent)
+            functions = _watched(atomic, plain, instruments)
             confluent = functions.confluent
+            if functions is not plain:
+                models[number] = functions
         if confluent is not None:
             own_confluents[number] = confluent
     return models, own_confluents
@@ -94,10 +97,9 @@ def _computes_time_advance(atomic: Atomic) -> bool:
     return type(atomic).time_advance is not Atomic.time_advance
 
 
-def _functions_of(atomic: Atomic, instruments: Sequence[Instrument]) -> Functions:
+def _watched(atomic: Atomic, plain: Functions, instruments: Sequence[Instrument]) -> Functions:
     """The model's functions with each instrument around them, the first one innermost."""
-    own = atomic.output, atomic.internal, atomic.external, _own_confluent(atomic)
-    functions: Functions = Wrapped(atomic, *own)
+    functions = plain
     if _computes_time_advance(atomic):
         functions = _asking_time_advance(atomic)
     for instrument in instruments:

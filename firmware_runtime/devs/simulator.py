@@ -15,9 +15,10 @@ model alone is imminent, the more so if it reaches no other. Waiting in between 
 time, the executive's in real time) is not this module's business. Instants are integers, so
 simultaneity is equality.
 
-The two loops over transitions are written out rather than shared: a call more for each transition
-would be felt. They recognise a zero time advance, the commonest, by identity: every zero is one
-object in CPython, and one that is not would still be right, only slower, through the agenda.
+A round is written out in one function, with a loop for each of these: most rounds have one model
+or two, and calls between its parts would take as long as what they do. The loops recognise a zero
+time advance, the commonest, by identity: every zero is one object in CPython, and one that is not
+would still be right, only slower, through the agenda.
 """
 
 from collections.abc import Iterable
@@ -39,10 +40,14 @@ class Simulator(Engine):
     def _initialize(self) -> None:
         self.round = 0
         """Which round of the present instant is under way, from 0; a listener may read it."""
+        self.involved: set[int] | None = None
+        """If set, gets the number of each model that is to have a transition, until cleared."""
         super()._initialize()
         agenda, delivery = self._agenda, self._delivery
-        self._transits = self._models, delivery.marks, self._last, agenda, agenda.due_at
-        """What each of the two loops over transitions begins with."""
+        bookings = self.last_at, agenda, agenda.due_at
+        functions = self._models, delivery.marks
+        self._transits = *functions, *bookings, self.own_confluents, delivery.pools
+        """What the transitions of a round begin with."""
 
     def _run_alone(self, until: int) -> bool:
         """Take instants as long as one model alone is imminent; return whether there was one.
@@ -50,7 +55,7 @@ class Simulator(Engine):
         Such an instant needs no sorting, and, if the model reaches no other, no rounds: its pair in
         the agenda is replaced. With values injected and not yet delivered there is none.
         """
-        agenda, models, last = self._agenda, self._models, self._last
+        agenda, models, last, involved = self._agenda, self._models, self.last_at, self.involved
         reached, alone_at, rebook = self._delivery.reached, agenda.alone_at, agenda.rebook_first
         if reached:
             return False
@@ -67,13 +72,15 @@ class Simulator(Engine):
                 if reached:
                     self._work_off(at, self._transit(at, agenda.take(at), reached), rounds=1)
                 else:
+                    if involved is not None:
+                        involved.add(number)
                     model.internal()
+                    last[number] = at
                     transitions += 1
                     sigma = model.sigma
                     if type(sigma) is not int or sigma < 0:
                         sigma = self._whole_time_advance(number)
                     if sigma > 0:
-                        last[number] = at
                         rebook(number, at + sigma)
                     else:
                         self._work_off(at, agenda.take(at), rounds=1)
@@ -95,22 +102,6 @@ class Simulator(Engine):
             imminent = self._transit(at, imminent, reached)
         self.round = 0
 
-    def _transit(self, at: int, imminent: list[int], reached: list[int]) -> list[int]:
-        """The transitions of a round; returns the imminent models of the next, in order."""
-        if self._delivery.pools:
-            self._delivery.pour()
-        self.internal_transitions += len(imminent)
-        self.external_transitions += len(reached)
-        following: list[int] = []
-        confluent = self._transit_imminent(at, imminent, following)
-        if confluent < len(reached):
-            reached.sort()
-            self._transit_reached(at, reached, following)
-            following.sort()
-        if reached:
-            self._delivery.end_round()
-        return following
-
     def _send(self, imminent: list[int]) -> None:
         models = self._models
         number = 0
@@ -122,16 +113,23 @@ class Simulator(Engine):
         except Exception as error:
             raise self._failure(number, error) from error
 
-    def _transit_imminent(self, at: int, imminent: list[int], following: list[int]) -> int:
-        """Internal and confluent transitions; returns the number of the latter."""
-        models, marks, last, agenda, due_at = self._transits
-        own_confluents = self.own_confluents
-        number = unreached = 0
+    def _transit(  # noqa: C901, PLR0912, PLR0915 -- written out, see above
+        self, at: int, imminent: list[int], reached: list[int]
+    ) -> list[int]:
+        """The transitions of a round; returns the imminent models of the next, in order."""
+        models, marks, last, agenda, due_at, own_confluents, pools = self._transits
+        if pools:
+            self._delivery.pour()
+        if self.involved is not None:
+            self.involved.update(imminent, reached)
+        self.internal_transitions += len(imminent)
+        self.external_transitions += len(reached)
+        following: list[int] = []
+        number = 0
         try:
-            for number in imminent:
+            for number in imminent:  # internal and confluent transitions
                 model, mark = models[number], marks[number]
                 if not mark:
-                    unreached += 1
                     model.internal()
                 else:
                     if own_confluents and number in own_confluents:
@@ -140,58 +138,53 @@ class Simulator(Engine):
                         model.internal()
                         model.external(0)
                     mark.clear()
-                sigma = model.sigma
-                if sigma is ZERO:
-                    following.append(number)
-                    continue
                 last[number] = at
-                if sigma is not NEVER:
-                    if type(sigma) is not int or sigma < 0:
-                        self._book_oddly_typed(number, at, following)
-                        continue
+                sigma = model.sigma
+                if sigma is NEVER:
+                    pass
+                elif sigma is ZERO:
+                    following.append(number)
+                elif type(sigma) is not int or sigma < 0:
+                    self._book_oddly_typed(number, at, following)
+                else:
                     due = at + sigma
                     if due == agenda.open_at:  # as `book` would, without the call
                         due_at[number] = due
                         agenda.open.append(number)
                     else:
                         agenda.book(number, due)
+            if reached:
+                if len(reached) > 1:
+                    reached.sort()
+                for number in reached:  # external transitions
+                    model, mark = models[number], marks[number]
+                    if not mark:  # it was confluent
+                        continue
+                    model.external(at - last[number])
+                    mark.clear()
+                    last[number] = at
+                    sigma = model.sigma
+                    if sigma is ZERO:
+                        due_at[number] = NEVER
+                        following.append(number)
+                    elif sigma is NEVER:
+                        due_at[number] = NEVER
+                    elif type(sigma) is not int or sigma < 0:
+                        self._book_oddly_typed(number, at, following)
+                    else:
+                        agenda.book(number, at + sigma)
+                if len(following) > 1:
+                    following.sort()
+                self._delivery.end_round()
         except ModelError:
             raise
         except Exception as error:
             raise self._failure(number, error) from error
-        return len(imminent) - unreached
-
-    def _transit_reached(self, at: int, reached: list[int], following: list[int]) -> None:
-        """External transitions of those whose bags no confluent one has emptied."""
-        models, marks, last, agenda, due_at = self._transits
-        number = 0
-        try:
-            for number in reached:
-                model, mark = models[number], marks[number]
-                if not mark:
-                    continue
-                model.external(at - last[number])
-                mark.clear()
-                sigma = model.sigma
-                if sigma is ZERO:
-                    due_at[number] = NEVER
-                    following.append(number)
-                    continue
-                if type(sigma) is not int or sigma < 0:
-                    self._book_oddly_typed(number, at, following)
-                    continue
-                last[number] = at
-                if sigma is not NEVER or due_at[number] != NEVER:
-                    agenda.book(number, at + sigma)
-        except ModelError:
-            raise
-        except Exception as error:
-            raise self._failure(number, error) from error
+        return following
 
     def _book_oddly_typed(self, number: int, at: int, following: list[int]) -> None:
         """What both loops do with a time advance that is no `int`, such as one of numpy's."""
         sigma = self._whole_time_advance(number)
-        self._last[number] = at
         if sigma > 0:
             self._agenda.book(number, at + sigma)
         else:

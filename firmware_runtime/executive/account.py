@@ -44,7 +44,7 @@ _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
 """What changes with each activation: packed at once, which costs little more than one counter."""
 NOTHING, TOOK_PART, RAN = range(3)
 """What a step has left to count, of one model: that it took part, or that an activation ran."""
-_IRREGULAR, _RETURNED, REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
+_IRREGULAR, RETURNED, REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
 
 
 class ModelAccount(ABC):
@@ -253,7 +253,7 @@ class ModelAccount(ABC):
     def count_irregular(self, returned: int) -> None:
         """Count a return at another time than the period says, ns after the activation before."""
         self.irregular = self.cells[_IRREGULAR] = self.irregular + 1
-        self.cells[_RETURNED] = returned
+        self.cells[RETURNED] = returned
 
     def _open_episode(self) -> None:
         """Start an episode, unless one is under way."""

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.account import ModelAccount
@@ -22,6 +22,7 @@ from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.executive.untimed_account import UntimedEventAccount
+from firmware_runtime.executive.untimed_periodic_account import UntimedPeriodicAccount
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import Layout
 
@@ -40,7 +41,8 @@ def open_account(
     if atomic.period == NEVER:
         kind = EventAccount if step.takes_time else UntimedEventAccount
         return kind(atomic, functions, step, SKIP, EVENT_TOLERANCE)
-    return PeriodicAccount(atomic, functions, step, policies.get(path, SKIP))
+    periodic = PeriodicAccount if step.takes_time else UntimedPeriodicAccount
+    return periodic(atomic, functions, step, policies.get(path, SKIP))
 
 
 class Accounting:
@@ -49,7 +51,7 @@ class Accounting:
     `overrun` says why the run must stop; it is empty until a policy demands it.
     """
 
-    def __init__(self, step: Step, accounts: Sequence[ModelAccount], simulator: Engine) -> None:
+    def __init__(self, step: Step, accounts: Sequence[ModelAccount], simulator: Simulator) -> None:
         self.accounts = accounts
         self.periodic = [each for each in accounts if isinstance(each, PeriodicAccount)]
         self.overrun = ""
@@ -60,6 +62,15 @@ class Accounting:
         self._postpone = simulator.postpone
         for account in accounts:
             account.begin(simulator.due_at(account.atomic))
+        self._untimed = {
+            account.number: account
+            for account in accounts
+            if isinstance(account, UntimedEventAccount)
+        }
+        self._last_at, self._booked_at = simulator.last_at, simulator.booked_at
+        self._involved: set[int] = set()
+        if not step.takes_time:
+            simulator.involved = self._involved
 
     def unknown(self, policies: Mapping[str, ActivationPolicy]) -> list[str]:
         """Policies that no model falls under, as faults."""
@@ -103,6 +114,33 @@ class Accounting:
                 self._postpone(account.atomic, account.skip_to(now))
         step.touched.clear()
         return latest
+
+    def settle_untimed(self) -> None:
+        """Count a step's activations where it took no time: none is late, and none to be skipped.
+
+        What only counts in itself is in the file after `copy_into`.
+        """
+        step, untimed = self._step, self._untimed
+        at, last_at, booked_at = step.at, self._last_at, self._booked_at
+        for number in self._involved:
+            # of models whose transition has not been completed the step has failed
+            if number in untimed and last_at[number] == at:
+                account = untimed[number]
+                if account.due == at:
+                    account.run += 1
+                else:
+                    account.reactions += 1
+                account.due = booked_at[number]
+        self._involved.clear()
+        for number in step.touched:
+            self.accounts[number].settle(at, 0)
+        step.touched.clear()
+
+    def copy_into(self, cells: Cells, layout: Layout) -> None:
+        """Write the blocks of the models whose accounts count in themselves."""
+        for account in self.accounts:
+            if isinstance(account, UntimedEventAccount | UntimedPeriodicAccount):
+                account.copy_into(cells, layout)
 
     def totals(self) -> tuple[int, int, int, int]:
         """What all models have run, overrun and skipped, and the sum of their lateness, ns."""

@@ -23,6 +23,7 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Loop
 from firmware_runtime.executive.outcome import Ending, Outcome, SwitchOffRetry
 from firmware_runtime.executive.profiler import Profiler
+from firmware_runtime.executive.untimed_ledger import open_ledger
 from firmware_runtime.statistics.conditions import Settings, settings_after
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import YIELDED, Layout
@@ -235,7 +236,7 @@ class Executive:
         conditions = process.run_conditions(self.clock, granted, self._configuration.conditions)
         header = {"clock_speed": self.clock.speed, "until_ns": until, "conditions": conditions}
         file = self._profiler.open_file(header, path)
-        return Ledger(file, self._profiler, self.inbox, self.clock, self.progress)
+        return open_ledger(file, self._profiler, self.inbox, self.clock, self.progress)
 
     def _pause(self, outcome: Outcome) -> Outcome:
         """Keep everything as it is until the run goes on or is ended."""

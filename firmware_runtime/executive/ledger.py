@@ -98,8 +98,7 @@ class Ledger:
         latest = self._accounting.settle(ended if ended <= until else until + 1)
         self._step_times.record(step_time)
         self._steps = file.cells[STEPS] = self._steps + 1
-        if self._step.takes_time:
-            self._counters.read()
+        self._counters.read()
         if step_time > timeline.step_max:
             timeline.step_max = step_time
         if latest is not None and (
@@ -135,8 +134,6 @@ class Ledger:
 
     def statistics(self) -> Statistics:
         """A copy of what has been counted so far."""
-        if not self._step.takes_time:
-            self._copy_counters()
         return self.file.statistics()
 
     def lately(self, since: int) -> Lately:
@@ -222,10 +219,7 @@ class Ledger:
         """Close the timeline's second if it is over; after a step on time, read the counters.
 
         With less than a reserve left to the next event that waits: a reading takes some 0.1 ms.
-        Where steps take no time, what others count is copied now and not after each of them.
         """
-        if not self._step.takes_time:
-            self._copy_counters()
         if ended >= self._timeline.closes_at:
             self.file.open_section()
             self._timeline.close(ended)
@@ -239,12 +233,6 @@ class Ledger:
             self._look_at = min(self._look_at, ended + AGAIN)
         elif self._blamer is not None and ended - self._step.at <= self._long:
             self._blamer.keep(self._steps + 1)  # this one is not counted yet
-
-    def _copy_counters(self) -> None:
-        """Copy what others count, in a section of its own."""
-        self.file.open_section()
-        self._counters.read()
-        self.file.close_section_as_it_was()
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""

@@ -22,6 +22,7 @@ from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.step import Step
+from firmware_runtime.executive.untimed_account import UntimedEventAccount, answering
 from firmware_runtime.statistics.blame import BLAME, CAUSES
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
@@ -49,6 +50,7 @@ class Profiler:
         self.step = Step(reading, takes_time=is_recorded or not stands_still)
         self._policies = configuration.policies
         self._accounts: list[ModelAccount] = []
+        self._actuators = {deadline.to_model for deadline in configuration.deadlines}
         instruments = [self._open_account] if tap is None else [tap.instrument, self._open_account]
         self.simulator = Simulator(root, instruments=instruments)
         self.accounting = Accounting(self.step, self._accounts, self.simulator)
@@ -98,9 +100,11 @@ class Profiler:
         )
 
     def _open_account(self, atomic: Atomic, functions: Functions) -> Functions:
-        """The account of a model, which the simulator calls in its place."""
+        """What the simulator calls for a model: its account, unless that counts from outside."""
         account = open_account(atomic, functions, self.step, self._policies)
         self._accounts.append(account)
+        if isinstance(account, UntimedEventAccount):
+            return answering(functions, account) if atomic in self._actuators else functions
         return account
 
     def _refuse_what_names_nothing(self, configuration: Configuration) -> None:

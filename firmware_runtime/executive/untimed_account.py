@@ -2,83 +2,80 @@
 
 The clock stands still while a step is worked off, so every own time is zero, nothing is late, and
 no deadline passes before it is kept. This account counts what the other counts and leaves undone
-what would come to nothing: reading the clock around each function of the model, and following what
-it books within a step. What it has booked is seen when the step is over; and a model that took part
-in a step at its deadline has run, since its internal transition comes first.
-Nothing is recorded, so it is none for a flight recorder.
+what would come to nothing. It stands in no model's place: the simulator calls the model itself, and
+says which models had a transition in a step. One whose event was due then has run, since its
+internal transition comes first; one whose event was not has reacted.
+
+It counts in itself alone. Only this process can read a statistics file of which nothing is kept, so
+the model's block is written when it is to be read (`copy_into`).
 """
 
-from collections.abc import Callable
+from msgspec import structs
 
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import NOTHING, RAN, REACTIONS, TOOK_PART
+from firmware_runtime.executive.account import RETURNED, ModelAccount
 from firmware_runtime.executive.event_account import EventAccount
-from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import Layout
+from firmware_runtime.statistics.rows import ModelRow
 
 
 class UntimedEventAccount(EventAccount):
     """An `EventAccount` on a clock that stands still during a step."""
 
-    __slots__ = ("output",)
+    __slots__ = ()
 
-    output: Callable[[], None]  # the model's own, without a frame around
+    def count_in(self, cells: Cells, layout: Layout) -> None:
+        """Go on counting in itself."""
 
-    def __init__(
-        self,
-        atomic: Atomic,
-        functions: Functions,
-        step: Step,
-        policy: ActivationPolicy,
-        tolerance: int,
-    ) -> None:
-        super().__init__(atomic, functions, step, policy, tolerance)
-        self.output = functions.output
+    def end(self, now: int) -> None:
+        """Count what is due at `now` as skipped: the run is over."""
+        if self.due <= now:
+            self.miss(1)
+        self.due = NEVER
 
-    def _confluent(self, confluent: Callable[[], None]) -> None:
-        self._step.began_at[self.number] = self._step.lap
-        super()._confluent(confluent)
+    def copy_into(self, cells: Cells, layout: Layout) -> None:
+        """Write the model's block of the file."""
+        copy_block(self, cells, layout, self.run + self.reactions)
 
-    def internal(self) -> None:
-        """Have the model make its internal transition."""
-        step = self._step
-        step.began_at[self.number] = step.lap
-        transit = self._call_internal
-        transit()
-        if self.noted == NOTHING:
-            self.noted = TOOK_PART
-            step.touched.append(self.number)
-        self.sigma = self.atomic.sigma
 
-    def external(self, elapsed: int) -> None:
-        """Have the model read its input."""
-        transit = self._call_external
-        transit(elapsed)
-        for answer in self.answers:
+def copy_block(account: ModelAccount, cells: Cells, layout: Layout, own_times: int) -> None:
+    """Write a model's block of the file; each lateness and own time is in the bucket of zero."""
+    number = account.number
+    row = ModelRow(
+        scheduled=account.run + account.skipped + account.coalesced,
+        run=account.run,
+        skipped=account.skipped,
+        coalesced=account.coalesced,
+        overruns=account.overruns,
+        episodes=account.episodes,
+        last_late_ns=0,
+        due_ns=account.due,
+        is_in_period=account.is_in_period,
+        irregular=account.irregular,
+        returned_ns=account.cells[RETURNED],
+        reactions=account.reactions,
+    )
+    for cell, value in enumerate(structs.astuple(row), layout.model(number)):
+        cells[cell] = value
+    cells[layout.lateness(number).start] = account.run
+    cells[layout.step(number).start] = own_times
+
+
+def answering(functions: Functions, account: UntimedEventAccount) -> Functions:
+    """Functions of a model that calls its account's `answers` when it has read input."""
+    take, both = functions.external, functions.confluent
+
+    def external(elapsed: int) -> None:
+        take(elapsed)
+        for answer in account.answers:
             answer()
-        if self.noted == NOTHING:
-            self.noted = TOOK_PART
-            self._step.touched.append(self.number)
-        self.sigma = self.atomic.sigma
 
-    def settle(self, at: int, own_time: int) -> bool:
-        """Count what the step at instant `at` has left; return whether an event ran."""
-        ran = self.noted == RAN or self.due == at
-        self.noted = NOTHING
-        sigma = self.sigma
-        if sigma.__class__ is not int:
-            sigma = self._plain_time_advance()
-        due = self.due = at + sigma if 0 < sigma < NEVER else NEVER
-        self.own_time.record(own_time)
-        if ran:
-            self.lateness = self._step.began_at[self.number] - at
-            self.count_run(at)
-        else:
-            self.reactions = self.cells[REACTIONS] = self.reactions + 1
-            if due == self._written_due:
-                return False
-        self.write()
-        self._written_due = due
-        return ran
+    def confluent() -> None:
+        both()  # type: ignore[misc]  # only called where there is one
+        for answer in account.answers:
+            answer()
+
+    own = None if both is None else confluent
+    return Wrapped(account.atomic, functions.output, functions.internal, external, own)

@@ -23,6 +23,7 @@ from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
+from firmware_runtime.executive.untimed_ledger import open_ledger
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.recording.chance import put
 from firmware_runtime.replay.feed import Feed
@@ -93,7 +94,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     listen(atomics, sent, numbers)
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
-    ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
+    ledger = open_ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
     return Rebuilt(robot, lines, rig, own, profiler, ledger, sent, ports)
 
 

@@ -1,0 +1,69 @@
+"""The ledger of a run whose functions take no time: in virtual time, with nothing kept in a file.
+
+Nothing is late, no step takes long, and nothing but this process can read what is counted. So a
+step is counted, and nothing else of it is written but that it was made: accounts of models without
+a period, buses, deadlines and faults are copied into the cells once a second, and before anything
+reads them.
+"""
+
+from collections.abc import Callable
+
+from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.ledger import Ledger
+from firmware_runtime.executive.profiler import Profiler
+from firmware_runtime.executive.progress import Progress
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.layout import STEP_TIMES, STEPS
+from firmware_runtime.statistics.statistics import RunState, Statistics
+
+
+class UntimedLedger(Ledger):
+    """A `Ledger` on a clock that stands still during a step."""
+
+    def commit(self, ended: int, next_at: Callable[[], int]) -> int:
+        """Count the step that has just ended; return when the next event is due."""
+        if ended >= self._look_at:
+            self._look(ended, next_at() - ended)
+        self._accounting.settle_untimed()
+        self._steps = self.file.cells[STEPS] = self._steps + 1
+        due, progress = next_at(), self._progress
+        caught_up = due >= ended and progress.is_level
+        self.file.close_section(ended, 0 if caught_up else progress.note(ended, due))
+        return due
+
+    def statistics(self) -> Statistics:
+        """A copy of what has been counted so far."""
+        self._copy()
+        return super().statistics()
+
+    def pause(self, now: int) -> None:
+        """Note that the run stands still at `now`."""
+        self._copy()
+        super().pause(now)
+
+    def finish(self, state: RunState, now: int, reason: str) -> None:
+        """Write how the run ended; what was due by then, and has not run, is skipped."""
+        super().finish(state, now, reason)
+        self._copy()
+
+    def _look(self, ended: int, left: int) -> None:
+        self._copy()
+        super()._look(ended, left)
+
+    def _copy(self) -> None:
+        """Write what has been counted, in a section of its own; every step took no time."""
+        file = self.file
+        file.open_section()
+        self._counters.read()
+        self._accounting.copy_into(file.cells, file.layout)
+        file.cells[STEP_TIMES] = self._steps
+        file.close_section_as_it_was()
+
+
+def open_ledger(
+    file: StatisticsFile, profiler: Profiler, inbox: Inbox, clock: Clock, progress: Progress
+) -> Ledger:
+    """The ledger of a run, by whether its functions take time."""
+    kind = Ledger if profiler.step.takes_time else UntimedLedger
+    return kind(file, profiler, inbox, clock, progress)
