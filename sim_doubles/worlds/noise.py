@@ -7,6 +7,7 @@ for.
 
 import struct
 from collections.abc import Callable
+from functools import cache
 from hashlib import blake2b
 from importlib import import_module
 from typing import TypeAlias
@@ -43,7 +44,8 @@ class InstantNoise:
 
     def at(self, instant: int) -> tuple[float, float, float]:
         """The noise at `instant`, in the unit of the standard deviation."""
-        keyed = blake2b(self._seed + b"%d" % instant, digest_size=_WORDS.size)
+        keyed = _keyed(self._seed).copy()
+        keyed.update(b"%d" % instant)
         a, b, c = _WORDS.unpack(keyed.digest())
         scale = self._scale
         # quantiles of the upper 52 bits, taken mid-cell so that 0 and 1 never occur
@@ -52,3 +54,9 @@ class InstantNoise:
             scale * _quantile(((b >> 12) + 0.5) * _CELL, 0.0, 1.0),
             scale * _quantile(((c >> 12) + 0.5) * _CELL, 0.0, 1.0),
         )
+
+
+@cache
+def _keyed(seed: bytes) -> blake2b:
+    """A hash that has taken the seed in; each instant goes on from a copy of it."""
+    return blake2b(seed, digest_size=_WORDS.size)

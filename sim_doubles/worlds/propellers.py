@@ -37,10 +37,9 @@ class PropellerPairs:
         """How fast every force settles, in 1/s."""
         self._speeds: Sequence[float] = (0.0,) * MOTORS
         self._duties: Sequence[float] = ()
-        self._settled: Sequence[float] = ()
         self._settled_turn = 0.0
         self._only_turns = False
-        """Each pair turns as much as the others: what one does is known of all."""
+        """Each pair turns as much as the others, with a lag: what one does is known of all."""
         self.hold((0.0,) * MOTORS)
 
     @property
@@ -53,14 +52,17 @@ class PropellerPairs:
         if duties == self._duties:
             return
         self._duties = held = tuple(duties)
-        motors, thrust_n = iter(held), self._thrust_n
-        self._settled = [
-            thrust_n * (duty * duty - back_duty * back_duty)
-            for duty, back_duty in zip(motors, motors, strict=True)
-        ]
-        f1, f2, f3, f4 = self._settled
-        self._settled_turn = f1 - f2 + f3 - f4
-        self._only_turns = _only_turns(held) and (self._only_turns or _only_turns(self._speeds))
+        d1, b1, d2, b2, d3, b3, d4, b4 = held
+        k = self._thrust_n
+        self._settled_turn = (
+            k * (d1 * d1 - b1 * b1)
+            - k * (d2 * d2 - b2 * b2)
+            + k * (d3 * d3 - b3 * b3)
+            - k * (d4 * d4 - b4 * b4)
+        )
+        self._only_turns = (
+            self._lags and _only_turns(held) and (self._only_turns or _only_turns(self._speeds))
+        )
 
     def forward(self) -> Transient:
         """The force along x."""
@@ -83,7 +85,7 @@ class PropellerPairs:
         To the bit the same, and sooner, where all pairs only turn: four equal terms add up exactly.
         """
         settled = self._settled_turn * leverage
-        if not (self._only_turns and self._lags):
+        if not self._only_turns:
             single, double = self._gaps()
             self.advance(elapsed_s)
             return settled, single * leverage, double * leverage
@@ -139,7 +141,7 @@ class PropellerPairs:
         duty, back_duty = self._duties[forth : forth + 2]
         gap, back_gap = speeds[forth] - duty, speeds[forth + 1] - back_duty
         return Transient(
-            self._settled[index],
+            thrust_n * (duty * duty - back_duty * back_duty),
             2.0 * thrust_n * (duty * gap - back_duty * back_gap),
             thrust_n * (gap * gap - back_gap * back_gap),
             self.decay,

@@ -63,18 +63,18 @@ class TachobotWorld:
 
         Raises ValueError if `at` is in the past or a duty is not a number from 0 to 1.
         """
-        if at == self._at:
+        elapsed = at - self._at
+        if elapsed == 0:
             return
-        if at < self._at:
+        if elapsed < 0:
             raise ValueError(
                 f"TachoBot world: advance to {format_time(at)} when it is "
                 f"{format_time(self._at)} there; expected an instant not in the past"
             )
-        elapsed_s, propellers = (at - self._at) / SECOND, self._propellers
         duties = self._duties()
         if duties is not self._sound_duties:
             self._drive(duties)
-        self._body.advance(propellers, elapsed_s)
+        self._body.advance(self._propellers, elapsed / SECOND)
         self._at = at
 
     def state(self, at: int) -> TachobotState:
@@ -129,11 +129,11 @@ class TachobotWorld:
 
     def _drive(self, duties: Sequence[float]) -> None:
         """Have the propellers take these duties; kept as a tuple, so that it is known again."""
-        if duties is not self._sound_duties and duties != self._sound_duties:
-            if len(duties) != MOTORS or not all(0.0 <= duty <= 1.0 for duty in duties):
+        if duties != self._sound_duties:
+            if len(duties) != MOTORS or [duty for duty in duties if not 0.0 <= duty <= 1.0]:
                 raise ValueError(f"TachoBot world: duties are {duties}, expected eight from 0 to 1")
             self._sound_duties = tuple(duties)
-            self._propellers.hold(duties)
+            self._propellers.hold(self._sound_duties)
 
 
 class Body(Protocol):

@@ -31,7 +31,8 @@ class Turntable:
     @property
     def state(self) -> TachobotState:
         """Where it is now."""
-        return TachobotState(0.0, 0.0, 0.0, 0.0, *self.turn)
+        yaw, rate = self.turn
+        return TachobotState(0.0, 0.0, 0.0, 0.0, yaw, rate)
 
     def acceleration(self, _driven: Callable[[], PropellerPairs]) -> tuple[float, float]:
         """Forward and left, in m/s2: the centre is pinned."""
