@@ -37,17 +37,15 @@ class AdapterProfile(NamedTuple):
             return errno.EINVAL
         for index, message in enumerate(messages):
             if isinstance(message, int):
-                length, empty_is_taken = message, self.empty_read
-                comes_too_early = index != last and self.read_must_be_last
+                length, is_early_read = message, index != last
             else:
-                length, empty_is_taken = len(message), self.empty_write
-                comes_too_early = False
+                length, is_early_read = len(message), False
             if not 0 < length <= LONGEST_MESSAGE:
                 if length != 0:
                     return errno.EINVAL
-                if not empty_is_taken:
+                if not (self.empty_read if isinstance(message, int) else self.empty_write):
                     return errno.EOPNOTSUPP
-            if comes_too_early:
+            if is_early_read and self.read_must_be_last:
                 return errno.EOPNOTSUPP
         return None
 

@@ -135,7 +135,7 @@ class I2cBusDouble(Wire, I2cBus):
         try:
             self._refuse(messages, stop_bits)
             if self.faults is None:
-                answer = self._carry(self._targets, addresses, messages, stop_bits)
+                answer = self._carry(at, self._targets, addresses, messages, stop_bits)
             else:
                 answer = self._with_faults(self.faults, at, addresses, messages, stop_bits)
         except OSError as error:
@@ -200,13 +200,13 @@ class I2cBusDouble(Wire, I2cBus):
         """Carry out a transaction with what the script has due in it."""
         alteration = script.alteration(self.transactions, at, addresses[0], messages)
         if alteration is None:
-            return self._carry(self._targets, addresses, messages, stop_bits)
+            return self._carry(at, self._targets, addresses, messages, stop_bits)
         self._fail_before_start(alteration)
         reachable = [] if alteration.address_refused else self._present(alteration)
         messages_left = alteration.cut(messages)
-        answer = self._carry(reachable, addresses, messages_left, stop_bits)
+        answer = self._carry(at, reachable, addresses, messages_left, stop_bits)
         if alteration.refused_byte is not None:
-            self._count(1)
+            self.bytes += 1
             raise os_error(self._adapter.byte_refused)
         return alteration.tampered(messages, answer)
 

@@ -38,13 +38,12 @@ class WireTiming:
         self._began_at = 0
         self._bits = 0
 
-    def begin(self) -> None:
-        """Let the adapter's overhead pass; the transaction begins on the wire."""
-        if self._reach is not None:
-            self._bits = 0
-            self._began_at = self._now() + self._overhead_ns
-            if self._overhead_ns:
-                self._reach(self._began_at)
+    def begin(self, at: int) -> None:
+        """Let the adapter's overhead pass from `at`; the transaction begins on the wire."""
+        self._bits = 0
+        self._began_at = at + self._overhead_ns
+        if self._overhead_ns and self._reach is not None:
+            self._reach(self._began_at)
 
     def pause(self, span: int) -> None:
         """Let `span` ns pass between two transactions."""
@@ -62,18 +61,23 @@ class WireTiming:
 class Wire:
     """Carries messages to targets, and reports what they refuse as a Linux adapter does.
 
-    `bytes` (address bytes included) and `bits` (9 a byte, 1 each START, repeated START and STOP)
-    count since construction.
+    `bytes` (address bytes included) and `bits` count since construction.
     """
 
     def __init__(self, adapter: AdapterProfile, timing: WireTiming) -> None:
         self._adapter = adapter
         self._timing = timing
         self.bytes = 0
-        self.bits = 0
+        self._conditions = 0
+
+    @property
+    def bits(self) -> int:
+        """Bit times: 9 a byte, 1 each START, repeated START and STOP."""
+        return BITS_PER_BYTE * self.bytes + self._conditions
 
     def _carry(
         self,
+        at: int,
         targets: Sequence[Target],
         addresses: tuple[int, ...],
         messages: tuple[Message, ...],
@@ -81,18 +85,18 @@ class Wire:
     ) -> bytes:
         """Carry messages to their addresses; return what was read. `stop_bits`: 0 for no STOP.
 
-        Whatever goes wrong ends in a STOP.
+        It is `at` now. Whatever goes wrong ends in a STOP.
         """
         answer = b""
-        left = len(messages)
-        self._timing.begin()
+        last = len(messages) - 1
+        self._timing.begin(at)
         try:
-            for address, message in zip(addresses, messages, strict=False):
-                left -= 1
+            for index, message in enumerate(messages):
+                ending = stop_bits if index == last else 0
                 if isinstance(message, int):
-                    answer += self._read(targets, address, message, 0 if left else stop_bits)
+                    answer += self._read(targets, addresses[index], message, ending)
                 else:
-                    self._write(targets, address, message, 0 if left else stop_bits)
+                    self._write(targets, addresses[index], message, ending)
         except BaseException:
             self._stop(targets)
             raise
@@ -100,14 +104,9 @@ class Wire:
             self._stop(targets)
         return answer
 
-    def _count(self, length: int) -> None:
-        """Count bytes that have gone over the wire."""
-        self.bytes += length
-        self.bits += BITS_PER_BYTE * length
-
     def _start(self, targets: Sequence[Target], address: int, *, read: bool) -> list[Target]:
         self.bytes += 1
-        self.bits += START_BITS
+        self._conditions += 1
         answering = []
         for target in targets:
             if target.start(address, read=read):
@@ -127,31 +126,32 @@ class Wire:
             refused = answering[0].write_bytes(message)
         else:
             refused = _first_refused(answering, message)
-        self._count(length if refused is None else refused + 1)
         if refused is not None:
+            self.bytes += refused + 1
             raise os_error(self._adapter.byte_refused)
+        self.bytes += length
 
     def _read(self, targets: Sequence[Target], address: int, length: int, stop_bits: int) -> bytes:
         answering = self._start(targets, address, read=True)
         if isinstance(length, BlockRead):
             answer = self._read_block(answering, length)
         else:
-            self._count(length)
+            self.bytes += length
             answer = _read_from(answering, length)
         self._timing.take(START_BITS + BITS_PER_BYTE * len(answer) + stop_bits)
         return answer
 
     def _read_block(self, answering: list[Target], beside: BlockRead) -> bytes:
-        self._count(1)
+        self.bytes += 1
         first = _read_from(answering, 1)
         if not 1 <= first[0] <= LONGEST_BLOCK:
             raise os_error(errno.EPROTO)
         rest = first[0] + beside - 1
-        self._count(rest)
+        self.bytes += rest
         return first + _read_from(answering, rest)
 
     def _stop(self, targets: Sequence[Target]) -> None:
-        self.bits += 1
+        self._conditions += 1
         for target in targets:
             target.stop()
 

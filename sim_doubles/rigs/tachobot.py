@@ -37,7 +37,7 @@ class TachobotRig:
     def __init__(self, settings: TachobotSettings, clock: WireClock) -> None:
         thrust, imu = settings.thrust_pairs, settings.imu
         self._settings = settings
-        self._now = now = clock
+        self._now = now = clock.__call__  # as a method, which CPython calls sooner than an object
         self._axes = ChipAxes(imu.mounting)
         wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
