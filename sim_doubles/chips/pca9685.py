@@ -104,12 +104,12 @@ class Pca9685Double(Target):
     @property
     def running(self) -> bool:
         """Whether the PWM runs: awake, clocked and not waiting for a RESTART."""
-        return not self._registers[MODE1] & (SLEEP | RESTART) and self._clock_hz > 0.0
+        return not self._registers[MODE1] & (SLEEP | RESTART) and self._clock_hz() > 0.0
 
     @property
     def frequency_hz(self) -> float:
         """The PWM frequency from the clock in use and PRE_SCALE; 0 without a clock."""
-        return self._clock_hz / (STEPS * (self._registers[PRE_SCALE] + 1))
+        return self._clock_hz() / (STEPS * (self._registers[PRE_SCALE] + 1))
 
     @property
     def output_enabled(self) -> bool:
@@ -143,7 +143,7 @@ class Pca9685Double(Target):
         register = self._pointer
         if LED0_ON_L <= register <= LED15_OFF_H:
             self._registers[register] = byte & WRITABLE[register]
-            self._led_written = True
+            self._note_led_write(register, register)
             if self._registers[MODE2] & OCH:
                 self._load_on_acknowledge(register)
         else:
@@ -169,7 +169,7 @@ class Pca9685Double(Target):
         end = last + 1
         content = int.from_bytes(message[1:]) & int.from_bytes(WRITABLE[first:end])
         self._registers[first:end] = content.to_bytes(end - first)
-        self._led_written = True
+        self._note_led_write(first, last)
         self._pointer = NEXT[last]
         self._next_is = CONTENT
         return None
@@ -234,7 +234,7 @@ class Pca9685Double(Target):
             self.warnings.note("TestMode written; the effect on the real chip is undefined")
 
     def _write_all_led(self, register: int, byte: int) -> None:
-        self._led_written = True
+        self._note_led_write(LED0_ON_L, LED15_OFF_H)
         first = register - ALL_LED_ON_L + LED0_ON_L
         for copy in range(first, LED15_OFF_H + 1, 4):
             self._registers[copy] = byte & WRITABLE[copy]
@@ -259,7 +259,10 @@ class Pca9685Double(Target):
 
     # Outputs
 
-    @property
+    def _note_led_write(self, first: int, last: int) -> None:
+        self._led_written = True
+        self._latch.note_written(first, last)
+
     def _clock_hz(self) -> float:
         if self._registers[MODE1] & EXTCLK:
             return self._external_clock_hz or 0.0
@@ -270,10 +273,10 @@ class Pca9685Double(Target):
             self._withdraw_restart()
 
     def _finish_led_write(self) -> None:
-        if self._mode1.starting and not self._registers[MODE1] & SLEEP:
+        if self._mode1.is_starting() and not self._registers[MODE1] & SLEEP:
             self.warnings.note("LED registers written within 500 us of waking; timing is undefined")
         if not self._registers[MODE2] & OCH:
-            self._latch.load_all()
+            self._latch.load_written()
             self._withdraw_restart()
 
     def _withdraw_restart(self) -> None:

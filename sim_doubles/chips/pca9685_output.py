@@ -34,17 +34,29 @@ class OutputLatch:
     def clear(self) -> None:
         """Take all channels to full-off."""
         self._counts: list[tuple[int, ...]] = [(0, FULL)] * CHANNELS
+        self._shares = [0.0] * CHANNELS
         self._parts = [0] * CHANNELS
+        self._first_written, self._last_written = LED15_OFF_H, LED0_ON_L
 
     @property
     def all_full_off(self) -> bool:
         """Whether every channel has its full-off flag: then sleep interrupts nothing."""
         return all(off & FULL for _, off in self._counts)
 
-    def load_all(self) -> None:
+    def note_written(self, first: int, last: int) -> None:
+        """Take in which LED registers were written: the others need not be loaded."""
+        if first < self._first_written:
+            self._first_written = first
+        if last > self._last_written:
+            self._last_written = last
+
+    def load_written(self) -> None:
         """Follow the LED registers as they stand: what STOP does with OCH = 0."""
-        led_registers = self._registers[LED0_ON_L : LED15_OFF_H + 1]
-        self._follow(list(COUNTS.iter_unpack(led_registers)))
+        first = (self._first_written - LED0_ON_L) // 4
+        end = (self._last_written - LED0_ON_L) // 4 + 1
+        self._first_written, self._last_written = LED15_OFF_H, LED0_ON_L
+        led_registers = self._registers[LED0_ON_L + 4 * first : LED0_ON_L + 4 * end]
+        self._follow(first, list(COUNTS.iter_unpack(led_registers)))
 
     def load_on_acknowledge(self, register: int) -> bool:
         """Count one LED register in (OCH = 1); True if it was its channel's fourth, now loaded."""
@@ -53,9 +65,7 @@ class OutputLatch:
         if self._parts[channel] != 0b1111:
             return False
         self._parts[channel] = 0
-        counts = self._counts.copy()
-        counts[channel] = COUNTS.unpack_from(self._registers, LED0_ON_L + 4 * channel)
-        self._follow(counts)
+        self._follow(channel, [COUNTS.unpack_from(self._registers, LED0_ON_L + 4 * channel)])
         return True
 
     def duties(self, mode2: int) -> tuple[float, ...]:
@@ -65,22 +75,22 @@ class OutputLatch:
         """
         if not mode2 & OUTDRV:
             return ALL_LOW
-        duties = tuple(
-            [  # full-off wins over full-on
-                0.0 if off & FULL else 1.0 if on & FULL else (off - on) % STEPS / STEPS
-                for on, off in self._counts
-            ]
-        )
-        return tuple([1.0 - duty for duty in duties]) if mode2 & INVRT else duties
+        return tuple([1.0 - share for share in self._shares] if mode2 & INVRT else self._shares)
 
-    def _follow(self, counts: list[tuple[int, ...]]) -> None:
-        if counts != self._counts:
+    def _follow(self, first: int, counts: list[tuple[int, ...]]) -> None:
+        """Take over the counts of neighbouring channels, and the shares of a cycle they make."""
+        end = first + len(counts)
+        if counts != self._counts[first:end]:
             if any(starmap(eq, counts)):
-                self._warn(counts)
-            self._counts = counts
+                self._warn(first, counts)
+            self._counts[first:end] = counts
+            self._shares[first:end] = [  # full-off wins over full-on
+                0.0 if off & FULL else 1.0 if on & FULL else (off - on) % STEPS / STEPS
+                for on, off in counts
+            ]
 
-    def _warn(self, counts: list[tuple[int, ...]]) -> None:
-        for channel, (on, off) in enumerate(counts):
+    def _warn(self, first: int, counts: list[tuple[int, ...]]) -> None:
+        for channel, (on, off) in enumerate(counts, first):
             if on == off < FULL and self._counts[channel] != (on, off):
                 self._warnings.note(
                     f"channel {channel} has ON == OFF == {on}, which the data sheet forbids; "

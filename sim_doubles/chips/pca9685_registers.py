@@ -64,8 +64,7 @@ class Mode1Rules:
         self._warnings = warnings
         self._stable_at = 0
 
-    @property
-    def starting(self) -> bool:
+    def is_starting(self) -> bool:
         """Whether the oscillator was started less than 500 us ago."""
         return self._now() < self._stable_at
 
@@ -84,7 +83,7 @@ class Mode1Rules:
             return RESTART if interrupts else pending
         if not (pending and byte & RESTART):
             return pending
-        if old & SLEEP or self.starting:
+        if old & SLEEP or self.is_starting():
             self._warnings.note("RESTART written within 500 us of waking; the real chip ignores it")
             return pending
         return 0
