@@ -154,8 +154,8 @@ class Ak8963Double(Target):
         self._pointer = NEXT[register]
         if HXL <= register <= ST2:
             self._registers[ST1] = 0
-            self._locked = register != ST2 and self._mode in PERIODS
-        elif ASAX <= register <= ASAZ and self._mode != FUSE_ROM:
+            self._locked = register != ST2 and self._mode() in PERIODS
+        elif ASAX <= register <= ASAZ and self._mode() != FUSE_ROM:
             self.warnings.note("ASA read outside fuse ROM mode; it is not valid there")
             return 0
         return self._registers[register]
@@ -191,7 +191,7 @@ class Ak8963Double(Target):
         self._at = at
         if at < self.lands_at:
             return
-        period = PERIODS.get(self._mode)
+        period = PERIODS.get(self._mode())
         if period is None:
             self._load(self.lands_at, skipped=False)
             self._enter(POWER_DOWN, self.lands_at)
@@ -216,16 +216,18 @@ class Ak8963Double(Target):
 
     def _measured(self, at: int) -> Vector:
         """Return the field in T in the die's own axes, or the one of the self-test coil."""
-        if self._mode == SELF_TEST and self._registers[ASTC] & SELF:
+        if self._mode() == SELF_TEST and self._registers[ASTC] & SELF:
             return SELF_TEST_T
         x, y, z = self._field(at)
         return y, x, -z
 
     def _counts(self, field: Vector, lsb: float, largest: int) -> list[int]:
         """Return what the converter gives, before the host adjusts it by ASA."""
+        (x, y, z), (asa_x, asa_y, asa_z) = field, self._asa
         counts = [
-            round(axis * 256 / (asa + 128) / lsb)
-            for axis, asa in zip(field, self._asa, strict=True)
+            round(x * 256 / (asa_x + 128) / lsb),
+            round(y * 256 / (asa_y + 128) / lsb),
+            round(z * 256 / (asa_z + 128) / lsb),
         ]
         if max(counts) <= largest and min(counts) >= -largest:
             return counts
@@ -233,7 +235,6 @@ class Ak8963Double(Target):
 
     # Registers
 
-    @property
     def _mode(self) -> int:
         return self._registers[CNTL1] & 0x0F
 
@@ -258,7 +259,7 @@ class Ak8963Double(Target):
 
     def _write_cntl1(self, byte: int) -> None:
         """Set mode and width; a continuous mode restarts, another that runs goes on."""
-        old, new = self._mode, byte & 0x0F
+        old, new = self._mode(), byte & 0x0F
         self._registers[CNTL1] = byte
         if new != old:
             self._warn_of_mode(old, new)

@@ -5,7 +5,7 @@ transactions take, its clock setting, several masters, interrupts, and the AK896
 master is reset in the middle of a transfer.
 """
 
-from typing import NamedTuple
+from msgspec import Struct
 
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250_registers import (
@@ -32,7 +32,7 @@ EN, BYTE_SW, REG_DIS, GRP, LENG = 0x80, 0x40, 0x20, 0x10, 0x0F  # CTRL
 MST_DLY = 0x1F  # I2C_SLV4_CTRL
 
 
-class Slave(NamedTuple):
+class Slave(Struct, frozen=True):
     """One enabled slave: what to do for it at a sample, and where its bytes go."""
 
     number: int

@@ -5,8 +5,12 @@ late. Then scale and bias (full scale, offset, self-test deflection), rounding a
 """
 
 import math
+from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
+
+Values: TypeAlias = tuple[float, ...]
+"""One for each axis."""
 
 LARGEST = 32767
 FORGOTTEN = 53 * math.log(2)
@@ -68,8 +72,7 @@ class Sensor:
         elif values == truth:
             return  # there is nothing to follow
         else:
-            gain, pairs = self._gain, zip(values, truth, strict=True)
-            values = tuple([old + gain * (new - old) for old, new in pairs])
+            values = self._closer(values, truth, self._gain)
         self.values, self._counts = values, None
 
     def counts(self) -> tuple[int, ...]:
@@ -77,12 +80,40 @@ class Sensor:
         if self.values is None:
             return (0,) * len(self._scale)
         if self._counts is None:
-            axes = zip(self.values, self._scale, self._bias, strict=True)
-            exact = [round(value * scale + bias) for value, scale, bias in axes]
-            self._counts = tuple(
-                [count if -LARGEST <= count <= LARGEST else _saturated(count) for count in exact]
-            )
+            counts = self._rounded(self.values, self._scale, self._bias)
+            if max(counts) > LARGEST or min(counts) < -LARGEST:
+                counts = tuple([_saturated(count) for count in counts])
+            self._counts = counts
         return self._counts
+
+    def _closer(self, values: Values, truth: Values, gain: float) -> Values:
+        """Values that have come closer to the truth by a share of the distance."""
+        return tuple([old + gain * (new - old) for old, new in zip(values, truth, strict=True)])
+
+    def _rounded(self, values: Values, scales: Values, biases: Values) -> tuple[int, ...]:
+        """The nearest words, beyond what a word holds as well."""
+        axes = zip(values, scales, biases, strict=True)
+        return tuple([round(value * scale + bias) for value, scale, bias in axes])
+
+
+class TriaxialSensor(Sensor):
+    """One of three axes, written out: it takes most of the samples' time."""
+
+    def __init__(self, start_up: int) -> None:
+        super().__init__(start_up, 3)
+
+    def _closer(self, values: Values, truth: Values, gain: float) -> Values:
+        (x, y, z), (to_x, to_y, to_z) = values, truth
+        return x + gain * (to_x - x), y + gain * (to_y - y), z + gain * (to_z - z)
+
+    def _rounded(self, values: Values, scales: Values, biases: Values) -> tuple[int, ...]:
+        (x, y, z), (scale_x, scale_y, scale_z) = values, scales
+        bias_x, bias_y, bias_z = biases
+        return (
+            round(x * scale_x + bias_x),
+            round(y * scale_y + bias_y),
+            round(z * scale_z + bias_z),
+        )
 
 
 def _saturated(count: int) -> int:

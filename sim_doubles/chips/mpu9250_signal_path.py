@@ -27,7 +27,7 @@ from sim_doubles.chips.mpu9250_registers import (
     XG_OFFSET_H,
     signed_word,
 )
-from sim_doubles.chips.mpu9250_sensor import Sensor
+from sim_doubles.chips.mpu9250_sensor import Sensor, TriaxialSensor
 from sim_doubles.inertial_truth import Inertia
 
 ACCEL_START_UP = 20 * MILLISECOND
@@ -53,10 +53,10 @@ class SignalPath:
 
     def __init__(self, registers: bytearray) -> None:
         self._registers = registers
-        self.accelerometer = Sensor(ACCEL_START_UP, 3)
+        self.accelerometer = TriaxialSensor(ACCEL_START_UP)
         self.thermometer = Sensor(0, 1)
-        self.gyroscope = Sensor(GYRO_START_UP, 3)
-        self.sensors = (self.accelerometer, self.thermometer, self.gyroscope)
+        self.gyroscope = TriaxialSensor(GYRO_START_UP)
+        self.sensors: tuple[Sensor, ...] = (self.accelerometer, self.thermometer, self.gyroscope)
 
     def configure(self, at: int, period: int, *, running: bool) -> None:
         """Take over power, filters, scales and offsets; `period` is the sample period in ns."""
