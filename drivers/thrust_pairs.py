@@ -154,5 +154,6 @@ def duties_of(forces: Forces, pair_thrust_n: float) -> tuple[float, ...]:
         half = 0.5 * force / pair_thrust_n
         if not -0.5 <= half <= 0.5:
             half = math.copysign(0.5, half)
-        duties += (0.5 + half, 0.5 - half)
+        duties.append(0.5 + half)
+        duties.append(0.5 - half)
     return tuple(duties)

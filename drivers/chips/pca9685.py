@@ -59,8 +59,10 @@ POLL: Final[tuple[tuple[Message, ...], ...]] = (
 """Transactions of `poll`, for the bus-time budget."""
 
 _MODES: Final = bytes((AI, OUTDRV))
-_FULL_WORD: Final = FULL << 8
-_BURSTS: Final = tuple(struct.Struct(f"<B{2 * channels}H") for channels in range(CHANNELS + 1))
+_FULL_ON: Final = FULL << 8
+_FULL_OFF: Final = FULL << 24
+"""All four registers of a channel as one number, off counts above on counts."""
+_BURSTS: Final = tuple(struct.Struct(f"<B{channels}I") for channels in range(CHANNELS + 1))
 
 
 def duty_burst(channels: int) -> tuple[Message, ...]:
@@ -227,11 +229,11 @@ class Pca9685:
             if duty != last:  # else the same counts again: pairs are often driven alike
                 if not 0.0 <= duty <= 1.0:
                     raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
-                counts, last = int(duty * COUNTS + 0.5), duty
+                counts, last = math.floor(duty * COUNTS + 0.5), duty
             if 0 < counts < COUNTS:
-                words += (on, (on + counts) % COUNTS)
+                words.append((on + counts) % COUNTS << 16 | on)
             else:
-                words += (_FULL_WORD, 0) if counts else (0, _FULL_WORD)
+                words.append(_FULL_ON if counts else _FULL_OFF)
             written.append(counts / COUNTS)
             on += self._on_step
         burst = _BURSTS[len(written)].pack(LED0_ON_L + 4 * first_channel, *words)
