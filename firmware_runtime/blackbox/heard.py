@@ -10,6 +10,10 @@ from typing import Any, Final
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.devs.heard_ports import Sent
 
+AT: Final = 1
+"""Place of the instant among the fields of a section."""
+NO_STEP: Final = -1
+"""In the place of the instant of a step, between two steps."""
 _STEP: Final = Kind.STEP.value
 
 
@@ -17,7 +21,8 @@ class Heard:
     """Lists as in `section.Section`; `fields` are these and all else of one, in its order."""
 
     __slots__ = (
-        *("enabled", "entered", "fields", "readings", "sent", "times", "transfers", "world"),
+        *("enabled", "entered", "fields", "lists", "readings", "sent", "times", "transfers"),
+        "world",
     )
 
     def __init__(self) -> None:
@@ -28,23 +33,24 @@ class Heard:
         self.sent: Sent = []
         self.transfers: list[tuple[Any, ...]] = []
         self.entered: list[tuple[str, Any]] = []
-        lists = self.readings, self.times, self.enabled, self.world
-        self.fields: list[Any] = [_STEP, 0, *lists, self.sent, self.transfers, self.entered, None]
-        """What is encoded, a section without making one: of a step, if nothing else is said."""
+        self.lists = (
+            *(self.readings, self.times, self.enabled, self.world),
+            *(self.sent, self.transfers, self.entered),
+        )
+        self.fields: list[Any] = [_STEP, NO_STEP, *self.lists, None]
+        """What is encoded when a step is over, a section without making one."""
 
     def __bool__(self) -> bool:
-        return any(self.fields[2:-1])
+        return any(self.lists)
+
+    @property
+    def step_at(self) -> int:
+        """Instant of the step that has not been written; NO_STEP: there is none."""
+        at: int = self.fields[AT]
+        return at
 
     def clear(self) -> None:
         """Forget everything: it has been written."""
-        self.readings.clear()
-        self.sent.clear()
-        self.transfers.clear()
-        if self.enabled:  # seldom: asking takes less time than clearing
-            self.enabled.clear()
-        if self.times:
-            self.times.clear()
-        if self.world:
-            self.world.clear()
-        if self.entered:
-            self.entered.clear()
+        self.fields[AT] = NO_STEP
+        for each in self.lists:
+            each.clear()

@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from firmware_runtime.blackbox.heard import Heard
+from firmware_runtime.blackbox.heard import NO_STEP, Heard
 from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
 from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
 from firmware_runtime.blackbox.models import heard_world, listen, unheard_sends
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, sentences
+from firmware_runtime.blackbox.steps import EndOfStep, begin_of_step, end_of_step
 from firmware_runtime.blackbox.writer import Writer
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
@@ -49,12 +50,14 @@ class Recorder:
         self._schedule = KeyframeSchedule()
         self._writer = Writer(self.heard, self._schedule)
         self._make_ring: Callable[[], Ring | None] | None = None
-        self._step_at = -1
-        """Instant of the step that has not been written; -1: there is none."""
         self._until = NEVER
         """The instant that the run goes on to."""
         self._is_armed: bool | None = None
         self._counts: Callable[[], object] = dict
+        self.begin = begin_of_step(self.heard, self._flush)
+        """A step begins."""
+        self.end: EndOfStep = self._end
+        """The step is over: write it; take a keyframe if one is due and there is time for it."""
 
     # What is heard ------------------------------------------------------------------------------
 
@@ -113,11 +116,11 @@ class Recorder:
 
     def built(self) -> None:
         """The robot has been put together."""
-        self._write(Kind.BUILD, 0)
+        self._writer.write(Kind.BUILD, 0)
 
     def close(self) -> None:
         """Write no more; the recording stays where it is."""
-        if self._writer.has_ring:
+        if self._writer.ring is not None:
             self._flush()
             self._writer.close()
 
@@ -129,7 +132,7 @@ class Recorder:
         try:
             yield
         finally:
-            self._write(kind, at, extra)
+            self._writer.write(kind, at, extra)
 
     def note(self, kind: Kind, extra: object) -> None:
         """Write a section in which nothing was heard."""
@@ -145,20 +148,6 @@ class Recorder:
 
     # The loop's tap -----------------------------------------------------------------------------
 
-    def begin(self, at: int) -> None:
-        """A step for instant `at` begins."""
-        heard = self.heard
-        if heard.transfers or heard.enabled or heard.times or self._step_at >= 0:
-            self._flush()
-        self._step_at = at
-
-    def end(self, at: int, next_at: int) -> None:
-        """The step is over: write it; take a keyframe if one is due and there is time for it."""
-        self._step_at = -1
-        self._writer.write_step(at)
-        if at >= self._schedule.due_at:
-            self._take_keyframe(min(next_at, self._until))
-
     def entered(self, port: InPort[Any], value: object) -> None:
         """A value enters the step that has begun."""
         try:
@@ -173,7 +162,10 @@ class Recorder:
         if self._make_ring is not None:
             self._writer.open(self._make_ring)
             self._make_ring = None
-        self._write(Kind.GO_ON, until)
+            if (ring := self._writer.ring) is not None:
+                written = self.heard, ring, self._writer, self._schedule
+                self.end = end_of_step(*written, self._take_keyframe)
+        self._writer.write(Kind.GO_ON, until)
         self._schedule.open()
 
     def arm(self, *, armed: bool) -> None:
@@ -190,7 +182,7 @@ class Recorder:
             errors = exit_models()
             said += sentences(errors)
         finally:
-            self._write(Kind.EXIT, at, said)
+            self._writer.write(Kind.EXIT, at, said)
         return errors
 
     @property
@@ -204,7 +196,7 @@ class Recorder:
         missing = {"fault": self._missing, "no_keyframe": self._schedule.fault}
         has_begun = self._make_ring is None
         counts = self._counts() if has_begun else {}
-        self._write(Kind.ENDED, at, {**ended, **missing, "counts": counts})
+        self._writer.write(Kind.ENDED, at, {**ended, **missing, "counts": counts})
 
     @property
     def warning(self) -> str | None:
@@ -221,20 +213,23 @@ class Recorder:
 
     # ---------------------------------------------------------------------------------------------
 
-    def _take_keyframe(self, until: int) -> None:
-        """Take one now, if there is time enough until then."""
+    def _end(self, at: int, next_at: int) -> None:
+        """A step is over that goes into no ring."""
+        self._writer.write(Kind.STEP, at)
+        if at >= self._schedule.due_at:
+            self._take_keyframe(next_at)
+
+    def _take_keyframe(self, next_at: int) -> None:
+        """Take one now, if there is time enough until the next step or the end."""
         now, schedule = self._now(), self._schedule
-        if schedule.has_time(until - now) and (state := schedule.capture(now)) is not None:
-            self._write(Kind.KEYFRAME, now, state)
+        left = min(next_at, self._until) - now
+        if schedule.has_time(left) and (state := schedule.capture(now)) is not None:
+            self._writer.write(Kind.KEYFRAME, now, state)
             schedule.taken(now, self._now() - now)
 
     def _flush(self) -> None:
         """Write what was heard so far: the step that is over, or something outside of any."""
-        if self._step_at >= 0:
-            self._write(Kind.STEP, self._step_at)
+        if (at := self.heard.step_at) != NO_STEP:
+            self._writer.write(Kind.STEP, at)
         elif self.heard:
-            self._write(Kind.OUTSIDE, self._now())
-
-    def _write(self, kind: Kind, at: int, extra: object = None) -> None:
-        self._step_at = -1
-        self._writer.write(kind, at, extra)
+            self._writer.write(Kind.OUTSIDE, self._now())

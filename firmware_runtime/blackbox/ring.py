@@ -16,8 +16,6 @@ from firmware_runtime.blackbox.size import Size
 from firmware_runtime.blackbox.spare import spare_of
 from firmware_runtime.errors import ConfigError
 
-_SECTION_SIZE = SECTION.size
-_pack_section, _pack_chunk = SECTION.pack_into, CHUNK.pack_into
 _MADV_POPULATE_WRITE = 23
 _MODE = 0o640
 """The owner writes, the group may read: as with statistics."""
@@ -33,7 +31,14 @@ class Ring:
     `chunk` is the number of the one that is written, from 1. With `reserves` its memory is taken at
     once, otherwise that of each chunk when it is begun: a page that cannot be had when it is
     written to would end the run (SIGBUS). Raises ConfigError if it cannot be made.
+
+    A step's section is copied into it as `write` does, without that call (`steps`).
     """
+
+    __slots__ = (
+        *("begin", "chunk", "end", "memory", "path", "place"),
+        *("_chunk_size", "_chunks", "_descriptor", "_header"),
+    )
 
     def __init__(self, path: Path, size: Size, header: bytes, *, reserves: bool) -> None:
         self.path = path
@@ -45,8 +50,8 @@ class Ring:
             fault = f"its header of {len(header)} bytes leaves too little room in a chunk"
             expected = "expected more recording.minutes, or fewer ports and models"
             raise ConfigError.of_one(str(path), f"{fault}; {expected}")
-        self._memory, self._descriptor = _mapped(path, size, header, reserves=reserves)
-        self._begin = self._end = self._place = 0
+        self.memory, self._descriptor = _mapped(path, size, header, reserves=reserves)
+        self.begin = self.end = self.place = 0
         """Of the chunk, the first byte and the one after it; where the next section goes."""
         try:
             self._open_chunk()
@@ -59,18 +64,15 @@ class Ring:
 
         Raises SectionTooLarge, and OSError where there is no room for another chunk.
         """
-        # once a step, when nothing of it is in the processor's caches: one function, straight on
-        place = self._place
-        begin = place + _SECTION_SIZE
+        begin = self.place + SECTION.size
         end = begin + len(content)
-        if end > self._end:
+        if end > self.end:
             self._go_on_in_next_chunk(content)
             return True
-        memory = self._memory
-        _pack_section(memory, place, len(content), crc32(content))
-        memory[begin:end] = content
-        _pack_chunk(memory, self._begin, self.chunk, end - self._begin)
-        self._place = end
+        SECTION.pack_into(self.memory, self.place, len(content), crc32(content))
+        self.memory[begin:end] = content
+        CHUNK.pack_into(self.memory, self.begin, self.chunk, end - self.begin)
+        self.place = end
         return False
 
     def _go_on_in_next_chunk(self, content: bytes) -> None:
@@ -86,8 +88,9 @@ class Ring:
         return self.chunk > self._chunks
 
     def close(self) -> None:
-        """Let go of the memory; the file stays."""
-        self._memory.close()
+        """Let go of the memory; the file stays, and has no room for more."""
+        self.end = 0
+        self.memory.close()
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None
@@ -97,11 +100,11 @@ class Ring:
         begin = PREFIX_SIZE + self.chunk % self._chunks * self._chunk_size
         if self._descriptor is not None and self.chunk < self._chunks:
             os.posix_fallocate(self._descriptor, begin, self._chunk_size)
-            _populate(self._memory, begin, self._chunk_size)
-        CHUNK.pack_into(self._memory, begin, 0, 0)
+            _populate(self.memory, begin, self._chunk_size)
+        CHUNK.pack_into(self.memory, begin, 0, 0)
         self.chunk += 1
-        self._begin, self._end = begin, begin + self._chunk_size
-        self._place = begin + CHUNK.size
+        self.begin, self.end = begin, begin + self._chunk_size
+        self.place = begin + CHUNK.size
         self.write(self._header)
 
 

@@ -116,11 +116,14 @@ def _unknown(value: object) -> dict[str, str]:
     return {_UNKNOWN: f"{kind.__module__}:{kind.__qualname__}"}
 
 
-encode: Final[Callable[[Any], bytes]] = msgspec.msgpack.Encoder(enc_hook=_in_words).encode
+_ENCODER: Final = msgspec.msgpack.Encoder(enc_hook=_in_words)
+encode: Final[Callable[[Any], bytes]] = _ENCODER.encode
 """The fields of a section, in their order, or a value, as bytes.
 
 Raises an exception where something cannot be written, such as a text that UTF-8 has not.
 """
+encode_into: Final[Callable[[Any, bytearray], None]] = _ENCODER.encode_into
+"""As `encode`, in place of what is in an array of bytes."""
 _UNKNOWN_KEY: Final = encode(_UNKNOWN)
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
 _SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode

@@ -5,7 +5,8 @@ that cannot be written is written in words, a section that cannot be is said to 
 where there is no room for more the recording ends.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.keyframe_schedule import KeyframeSchedule
@@ -27,13 +28,14 @@ class Writer:
         self.fault: str | None = None
         self._heard = heard
         self._schedule = schedule
-        self._ring: Ring | None = None
+        self.ring: Ring | None = None
+        """What it writes into: shared memory."""
         self._put: Callable[[bytes], bool | None] = self.early.append
         """Where sections go; returns whether this one is the first of a chunk."""
 
     def open(self, make_ring: Callable[[], Ring | None]) -> None:
         """Make the ring, and write what was heard before; without one write nothing more."""
-        ring = self._ring = make_ring()
+        ring = self.ring = make_ring()
         self._put = _drop if ring is None else ring.write
         for content in self.early:
             try:
@@ -44,63 +46,48 @@ class Writer:
 
     def close(self) -> None:
         """Write no more; the recording stays where it is."""
-        if self._ring is not None:
-            self._ring.close()
-            self._ring = None
+        if self.ring is not None:
+            self.ring.close()
+            self.ring = None
             self._put = _drop
-
-    @property
-    def has_ring(self) -> bool:
-        """Whether it writes into shared memory."""
-        return self._ring is not None
 
     @property
     def has_wrapped(self) -> bool:
         """Whether the beginning of the recording has been written over."""
-        return self._ring is not None and self._ring.has_wrapped
+        return self.ring is not None and self.ring.has_wrapped
 
     def write(self, kind: Kind, at: int, extra: object = None) -> None:
         """Write a section of all that was heard since the last, and forget it."""
-        fields = self._heard.fields
-        of_step = fields[0], fields[-1]
-        fields[0], fields[-1] = kind.value, extra
-        try:
-            self.write_step(at)
-        finally:
-            fields[0], fields[-1] = of_step
-
-    def write_step(self, at: int) -> None:
-        """Write all that was heard in the step of that instant, and forget it."""
-        # when little of it is in the processor's caches: straight on, and functions as locals,
-        # which CPython calls sooner
-        heard, put = self._heard, self._put
-        fields = heard.fields
-        fields[1] = at
+        fields = [kind.value, at, *self._heard.lists, extra]
         try:
             content = encode(fields)
         except Exception:  # noqa: BLE001 -- the run goes on, whatever entered it
-            content = self._in_words(at)
-        heard.clear()
-        try:
-            if put(content):
-                self._schedule.due_at = 0  # each chunk can be replayed on its own
-        except (SectionTooLarge, OSError) as error:
-            self._go_on_without(fields[0], at, error)
+            content = self.in_words(fields)
+        self._heard.clear()
+        self.put(content, kind, at)
 
-    def _in_words(self, at: int) -> bytes:
-        """A section with a value in it that cannot be written; what is lost is said."""
-        fields = self._heard.fields
+    def in_words(self, fields: Sequence[Any]) -> bytes:
+        """The section, with a value in it that cannot be written; what is lost is said."""
         try:
             return encode_in_words(fields)
         except Exception as error:  # noqa: BLE001 -- as above
+            kind, at, *_ = fields
             self._schedule.hasten(at)
-            return _lost(fields[0], at, error)
+            return _lost(kind, at, error)
 
-    def _go_on_without(self, kind: int, at: int, error: Exception) -> None:
+    def put(self, content: bytes, kind: Kind, at: int) -> None:
+        """Put a section of this kind and instant into the ring, or say that it is missing."""
+        try:
+            if self._put(content):
+                self._schedule.due_at = 0  # each chunk can be replayed on its own
+        except (SectionTooLarge, OSError) as error:
+            self._go_on_without(kind, at, error)
+
+    def _go_on_without(self, kind: Kind, at: int, error: Exception) -> None:
         """Say that a section is missing; what follows is replayed from the next keyframe."""
         if isinstance(error, OSError):
             self._give_up(error)
-        elif kind == Kind.KEYFRAME:
+        elif kind is Kind.KEYFRAME:
             self._schedule.fault = text_of(error)
         else:
             self._schedule.hasten(at)

@@ -1,17 +1,20 @@
 """A recording that lacks something says so, and its run goes on."""
 
 import errno
+import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from firmware_runtime.blackbox import steps
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
 from firmware_runtime.blackbox.reader import kind_of, read_recording
 from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
-from firmware_runtime.blackbox.section import Kind, encode
-from firmware_runtime.blackbox.size import Size
+from firmware_runtime.blackbox.section import Kind, encode, encode_into
+from firmware_runtime.blackbox.size import Size, size_for
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -25,7 +28,8 @@ from firmware_runtime.statistics.statistics import RunState
 
 SIZE = Size(16_384, 3)
 HEADER = b"h" * 100
-Write = Callable[[Ring, bytes], bool]
+BOARD = board_in_force("detective", ())
+CHUNK_SIZE = size_for(BOARD.loads.values(), BOARD.settings.recording.minutes).chunk_bytes
 
 
 def _full(*_: object) -> None:
@@ -34,9 +38,8 @@ def _full(*_: object) -> None:
 
 def _run(path: Path, span_s: float = 1) -> tuple[Outcome, list[str]]:
     said: list[str] = []
-    board = board_in_force("detective", ())
     session = Session(
-        board,
+        BOARD,
         VirtualClock(),
         doubles=True,
         statistics_path=None,
@@ -96,13 +99,20 @@ def test_no_room_for_the_next_chunk_is_said(
 def test_a_run_goes_on_where_its_recording_has_no_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    steps = _failing_at(20, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
-    monkeypatch.setattr(Ring, "write", steps)
+    left = iter([os.posix_fallocate])  # for one chunk
+
+    def allocate(*of: int) -> None:
+        next(left, _full)(*of)
+
+    monkeypatch.setattr(os, "posix_fallocate", allocate)
+    monkeypatch.setattr(steps, "encode_into", _larger_by(CHUNK_SIZE // 5, range(100)))
     outcome, said = _run(tmp_path / "x.recording")
     assert outcome.state is RunState.ENDED
     assert len(said) == 1
     assert "No space" in said[0]
-    assert read_recording(tmp_path / "x.recording").faults() == []
+    recording = read_recording(tmp_path / "x.recording")
+    assert recording.faults() == []
+    assert len(recording.chunks) == 1
 
 
 @pytest.mark.slow
@@ -110,11 +120,11 @@ def test_a_section_that_is_missing_is_said_and_what_follows_is_identical(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "x.recording"
-    monkeypatch.setattr(Ring, "write", _failing_at(20, SectionTooLarge("9 bytes")))
+    monkeypatch.setattr(steps, "encode_into", _larger_by(CHUNK_SIZE, [20]))
     assert _run(path, 2)[0].state is RunState.ENDED
     recording = read_recording(path)
     (fault,) = recording.faults()
-    assert fault.endswith("a section is missing: step: 9 bytes")
+    assert "a section is missing: step: " in fault
     first, second = recording.segments()
     assert kind_of(first.contents[0]) != kind_of(second.contents[0]) == Kind.KEYFRAME
     header = recording.header
@@ -123,18 +133,15 @@ def test_a_section_that_is_missing_is_said_and_what_follows_is_identical(
     assert not verdict.is_identical
 
 
-def _failing_at(place: int, error: Exception) -> Write:
-    """Ring.write that fails once, with the first step after so many sections."""
-    write, count = Ring.write, iter(range(1_000_000))
-    done: list[int] = []
+def _larger_by(size: int, places: Container[int]) -> Callable[[list[Any], bytearray], None]:
+    """What encodes the sections of steps, those at these places so many bytes larger."""
+    count = itertools.count()
 
-    def sometimes(ring: Ring, content: bytes) -> bool:
-        if next(count) >= place and not done and kind_of(content) == Kind.STEP:
-            done.append(place)
-            raise error
-        return write(ring, content)
+    def encode(fields: list[Any], buffer: bytearray) -> None:
+        *usual, extra = fields
+        encode_into([*usual, bytes(size) if next(count) in places else extra], buffer)
 
-    return sometimes
+    return encode
 
 
 def test_a_text_that_utf_8_has_not_is_no_section_but_can_be_made_legible() -> None:
