@@ -11,8 +11,8 @@ from firmware_runtime.debugger.debugger import Ended
 class PdbInside:
     """Calls a function under pdb, which stops where the model's own code begins.
 
-    Between it and the model are functions of the executive; pdb passes them. `continue` goes back
-    to the recording, `quit` leaves both.
+    Between it and the model may be functions of the executive, which pdb passes. `continue` goes
+    back to the recording, `quit` leaves both.
     """
 
     def __init__(self, commands: TextIO | None, output: TextIO | None) -> None:
@@ -24,7 +24,11 @@ class PdbInside:
         debugger = _Pdb(getattr(own, "__code__", None), stdin=commands, stdout=output)
         if commands is not None:
             debugger.use_rawinput = False
-        debugger.runcall(function, *arguments)
+
+        def call() -> None:  # a frame around it: pdb does not stop where the outermost begins
+            function(*arguments)
+
+        debugger.runcall(call)
 
 
 class _Pdb(pdb.Pdb):
