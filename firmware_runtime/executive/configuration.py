@@ -12,6 +12,7 @@ from firmware_runtime.executive.bus_meter import Bus
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
 from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.port_meter import Port
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.executive.tap import Tap
 
@@ -34,6 +35,8 @@ class Configuration(Struct, frozen=True):
     """By path of a periodic model, without the root's name; others have policy `skip`."""
     deadlines: Sequence[PathDeadline] = ()
     buses: Sequence[Bus] = ()
+    ports: Sequence[Port] = ()
+    """Serial ports."""
     sources: Sequence[Source] = ()
     process: ProcessSettings = field(default_factory=ProcessSettings)
     statistics_path: Path | None = None

@@ -1,7 +1,8 @@
-"""What buses, deadlines, faults and the inbox count themselves, copied into the statistics file."""
+"""What lines, deadlines, faults and the inbox count themselves, copied into the statistics file."""
 
 from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.port_meter import PortMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import INPUTS_DROPPED
@@ -14,6 +15,9 @@ class Counters:
         cells, layout = file.cells, file.layout
         self.meters = [
             BusMeter(bus, cells, layout, index) for index, bus in enumerate(profiler.buses)
+        ]
+        self._port_meters = [
+            PortMeter(port, cells, layout, index) for index, port in enumerate(profiler.ports)
         ]
         self._cells = cells
         self._inbox = inbox
@@ -31,6 +35,8 @@ class Counters:
         cells[INPUTS_DROPPED] = self._inbox.dropped
         for meter in self.meters:
             meter.read()
+        for port_meter in self._port_meters:
+            port_meter.read()
         for first, watch in self._watches:
             cells[first] = watch.misses
             cells[first + 1] = watch.samples

@@ -1,7 +1,7 @@
 """Everything that watches a run, one instrument: an account in the place of every model.
 
 The accounts time and record the models' functions and see what they book (`account`); what leaves
-a model is listened to (`fault_log`, `deadlines`); the buses have counters of their own.
+a model is listened to (`fault_log`, `deadlines`); the lines have counters of their own.
 """
 
 from collections.abc import Callable, Mapping
@@ -58,7 +58,7 @@ class Profiler:
         self.watches = [self._watch(each) for each in configuration.deadlines]
         self.garbage = GarbageTime(self.step, now)
         self.faults = FaultLog(self.simulator)
-        self.buses = configuration.buses
+        self.buses, self.ports = configuration.buses, configuration.ports
         self._worst = configuration.worst
         self._recorded_spans = configuration.recorded_spans
         self._has_link = configuration.has_link
@@ -91,6 +91,7 @@ class Profiler:
             models=tuple(self.step.paths),
             timed=tuple(self.step.paths),
             buses=tuple(bus.name for bus in self.buses),
+            ports=tuple(port.name for port in self.ports),
             deadlines=tuple(watch.deadline.name for watch in self.watches),
             fault_models=self.faults.models,
             worst=self._worst,

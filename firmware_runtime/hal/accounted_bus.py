@@ -12,7 +12,7 @@ Identities that hold whenever no transaction is under way, for the bus and for e
 import threading
 from collections.abc import Sequence
 
-from firmware_runtime.hal.budget import framed_bits, wire_bytes, wire_ns
+from firmware_runtime.hal.budget import framed_ns, wire_bytes
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
@@ -65,7 +65,7 @@ class AccountedBus(I2cBus, BusCounters):
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction, again where the policy says so; the last error is raised."""
         size = wire_bytes(messages)
-        busy_ns = self.overhead_ns + wire_ns(framed_bits(size, len(messages)), self.bus_hz)
+        busy_ns = self.overhead_ns + framed_ns(size, len(messages), self.bus_hz)
         with self._lock:
             device = self.by_address.get(address) or self._first_use(address)
             self.transactions += 1

@@ -48,6 +48,12 @@ def wire_ns(bit_count: int, bus_hz: int) -> int:
     return -(-bit_count * NANOSECONDS_PER_SECOND // bus_hz)
 
 
+@lru_cache(maxsize=1024)
+def framed_ns(byte_count: int, message_count: int, bus_hz: int) -> int:
+    """Nanoseconds that a transaction of so many bytes takes on a bus of that speed."""
+    return wire_ns(framed_bits(byte_count, message_count), bus_hz)
+
+
 def transaction_ns(messages: Sequence[Message], bus_hz: int, overhead_ns: int = 0) -> int:
     """Nanoseconds one transaction holds a bus of that speed and its adapter."""
     return overhead_ns + wire_ns(bits(messages), bus_hz)

@@ -7,6 +7,9 @@ nothing. Turning bytes into values is the chips' codecs' part.
 
 from abc import ABC, abstractmethod
 
+BITS_PER_BYTE = 10
+"""On the line: start, eight of data, stop."""
+
 
 class SerialPort(ABC):
     """A port by its name, as in board.toml and in every error; 8 data bits, no parity, 1 stop."""

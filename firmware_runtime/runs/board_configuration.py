@@ -1,4 +1,4 @@
-"""What a board's settings set in the loop: policies, deadlines, buses to count, the process."""
+"""What a board's settings set in the loop: policies, deadlines, lines to count, the process."""
 
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -22,6 +22,7 @@ from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.spelling import did_you_mean
 
 
@@ -44,6 +45,7 @@ def configuration_of(
         policies={path: _activation_policy(each) for path, each in overruns.items()},
         deadlines=_deadlines(model, both),
         buses=tuple(bus for bus in lines.buses.values() if isinstance(bus, AccountedBus)),
+        ports=tuple(port for port in lines.ports.values() if isinstance(port, AccountedPort)),
         process=_process(settings.executive),
         switch_off_for=seconds(settings.executive.switch_off_s),
         max_lag=seconds(settings.executive.max_lag_s),

@@ -90,7 +90,7 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
 
     Conditions that differ read `differs`. When models were last late or reported faults, and the
     timeline, have no meaning here and are left out. Raises StatisticsFileError when the runs have
-    not the same models, buses and deadlines, or count overruns by other periods, tolerances or
+    not the same models, lines and deadlines, or count overruns by other periods, tolerances or
     policies.
     """
     _demand_alike(runs)
@@ -128,7 +128,7 @@ def _demand_alike(runs: Sequence[Statistics]) -> None:
     first = runs[0]
     if any(run.layout != first.layout for run in runs):
         raise StatisticsFileError(
-            "these runs have different models, buses or deadlines; expected runs of one board"
+            "these runs have different models, lines or deadlines; expected runs of one board"
         )
     if any(run.header.models != first.header.models for run in runs):
         raise StatisticsFileError(
@@ -174,6 +174,7 @@ def _counters(layout: Layout) -> Iterator[int]:
         yield from (layout.model(index) + counter for counter in _COUNTERS)
     yield from range(layout.bus(0), layout.bus(len(layout.buses)))
     yield from range(layout.deadline(0), layout.deadline(len(layout.deadlines)))
+    yield from range(layout.port(0), layout.port(len(layout.ports)))
     if layout.has_link:
         yield from (layout.link + counter for counter in _LINK_COUNTERS)
     late = layout.late_by_cause

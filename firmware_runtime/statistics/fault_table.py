@@ -7,8 +7,10 @@ are one.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import chain
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.figures import FaultFigures
@@ -32,8 +34,7 @@ _KIND = slice(len(FAULT), len(FAULT) + KIND_CELLS)
 _SENTENCE = slice(_KIND.stop, ROW_CELLS)
 
 
-@dataclass(slots=True)
-class FaultCount:
+class FaultCount(Struct):
     """How often a model reported one kind of fault, when (ns), and in which words the last time."""
 
     kind: str

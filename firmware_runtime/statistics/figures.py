@@ -2,7 +2,7 @@
 
 Text, `top`, page, Prometheus, comparison and traces go by it. Names are the keys of the JSON.
 Of a new figure there is its definition here, where it is written, and where it is shown. A counter
-of a model or a bus is also a field of that name in `rows`; what is computed has a line in
+of a model or a line is also a field of that name in `rows`; what is computed has a line in
 `statistics`.
 """
 
@@ -69,6 +69,17 @@ class BusFigures(Struct, frozen=True):
     errors: int
     retries: int
     utilisation: float | None
+
+
+class SerialFigures(Struct, frozen=True):
+    """One serial port; `writing` and `reading` are the times of its bytes by that of the run."""
+
+    writes: int
+    bytes_written: int
+    bytes_read: int
+    errors: int
+    writing: float | None
+    reading: float | None
 
 
 class LinkFigures(Struct, frozen=True):
@@ -151,6 +162,8 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
     conditions: Conditions
     link: LinkFigures | None = None
     """None for a run of a whole model."""
+    serial: dict[str, SerialFigures] | None = None
+    """By port; None for a robot without one."""
     late_by_cause: dict[str, int] | None = None
     """How many late steps each cause made; None where causes are not looked for."""
 
@@ -188,7 +201,9 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
     def as_json(self) -> dict[str, Any]:
         """The JSON; spelling and meaning of its keys are what other programs rely on."""
         found = {**to_builtins(self), "conditions": self.conditions.as_json()}
-        absent = [name for name in ("link", "late_by_cause") if getattr(self, name) is None]
+        absent = [
+            name for name in ("link", "serial", "late_by_cause") if getattr(self, name) is None
+        ]
         for name in absent:
             del found[name]
         for activation in found["worst"]:

@@ -1,13 +1,13 @@
 """Where each number of a statistics file stands: one row of signed 64-bit cells.
 
 In order: the run's own cells, the histogram of step times, one block for each model (its
-counters, then its histograms of lateness and of own time), one block for each bus, one cell for
-each deadline, one block for each place in the list of worst activations, the text that says how
-the run ended, the timeline, one block for each model that can report faults (`fault_table`), one
-for the link to the other part of a model that runs in two processes, and one cell for each cause
-that can make a step late (`blame`).
+counters, then its histograms of lateness and of own time), one block for each bus, each deadline
+and each serial port, one block for each place in the list of worst activations, the text that says
+how the run ended, the timeline, one block for each model that can report faults (`fault_table`),
+one for the link to the other part of a model that runs in two processes, and one cell for each
+cause that can make a step late (`blame`).
 Blocks of a kind have the same length; they stand in the order in which the header names models,
-buses and deadlines.
+buses, deadlines and serial ports.
 
 The header of the file carries `describe()`, so a program that knows nothing of this module finds
 every number by name.
@@ -20,7 +20,14 @@ from msgspec import Struct, structs
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.histogram import BUCKETS, CELLS, SUB_BUCKETS, SUM_CELL
-from firmware_runtime.statistics.rows import BusRow, DeadlineRow, LinkRow, ModelRow, WorstRow
+from firmware_runtime.statistics.rows import (
+    BusRow,
+    DeadlineRow,
+    LinkRow,
+    ModelRow,
+    SerialRow,
+    WorstRow,
+)
 
 RUN = (
     "sequence",
@@ -41,6 +48,7 @@ RUN = (
 MODEL = ModelRow.__struct_fields__
 BUS = BusRow.__struct_fields__
 DEADLINE = DeadlineRow.__struct_fields__
+SERIAL = SerialRow.__struct_fields__
 WORST = WorstRow.__struct_fields__
 LINK = LinkRow.__struct_fields__
 SLOT = (
@@ -104,6 +112,8 @@ class Layout(Struct, frozen=True):
     """What a place of the list of worst activations says of its cause, a cell each."""
     causes: tuple[str, ...] = ()
     """What can make an activation late, by name; how often each did is counted."""
+    ports: tuple[str, ...] = ()
+    """Every serial port."""
 
     def model(self, index: int) -> int:
         """First cell of a model's block."""
@@ -127,9 +137,13 @@ class Layout(Struct, frozen=True):
         """First cell of a deadline's block."""
         return self.bus(len(self.buses)) + index * len(DEADLINE)
 
+    def port(self, index: int) -> int:
+        """First cell of a serial port's block."""
+        return self.deadline(len(self.deadlines)) + index * len(SERIAL)
+
     def place(self, index: int) -> int:
         """First cell of a place in the list of worst activations."""
-        return self.deadline(len(self.deadlines)) + index * self.place_cells
+        return self.port(len(self.ports)) + index * self.place_cells
 
     @property
     def place_cells(self) -> int:
@@ -203,7 +217,7 @@ class Layout(Struct, frozen=True):
         }
 
     def _counter_blocks(self) -> dict[str, Any]:
-        """What counts up: the run, its models, buses and deadlines."""
+        """What counts up: the run, its models, buses, deadlines and serial ports."""
         return {
             "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
             "model_block": {
@@ -218,6 +232,7 @@ class Layout(Struct, frozen=True):
                 "stride": len(DEADLINE),
                 "fields": DEADLINE,
             },
+            "port_block": {"at": self.port(0), "stride": len(SERIAL), "fields": SERIAL},
         }
 
     def _kept_blocks(self) -> dict[str, Any]:

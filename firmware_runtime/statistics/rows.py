@@ -43,6 +43,17 @@ class BusRow(Struct, frozen=True):
     busy_ns: Counter
 
 
+class SerialRow(Struct, frozen=True):
+    """Of one serial port, since it was opened."""
+
+    writes: Counter
+    bytes_written: Counter
+    bytes_read: Counter
+    errors: Counter
+    writing_ns: Counter
+    reading_ns: Counter
+
+
 class LinkRow(Struct, frozen=True):
     """Of a run's link to its other part; its histograms of age and round trip follow in the file.
 

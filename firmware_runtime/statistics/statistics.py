@@ -20,6 +20,7 @@ from firmware_runtime.statistics.figures import (
     Figures,
     LinkFigures,
     ModelFigures,
+    SerialFigures,
 )
 from firmware_runtime.statistics.header import Header
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
@@ -43,6 +44,7 @@ from firmware_runtime.statistics.rows import (
     DeadlineRow,
     LinkRow,
     ModelRow,
+    SerialRow,
     as_counted,
     read_row,
     read_rows,
@@ -144,6 +146,7 @@ class Statistics(Struct, frozen=True):
             step_us=self.step_times().summary_us(),
             models=models,
             bus={name: self._bus(index) for index, name in enumerate(self.layout.buses)},
+            serial=self._all_serial(),
             faults=self.faults(),
             worst=read_worst(self.cells, self.layout),
             conditions=conditions_of(self.header.conditions, self._run(), self.cells[YIELDED]),
@@ -200,6 +203,18 @@ class Statistics(Struct, frozen=True):
     def _bus(self, index: int) -> BusFigures:
         row = read_row(BusRow, self.cells, self.layout.bus(index))
         return BusFigures(**as_counted(row, BusFigures), utilisation=self._share(row.busy_ns))
+
+    def _all_serial(self) -> dict[str, SerialFigures] | None:
+        found = {name: self._serial(index) for index, name in enumerate(self.layout.ports)}
+        return found or None
+
+    def _serial(self, index: int) -> SerialFigures:
+        row = read_row(SerialRow, self.cells, self.layout.port(index))
+        return SerialFigures(
+            **as_counted(row, SerialFigures),
+            writing=self._share(row.writing_ns),
+            reading=self._share(row.reading_ns),
+        )
 
     def _link(self) -> LinkFigures:
         row, layout = read_row(LinkRow, self.cells, self.layout.link), self.layout

@@ -7,11 +7,20 @@ from msgspec import convert
 from firmware_runtime.statistics.fault_table import MODEL_CELLS
 from firmware_runtime.statistics.figures import Activations, BusFigures
 from firmware_runtime.statistics.histogram import CELLS
-from firmware_runtime.statistics.layout import BUS, DEADLINE, MODEL, REASON, RUN, TIMELINE, Layout
+from firmware_runtime.statistics.layout import (
+    BUS,
+    DEADLINE,
+    MODEL,
+    REASON,
+    RUN,
+    SERIAL,
+    TIMELINE,
+    Layout,
+)
 from firmware_runtime.statistics.rows import BusRow, ModelRow, WorstRow, as_counted, counters
 
 NAMES = st.lists(st.sampled_from(["imu", "compass", "controller.yaw"]), max_size=4).map(tuple)
-LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20), NAMES)
+LAYOUTS = st.builds(Layout, NAMES, NAMES, NAMES, NAMES, st.integers(1, 20), NAMES, ports=NAMES)
 
 
 @given(LAYOUTS)
@@ -28,6 +37,9 @@ def test_blocks_follow_each_other_and_fill_the_file(layout: Layout) -> None:
     for index in range(len(layout.deadlines)):
         assert layout.deadline(index) == at
         at += len(DEADLINE)
+    for index in range(len(layout.ports)):
+        assert layout.port(index) == at
+        at += len(SERIAL)
     assert layout.place(0) == at
     assert layout.reason.start == at + layout.worst * layout.place_cells
     assert layout.timeline.start == layout.reason.stop == layout.reason.start + REASON
@@ -55,12 +67,16 @@ def test_it_survives_the_header(layout: Layout) -> None:
 
 
 def test_its_description_places_every_block_for_programs_that_do_not_know_it() -> None:
-    layout = Layout(models=("imu", "compass"), buses=("i2c1",), deadlines=("yaw",))
+    layout = Layout(
+        models=("imu", "compass"), buses=("i2c1",), deadlines=("yaw",), ports=("a", "b")
+    )
     description = layout.describe()
     block = description["model_block"]
     assert block["at"] + block["stride"] * 1 == layout.model(1)
     assert description["bus_block"]["at"] == layout.bus(0)
     assert description["deadline_block"]["at"] == layout.deadline(0)
+    block = description["port_block"]
+    assert block["at"] + block["stride"] == layout.port(1)
     assert description["worst_block"]["at"] == layout.place(0)
     assert description["timeline_block"]["at"] == layout.timeline.start
     assert description["fault_block"]["at"] == layout.faults.start

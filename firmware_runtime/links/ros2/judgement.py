@@ -28,7 +28,7 @@ LATELY: Final = 10 * SECOND
 OFTEN: Final = 10
 STANDSTILL: Final = SECOND
 BUSY: Final = 0.8
-_APART: Final = ("models", "bus", "faults", "deadlines", "worst", "conditions")
+_APART: Final = ("models", "bus", "serial", "faults", "deadlines", "worst", "conditions")
 """What is not in the status of the run itself: it has its own, or is too long."""
 
 
@@ -147,6 +147,8 @@ def wrong_counts(figures: Figures) -> dict[str, int]:
         counts[f"model {path}"] = sum(each.count for each in figures.faults[path].values())
     for name, bus in figures.bus.items():
         counts[f"bus {name}"] = bus.errors + bus.retries
+    for name, port in (figures.serial or {}).items():
+        counts[f"serial {name}"] = port.errors
     for name, misses in figures.deadline_misses.items():
         counts[f"deadline {name}"] = misses
     return counts
@@ -177,6 +179,8 @@ def _values(name: str, figures: Figures) -> tuple[dict[str, str], str, list[str]
             "errors and retries",
             [f"busy for {bus.utilisation:.0%} of the time"] if is_busy else [],
         )
+    if kind == "serial":
+        return dict(flat(found["serial"][path])), "errors", []
     if kind == "deadline":
         return dict(flat(found["deadlines"][path])), "missed", []
     model = figures.models.get(path)

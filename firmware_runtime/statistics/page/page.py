@@ -21,6 +21,7 @@ from firmware_runtime.statistics.page.sections import (
     deadlines_section,
     faults_section,
     glossary,
+    serial_section,
 )
 from firmware_runtime.statistics.page.style import STYLE
 from firmware_runtime.statistics.page.verdict import verdict
@@ -72,7 +73,10 @@ def _sections(
     yield section("Faults", *faults_section(figures.faults))
     yield section("Worst activations", *worst_activations(figures.worst))
     yield section(
-        "Deadlines and buses", *deadlines_section(figures.deadlines), *buses_section(figures.bus)
+        "Deadlines and buses",
+        *deadlines_section(figures.deadlines),
+        *buses_section(figures.bus),
+        *serial_section(figures.serial or {}),
     )
     yield section("Conditions", *conditions_section(figures.conditions))
     yield section("What the words mean, and how this page was made", *glossary(figures))

@@ -1,16 +1,23 @@
-"""The sections of a report that are tables and words: faults, deadlines, buses, conditions."""
+"""The sections of a report that are tables and words: faults, deadlines, lines, conditions."""
 
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.statistics.conditions import Conditions, Request, Settings
-from firmware_runtime.statistics.figures import SCHEMA, BusFigures, FaultFigures, Figures
+from firmware_runtime.statistics.figures import (
+    SCHEMA,
+    BusFigures,
+    FaultFigures,
+    Figures,
+    SerialFigures,
+)
 from firmware_runtime.statistics.number_formats import instant_s, plain, share
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.rows import DeadlineRow
 
 _FAULT_HEAD = ("model", "kind", "times", "first", "last", "in words, the last time")
+_SERIAL_COUNTERS = ("writes", "bytes_written", "bytes_read", "errors")
 _NEEDS = "; needs "
 """The words in a reason that introduce its fix."""
 _WORDS = {
@@ -75,6 +82,23 @@ def buses_section(buses: Mapping[str, BusFigures]) -> Iterator[Element]:
         for name, bus in buses.items()
     )
     yield table("Buses", head, rows)
+
+
+def serial_section(ports: Mapping[str, SerialFigures]) -> Iterator[Element]:
+    """What each serial port carried, where there is one."""
+    if not ports:
+        return
+    rows = (
+        [
+            name,
+            share(port.writing),
+            share(port.reading),
+            *(f"{getattr(port, each):,}" for each in _SERIAL_COUNTERS),
+        ]
+        for name, port in ports.items()
+    )
+    counters = [each.replace("_", " ") for each in _SERIAL_COUNTERS]
+    yield table("Serial ports", ["port", "writing", "reading", *counters], rows)
 
 
 def conditions_section(conditions: Conditions) -> list[Element]:

@@ -91,6 +91,9 @@ def _beside(figures: Figures) -> Iterator[str]:
     errors = sum(bus.errors for bus in figures.bus.values())
     if errors > 0:
         yield f"{count(errors, 'bus transaction')} failed."
+    failed = sum(port.errors for port in (figures.serial or {}).values())
+    if failed > 0:
+        yield f"{count(failed, 'call')} of a serial port failed."
     dropped = figures.conditions.run.inputs_dropped
     if dropped > 0:
         yield f"{count(dropped, 'input')} came too fast and found no room."

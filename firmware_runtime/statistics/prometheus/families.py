@@ -16,9 +16,9 @@ from prometheus_client.core import (
 from prometheus_client.metrics_core import Metric
 
 from firmware_runtime.statistics.conditions import Conditions
-from firmware_runtime.statistics.figures import BusFigures, LinkFigures, ModelFigures
+from firmware_runtime.statistics.figures import BusFigures, LinkFigures, ModelFigures, SerialFigures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
-from firmware_runtime.statistics.rows import BusRow, read_row
+from firmware_runtime.statistics.rows import BusRow, SerialRow, read_row
 from firmware_runtime.statistics.statistics import Statistics
 
 SECOND = 1e9
@@ -31,6 +31,12 @@ _BUS_COUNTERS = {
     "bytes": "Bytes on a bus, addresses included",
     "errors": "Transactions on a bus that failed, each attempt",
     "retries": "Transactions on a bus that were tried again",
+}
+_SERIAL_COUNTERS = {
+    "writes": "Writes to a serial port",
+    "bytes_written": "Bytes that a serial port took",
+    "bytes_read": "Bytes that were taken from a serial port",
+    "errors": "Calls of a serial port that failed",
 }
 _LINK_COUNTERS = {
     "sent": "Values that were sent over a link",
@@ -86,6 +92,14 @@ class Families:
             name: _counter(f"bus_{name}", about, bus) for name, about in _BUS_COUNTERS.items()
         }
         self._busy = _counter("bus_busy_seconds", "Time on the wire, computed from bits", bus)
+        port = ["board", "port"]
+        self._serial = {
+            name: _counter(f"serial_{name}", about, port)
+            for name, about in _SERIAL_COUNTERS.items()
+        }
+        self._serial_time = _counter(
+            "serial_seconds", "Time of a serial port's bytes, computed", [*port, "direction"]
+        )
         self._late = _histogram("lateness_seconds", "Start of activations after deadline", model)
         self._own = _histogram("own_time_seconds", "Own time of a model in its steps", model)
         self._link_good = _gauge("link_good", "Whether the other part of the model answers", board)
@@ -104,7 +118,7 @@ class Families:
     def all(self) -> Iterable[Metric]:
         """Every family that has a sample."""
         families = (each for each in vars(self).values() if isinstance(each, Metric))
-        named = (*self._bus.values(), *self._link.values())
+        named = (*self._bus.values(), *self._serial.values(), *self._link.values())
         return [each for each in (*families, *named) if each.samples]
 
     def add_unreadable(self, board: str) -> None:
@@ -139,6 +153,7 @@ class Families:
                 self._faults.add_metric([board, path, kind], counted.count)
         self._add_models(board, statistics, figures.models)
         self._add_buses(board, statistics, figures.bus)
+        self._add_ports(board, statistics, figures.serial or {})
         if figures.link is not None:
             self._add_link(board, statistics, figures.link)
 
@@ -174,6 +189,17 @@ class Families:
                 family.add_metric([board, name], getattr(bus, counter))
             row = read_row(BusRow, statistics.cells, statistics.layout.bus(index))
             self._busy.add_metric([board, name], row.busy_ns / SECOND)
+
+    def _add_ports(
+        self, board: str, statistics: Statistics, ports: Mapping[str, SerialFigures]
+    ) -> None:
+        for index, (name, port) in enumerate(ports.items()):
+            for counter, family in self._serial.items():
+                family.add_metric([board, name], getattr(port, counter))
+            row = read_row(SerialRow, statistics.cells, statistics.layout.port(index))
+            times = {"writing": row.writing_ns, "reading": row.reading_ns}
+            for direction, span in times.items():
+                self._serial_time.add_metric([board, name, direction], span / SECOND)
 
 
 def _counter(name: str, about: str, labels: list[str]) -> CounterMetricFamily:

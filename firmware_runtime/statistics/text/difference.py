@@ -86,6 +86,9 @@ def _figures(figures: Figures) -> Iterator[tuple[str, float | None]]:
         yield f"bus.{name}.errors", bus.errors
         yield f"bus.{name}.retries", bus.retries
         yield f"bus.{name}.utilisation", bus.utilisation
+    for name, port in (figures.serial or {}).items():
+        for figure, value in asdict(port).items():
+            yield f"serial.{name}.{figure}", value
 
 
 def _compared(first: float | None, second: float | None) -> Compared:

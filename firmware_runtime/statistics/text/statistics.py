@@ -33,6 +33,7 @@ def statistics_text(figures: Figures, worst: int = _WORST_SHOWN) -> list[str]:
         *_models(figures),
         *_times(figures),
         *_buses(figures),
+        *_serial(figures),
         *_deadlines(figures),
         *_link(figures.link),
         *(f"  fault: {line}" for line in fault_lines(figures)),
@@ -156,6 +157,15 @@ def _buses(figures: Figures) -> list[str]:
         f"  bus {name}: {bus.transactions} transactions, {bus.bytes} bytes, "
         f"{bus.errors} errors, {bus.retries} retries, {percent(bus.utilisation)} busy"
         for name, bus in figures.bus.items()
+    ]
+
+
+def _serial(figures: Figures) -> list[str]:
+    return [
+        f"  serial port {name}: {port.writes} writes, {port.bytes_written} bytes written, "
+        f"{port.bytes_read} bytes read, {port.errors} errors, "
+        f"{percent(port.writing)} of the time writing, {percent(port.reading)} reading"
+        for name, port in (figures.serial or {}).items()
     ]
 
 

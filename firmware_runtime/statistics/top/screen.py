@@ -79,14 +79,16 @@ def _style(figures: Figures) -> str:
 
 
 def _facts(figures: Figures) -> Text:
-    """Where, how long, and what the bus carries."""
+    """Where, how long, and how often lines failed."""
     run = figures.conditions.run
     cpu = percent(None if run.cpu_s is None else run.cpu_s / max(run.elapsed_s, 1e-9))
+    errors = {name: bus.errors for name, bus in figures.bus.items()}
+    errors |= {name: port.errors for name, port in (figures.serial or {}).items()}
     parts = [
         figures.conditions.text("board") or "",
         f"{run.elapsed_s:.0f} s",
         f"cpu {cpu}",
-        *(f"{name} {bus.errors} errors" for name, bus in figures.bus.items()),
+        *(f"{name} {count} errors" for name, count in errors.items()),
         *(f"{name}: {deadline_text(counted)}" for name, counted in figures.deadlines.items()),
     ]
     return Text("  ".join(parts), style="dim", overflow="ellipsis", no_wrap=True)

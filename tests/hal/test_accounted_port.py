@@ -1,5 +1,12 @@
+from collections.abc import Callable
+from functools import partial
+
+import pytest
+
+from firmware_runtime.hal.absent import AbsentPort
+from firmware_runtime.hal.accounted_port import AccountedPort
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.hal.timed_port import TimedPort
 from sim_doubles.clock import FollowingClock, ManualClock
 
 BAUD = 9600
@@ -27,7 +34,7 @@ class Port(SerialPort):
 
 def test_what_was_written_has_left_ten_bits_a_byte_later() -> None:
     step = ManualClock()
-    port = TimedPort(Port(), BAUD, FollowingClock(step))
+    port = AccountedPort(Port(), BAUD, FollowingClock(step))
     assert port.elapsed() == 0
     port.write(bytes(12))
     assert 0 <= port.elapsed() - 12 * BYTE < 1
@@ -35,7 +42,7 @@ def test_what_was_written_has_left_ten_bits_a_byte_later() -> None:
 
 def test_bytes_queue_behind_those_that_have_not_left_yet() -> None:
     step = ManualClock()
-    port = TimedPort(Port(), BAUD, FollowingClock(step))
+    port = AccountedPort(Port(), BAUD, FollowingClock(step))
     port.write(bytes(12))
     step.advance(round(2 * BYTE))
     port.write(bytes(1))
@@ -45,7 +52,7 @@ def test_bytes_queue_behind_those_that_have_not_left_yet() -> None:
 def test_a_port_that_is_idle_is_where_the_other_lines_are() -> None:
     step = ManualClock()
     lines = FollowingClock(step)
-    port = TimedPort(Port(), BAUD, lines)
+    port = AccountedPort(Port(), BAUD, lines)
     port.write(bytes(1))
     step.advance(1_000_000_000)
     lines.reach(step() + 700)
@@ -54,13 +61,41 @@ def test_a_port_that_is_idle_is_where_the_other_lines_are() -> None:
 
 def test_writing_does_not_hold_up_the_other_lines() -> None:
     lines = FollowingClock(ManualClock())
-    TimedPort(Port(), BAUD, lines).write(bytes(12))
+    AccountedPort(Port(), BAUD, lines).write(bytes(12))
     assert lines.elapsed() == 0
+
+
+def test_what_it_carries_is_counted_with_the_time_it_takes() -> None:
+    inner = Port()
+    port = AccountedPort(inner, BAUD, FollowingClock(ManualClock()))
+    port.write(bytes(12))
+    port.write(bytes(3))
+    assert (port.writes, port.bytes_written, port.bytes_read) == (2, 15, 0)
+    assert 0 <= port.writing_ns - 15 * BYTE < 2
+    assert port.read_available() == bytes(15)
+    assert port.read_available() == b""
+    assert (port.bytes_read, port.errors) == (15, 0)
+    assert 0 <= port.reading_ns - 15 * BYTE < 2
+
+
+def test_a_call_that_fails_is_an_error_and_nothing_else() -> None:
+    port = AccountedPort(AbsentPort("treads"), BAUD, FollowingClock(ManualClock()))
+    calls: list[Callable[[], object]] = [
+        partial(port.write, b"abc"),
+        port.read_available,
+        port.discard_input,
+    ]
+    for number, call in enumerate(calls, 1):
+        with pytest.raises(HalError):
+            call()
+        assert port.errors == number
+    assert (port.writes, port.bytes_written, port.bytes_read) == (0, 0, 0)
+    assert (port.writing_ns, port.reading_ns, port.elapsed()) == (0, 0, 0)
 
 
 def test_bytes_pass_through_unchanged() -> None:
     inner = Port()
-    port = TimedPort(inner, BAUD, FollowingClock(ManualClock()))
+    port = AccountedPort(inner, BAUD, FollowingClock(ManualClock()))
     port.write(b"abc")
     assert port.name == "treads"
     assert port.read_available() == b"abc"
