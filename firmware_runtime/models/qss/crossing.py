@@ -20,6 +20,9 @@ Direction = Literal["rising", "falling", "both"]
 _ZENO_GAP: Final = 1000
 _SHRINKS: Final = 0.999
 """Gaps in ns that are as short, each by this factor or more shorter than the last, vanish."""
+_LEAST_GAP: Final = 10
+_MOST_LEAST: Final = 1000
+"""Gaps in ns that have no room to shrink any more, and how many of them in a row."""
 
 
 class Crossing(Atomic):
@@ -32,10 +35,12 @@ class Crossing(Atomic):
     polynomial, rounded up to whole ns, so that the crossing has happened. Inputs may bring up to
     four coefficients: a port `state` of an integrator, without the error of its quantization.
     Events that come ever closer, less than 1 us apart, accumulate (Zeno): a ModelError.
-    Where an event of both directions is answered at its own instant by a change that leads back, as
-    of a ball that bounces, the value has touched zero and not passed it: that is no second event.
+    Where an event is answered at its own instant by a change that leads back, as of a ball that
+    bounces, the value has touched zero and not passed it: that is no second event.
     Nor is it one where a value that its event has set to rest at zero, as of a body that sticks,
-    leaves it. `at_zero` says whether one that stands there otherwise, as at the start, is above.
+    leaves it. `at_zero` says whether one that stands there otherwise is above. One that is zero at
+    the start, and may stand there for long, has not crossed yet: where it goes then, by its first
+    derivative that is not zero, is an event of that direction; of both directions it starts above.
     """
 
     def __init__(  # noqa: PLR0913 -- most of them have defaults
@@ -76,7 +81,10 @@ class Crossing(Atomic):
         self._beyond = -1.0
         """How far past zero it was at an event of this instant; negative: there was none."""
         self._has_turned = self._returns = self._rests = False
+        self._is_poised = False
+        """Whether it has been zero ever since the start."""
         self._events: dict[bool, list[int]] = {True: [], False: []}
+        self._least_gaps = {True: 0, False: 0}
 
     def initialize(self) -> None:
         """Look at once if there is no input to wait for."""
@@ -126,10 +134,14 @@ class Crossing(Atomic):
             g = self._difference.code(t, sides, flat)
         except (ValueError, ArithmeticError) as error:
             raise self._wires.no_value(self, self.expression, self._at, error) from error
-        side = side_of(self._difference, g)
-        leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
-        if self._side is not None:
+        if self._side is None:
+            self._is_poised = g[0] == 0.0
+        side = self._side_at_start(g) if self._is_poised else side_of(self._difference, g)
+        if self._side is not None and not self._is_poised:
             side = self._side_as_led(g, side, was=self._side)
+        leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
+        if self._is_poised:
+            leaves = max(leaves, NANO)
         self._leaves, self._value, self._moves = leaves, abs(g[0]), any(g)
         if side is self._side and not self._has_crossed:
             self.sigma = whole_after(leaves)
@@ -137,6 +149,18 @@ class Crossing(Atomic):
         if self._side is not None and side is not self._side and not self._has_turned:
             self._note_event(rises=side)
         self._side, self._has_crossed, self.sigma = side, True, 0
+
+    def _side_at_start(self, g: Sequence[float]) -> bool:
+        """The side of what is zero since the start: the one from which its event is reached.
+
+        It crosses as soon as an input brings a slope, else in the next nanosecond: a ball at rest
+        on its floor, whose way is only bent, then has a speed that its event can turn round.
+        """
+        starts = self.direction != "rising"
+        if self._side is None or g[0] == g[1] == 0.0:
+            return starts
+        self._is_poised = False
+        return side_of(self._difference, g)
 
     def _is_event(self) -> bool:
         """Whether what is sent next is an event, and not only on which side it is."""
@@ -153,8 +177,7 @@ class Crossing(Atomic):
             self._has_turned = not self._rests and side is not was
             return was if self._rests else side
         stays = abs(g[0]) <= 2.0 * self._beyond + NANO * abs(g[1])
-        touched = self.direction == "both" and self._beyond >= 0.0 and stays
-        if touched and _leads(g) is (not was):
+        if self._beyond >= 0.0 and stays and _leads(g) is (not was):
             self._beyond, self._has_turned, self._returns = -1.0, True, True
             return not was
         if self._returns and side is not was and _leads(g) is was:
@@ -167,12 +190,15 @@ class Crossing(Atomic):
         past = self._events[rises]
         past[:] = [*past[-3:], self._at]
         gaps = [later - sooner for sooner, later in pairwise(past)]
-        if (
+        is_least = gaps[-1:] != [] and gaps[-1] <= _LEAST_GAP
+        self._least_gaps[rises] = self._least_gaps[rises] + 1 if is_least else 0
+        shrinks = (
             len(gaps) == 3
             and gaps[2] < _ZENO_GAP
             and gaps[2] < _SHRINKS * gaps[1]
             and gaps[1] < _SHRINKS * gaps[0]
-        ):
+        )
+        if shrinks or self._least_gaps[rises] >= _MOST_LEAST:
             raise ModelError(
                 f"{self.path}: {self.expression} crosses zero ever faster, at "
                 f"{format_time(self._at)} {gaps[2]} ns after the last time; "

@@ -57,14 +57,15 @@ class Wires:
 
     def no_value(self, block: Atomic, expression: str, at: int, error: Exception) -> ModelError:
         """Where an expression has no value: at which instant, and of what."""
-        of = [
-            format_time(at),
-            *(f"{name} = {self.flat[k]:.6g}" for name, (k, _) in self._places.items()),
-        ]
         return ModelError(
-            f"{block.path}: {expression} has no value at {', '.join(of)}: {error}; "
+            f"{block.path}: {expression} has no value at {self.shown(at)}: {error}; "
             "expected finite real numbers all the way"
         )
+
+    def shown(self, at: int) -> str:
+        """An instant, and what was read there."""
+        read = (f"{name} = {self.flat[k]:.6g}" for name, (k, _) in self._places.items())
+        return ", ".join((format_time(at), *read))
 
     @property
     def are_moving(self) -> bool:
@@ -75,11 +76,11 @@ class Wires:
 
 
 def side_of(condition: Condition, g: Sequence[float]) -> bool:
-    """On which side the condition's value is, or is about to be."""
+    """On which side the condition's value is, or is about to be: its first derivative says that."""
     value, slope = g[0], g[1]
     if abs(value) > _INSTANT_S * abs(slope):
         return value > 0.0
-    for each in (slope, g[2], g[3], value):
+    for each in (*g[1:], value):
         if each != 0.0:
             return each > 0.0
     return condition.at_zero

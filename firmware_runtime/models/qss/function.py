@@ -13,7 +13,6 @@ from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.evaluation import Wires, settle
 from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.poles import Poles
@@ -147,8 +146,8 @@ class Function(Atomic):
             return seconds
         raise ModelError(
             f"{self.path}: {self.expression} holds for {seconds:.2g} s within {tolerance:.3g} at "
-            f"{format_time(self._at)}; expected 1 ns or more: choose a larger tolerance, or a "
-            "larger quantum"
+            f"{self._wires.shown(self._at)}; expected 1 ns or more: choose a larger tolerance or "
+            "quantum, or, where values have run away, a smaller quantum"
         )
 
     def _check(self, order: int, tolerance: object, longest_s: float) -> None:

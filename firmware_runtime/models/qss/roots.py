@@ -51,7 +51,8 @@ def leaves_band_cubic(c0: float, c1: float, c2: float, c3: float, band: float) -
 def falls_below_zero(c0: float, c1: float, c2: float = 0.0, c3: float = 0.0) -> float:
     """The first t >= 0 at which the polynomial goes from positive to negative, or infinity.
 
-    0 if it is negative and falling; one that is negative and rising has to come up first.
+    0 if it is negative and falling; one that is negative and rising has to come up first, or to
+    turn: of a ball that its event has sent up from just below the floor, too slow to reach it.
     """
     if c0 < 0.0 and (c1 < 0.0 or (c1 == 0.0 and c2 < 0.0)):
         return 0.0
@@ -63,7 +64,7 @@ def falls_below_zero(c0: float, c1: float, c2: float = 0.0, c3: float = 0.0) -> 
         return -c0 / c1 if c1 < 0.0 else inf
     within = c1 * c1 - 4.0 * c2 * c0
     if within <= 0.0:
-        return inf
+        return -0.5 * c1 / c2 if c0 < 0.0 < c1 and c2 < 0.0 else inf
     root = sqrt(within)
     if c2 > 0.0:  # falls at the smaller root
         when = 2.0 * c0 / (root - c1) if c1 < 0.0 else -inf
@@ -85,6 +86,8 @@ def _cubic_falls(c0: float, c1: float, c2: float, c3: float) -> float:
         value = c0 + end * (c1 + end * (c2 + end * c3))
         if before >= 0.0 > value:
             return _bracketed(c0, c1, c2, c3, begin, end)
+        if begin == 0.0 and c1 > 0.0 > value:
+            return end
         begin, before = end, value
     if c3 > 0.0 or before < 0.0:
         return inf

@@ -41,6 +41,9 @@ def _list_faults(group: str, given: object, kind: type, expected: str) -> Iterat
     if isinstance(given, str) or not isinstance(given, Sequence):
         yield f"{group} is {given!r}; expected {expected}"
         return
-    for each in given:
+    for number, each in enumerate(given, 1):
         if not isinstance(each, kind):
             yield f"{group}: {each!r}; expected {expected}"
+        elif isinstance(each, When):
+            only_if = {} if each.only_if is None else {"only_if": each.only_if}
+            yield from _text_faults(f"{group}: {number}", {"event": each.event, **only_if})

@@ -17,6 +17,8 @@ from firmware_runtime.models.qss.system import System
 
 _MOST_S: Final = 1e9
 """Thirty years; beyond 292 of them, nanoseconds are more than 64 bits hold."""
+_MOST_SAMPLES: Final = 10_000_000
+"""More fill the memory before anything is solved."""
 
 
 class Simulation:
@@ -94,8 +96,9 @@ def solve(
 
 def _spread(until: float | None, samples: int) -> list[float]:
     is_sound = isinstance(until, Real) and 0.0 < until <= _MOST_S
-    if until is None or not is_sound or not isinstance(samples, Integral) or samples < 2:
-        expected = f"expected more than 0 s, {_MOST_S:g} s at most, 2 samples or more"
+    is_count = isinstance(samples, Integral) and 2 <= samples <= _MOST_SAMPLES
+    if until is None or not is_sound or not is_count:
+        expected = f"expected more than 0 s, {_MOST_S:g} s at most, 2 to {_MOST_SAMPLES} samples"
         fault = f"until {until!r} s, {samples!r} samples; {expected}"
         raise ConfigError.of_one("solve", fault)
     return [float(until) * number / (samples - 1) for number in range(samples)]

@@ -25,27 +25,33 @@ class When:
 
     def is_strict(self) -> bool:
         """Whether it is a comparison that equal sides do not meet. Raises ExpressionError."""
-        if _CROSSES.fullmatch(self.event.strip()) is not None:
-            return False
-        match parse(self.event, {DELAY}):
-            case ast.Compare(ops=[ast.Gt() | ast.Lt()]):
-                return True
-        return False
+        return _CROSSES.fullmatch(self.event.strip()) is None and self._comparison()[2]
 
     def crossing(self) -> tuple[str, Direction]:
         """The expression that crosses zero, and in which direction. Raises ExpressionError."""
         found = _CROSSES.fullmatch(self.event.strip())
-        if found is not None:
-            left, right, direction = found.groups()
-            text = f"({left.strip()}) - ({right.strip()})"
-            if direction == "rising":
-                return text, "rising"
-            return text, "falling" if direction == "falling" else "both"
-        match parse(self.event, {DELAY}):
-            case ast.Compare(left=left, ops=[ast.Gt() | ast.GtE()], comparators=[right]):
-                return f"({ast.unparse(left)}) - ({ast.unparse(right)})", "rising"
-            case ast.Compare(left=left, ops=[ast.Lt() | ast.LtE()], comparators=[right]):
-                return f"({ast.unparse(right)}) - ({ast.unparse(left)})", "rising"
-        raise ExpressionError(
-            f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
-        )
+        if found is None:
+            larger, smaller, _ = self._comparison()
+            return f"({ast.unparse(larger)}) - ({ast.unparse(smaller)})", "rising"
+        left, right, direction = found.groups()
+        text = f"({left.strip()}) - ({right.strip()})"
+        if direction == "rising":
+            return text, "rising"
+        return text, "falling" if direction == "falling" else "both"
+
+    def _comparison(self) -> tuple[ast.expr, ast.expr, bool]:
+        """What becomes the larger side, what the smaller one, and whether equal ones do not do."""
+        tree, is_denied = parse(self.event, {DELAY}), False
+        while isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
+            tree, is_denied = tree.operand, not is_denied
+        match tree:
+            case ast.Compare(left=larger, ops=[ast.Gt() | ast.GtE() as op], comparators=[smaller]):
+                pass
+            case ast.Compare(left=smaller, ops=[ast.Lt() | ast.LtE() as op], comparators=[larger]):
+                pass
+            case _:
+                raise ExpressionError(
+                    f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
+                )
+        is_strict = isinstance(op, ast.Gt | ast.Lt) is not is_denied
+        return (smaller, larger, is_strict) if is_denied else (larger, smaller, is_strict)

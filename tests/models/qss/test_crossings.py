@@ -220,7 +220,7 @@ def test_an_event_that_lets_the_value_pass_is_followed_by_one_of_the_way_back(me
 @pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
 @pytest.mark.parametrize(
     ("becomes", "rises", "falls"),
-    [("x > 0", 1.0, 0.0), ("x < 0", 0.0, 1.0), ("x >= 0", 0.0, 0.0), ("x <= 0", 0.0, 0.0)],
+    [("x > 0", 1.0, 0.0), ("x < 0", 0.0, 1.0), ("x >= 0", 1.0, 0.0), ("x <= 0", 0.0, 1.0)],
 )
 def test_a_comparison_of_what_stood_at_the_limit_becomes_true_where_it_leaves_it(
     becomes: str, rises: float, falls: float, method: str

@@ -22,6 +22,8 @@ SOUND: dict[str, Any] = {"states": {"x": 1.0}, "equations": {"x": "-x"}}
         ({"equations": {"x": -1.0}}, "equations: x is -1.0; expected an expression as text"),
         ({"definitions": {"a": 2}}, "definitions: a is 2; expected an expression as text"),
         ({"events": When("x crosses 0", x=1)}, "events is .*; expected a list of When"),
+        ({"events": [When(5, x=1)]}, "events: 1: event is 5; expected an expression"),  # type: ignore[arg-type]
+        ({"events": [When("x > 0", only_if=0, x=1)]}, "events: 1: only_if is 0; expected"),  # type: ignore[arg-type]
         ({"events": ["x crosses 0"]}, "events: 'x crosses 0'; expected a list of When"),
         ({"method": {"x": "QSS1"}}, "method is {'x': 'QSS1'}; expected one of QSS1"),
         ({"outputs": "x"}, "outputs is 'x'; expected a list"),
@@ -72,3 +74,26 @@ def test_a_source_that_sends_no_number_is_refused_before_it_is_read() -> None:
         system = System(states={"x": 0.0}, equations={"x": "-x"}, inputs={"u": source})
         with pytest.raises(ModelError, match="expected finite numbers"):
             solve(system, until=1.0)
+
+
+ROBERTSON: dict[str, Any] = {
+    "states": {"a": 1.0, "b": 0.0, "c": 0.0},
+    "equations": {
+        "a": "-0.04*a + 1e4*b*c",
+        "b": "0.04*a - 1e4*b*c - 3e7*b*b",
+        "c": "3e7*b*b",
+    },
+    "method": "LIQSS2",
+}
+
+
+def test_what_a_quantum_too_large_for_its_state_lets_run_away_is_shown() -> None:
+    with pytest.raises(ModelError, match=r"b = .*a smaller quantum"):
+        solve(System(**ROBERTSON, quantum=1e-2), 1.0, samples=2)
+
+
+def test_quanta_that_are_small_beside_their_states_solve_it() -> None:
+    quanta = {"a": 1e-3, "b": 1e-8, "c": 1e-3}
+    _, values = solve(System(**ROBERTSON, quantum=quanta), 40.0, samples=2)
+    found = [values[name][1] for name in ("a", "b", "c")]
+    assert found == pytest.approx([0.7158271, 9.1855e-6, 0.2841637], rel=2e-3)
