@@ -35,7 +35,8 @@ class Mirror(Closing):
             return
         os.fdatasync(self._descriptor)
         for place, slot in new.items():
-            os.pwrite(self._descriptor, CHUNK.pack(*slot), self._ring.begin(place))
+            begin = CHUNK.pack(slot.number, slot.used)
+            os.pwrite(self._descriptor, begin, self._ring.begin(place))
             self._written[place] = slot
         os.fdatasync(self._descriptor)
 

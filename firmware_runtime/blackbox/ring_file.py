@@ -8,9 +8,9 @@ bytes up to `used` are whole if the number is the same before and after they wer
 import errno
 import os
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
+from msgspec import Struct
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.layout import (
@@ -26,7 +26,7 @@ from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.closing import Closing
 
 
-class Slot(NamedTuple):
+class Slot(Struct, frozen=True):
     """What the beginning of a chunk says: its number, and how many of its bytes are used."""
 
     number: int

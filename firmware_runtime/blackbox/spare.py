@@ -5,13 +5,14 @@ than the sections it touches. The prefix says where the copy stands, so that a f
 was cut off is known from one in which it is wrong.
 """
 
-from typing import NamedTuple
 from zlib import crc32
+
+from msgspec import Struct
 
 from firmware_runtime.blackbox.layout import MAGIC, PREFIX_SIZE, SECTION, is_whole, place_in, prefix
 
 
-class Spare(NamedTuple):
+class Spare(Struct, frozen=True):
     """Where the copy stands in some bytes, and how far that is from where it was written."""
 
     place: int

@@ -4,6 +4,7 @@ import subprocess
 import threading
 from collections.abc import Callable
 from functools import partial
+from itertools import permutations
 from typing import NamedTuple
 
 import pytest
@@ -93,6 +94,17 @@ def test_a_state_of_another_robot_is_refused() -> None:
     one, other = StateTable({"node": Node(value=1)}), StateTable({"node": Node(value=[1])})
     with pytest.raises(ForeignState, match="of another robot"):
         other.restore(one.capture())
+
+
+def test_a_state_whose_numbers_mean_other_objects_is_refused_as_another_robots() -> None:
+    """Read by its numbers alone, some of these name a dictionary as the key of another."""
+    nodes = [Node(**{f"field_{index}": {"key": [index]} for index in range(n)}) for n in range(6)]
+    tables = [StateTable({"node": node}) for node in nodes]
+    states = [table.capture() for table in tables]
+    for table, other in permutations(range(len(nodes)), 2):
+        with pytest.raises(ForeignState, match="of another robot") as caught:
+            tables[table].restore(states[other])
+        assert caught.value.is_of_another_robot
 
 
 def test_a_damaged_state_changes_nothing() -> None:

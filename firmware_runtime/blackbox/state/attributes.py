@@ -10,7 +10,7 @@ asked for. From 3.13 on that costs nothing.
 import gc
 import sys
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
 from typing import Any, Final, TypeAlias
@@ -100,8 +100,11 @@ def _names_in(kind: type[Thing]) -> tuple[tuple[str, object], ...] | None:
     written = [each for each in kind.__mro__ if each.__flags__ & _HEAP_TYPE]
     if len(written) + 1 != len(kind.__mro__) or any(map(_is_more, written)):
         return None
-    names = sorted({name for each in written for name in _names_of(each)})
-    pairs = ((name, _of_class(kind, name)) for name in names)
+    of_class: dict[str, object] = {}
+    for each in reversed(kind.__mro__):
+        of_class.update(vars(each))
+    names = sorted(frozenset().union(*map(_names_of, written)))
+    pairs = ((name, of_class.get(name, _NONE)) for name in names)
     return tuple((name, value) for name, value in pairs if not hasattr(type(value), "__get__"))
 
 
@@ -125,19 +128,21 @@ def _of_class(kind: type[Thing], name: str) -> object:
     return next((vars(each)[name] for each in kind.__mro__ if name in vars(each)), _NONE)
 
 
-def _names_of(kind: type[Thing]) -> Iterator[str]:
+@cache
+def _names_of(kind: type[Thing]) -> frozenset[str]:
     """Names in the code and the annotations of one class."""
-    yield from vars(kind).get("__annotations__", ())
+    names = set(vars(kind).get("__annotations__", ()))
     for each in vars(kind).values():
         functions = (each.fget, each.fset) if isinstance(each, property) else (each,)
         for function in functions:
             code = getattr(getattr(function, "__func__", function), "__code__", None)
             if isinstance(code, types.CodeType):
-                yield from _names_in_code(code)
+                _add_names_in(code, names)
+    return frozenset(names)
 
 
-def _names_in_code(code: types.CodeType) -> Iterator[str]:
-    yield from code.co_names
+def _add_names_in(code: types.CodeType, names: set[str]) -> None:
+    names.update(code.co_names)
     for each in code.co_consts:
         if isinstance(each, types.CodeType):
-            yield from _names_in_code(each)
+            _add_names_in(each, names)

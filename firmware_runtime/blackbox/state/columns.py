@@ -5,7 +5,9 @@ read of attributes are the dictionaries themselves, not copies: the pickler read
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
+
+from msgspec import Struct
 
 from firmware_runtime.blackbox.state.attributes import reader_of
 from firmware_runtime.blackbox.state.contents import Content, shown
@@ -116,7 +118,7 @@ class Contents:
             yield path, shown(thing, each)
 
 
-class Columns(NamedTuple):
+class Columns(Struct, frozen=True):
     """The columns of a robot's objects."""
 
     attributes: Attributes

@@ -9,7 +9,9 @@ import sys
 import types
 from collections import OrderedDict, deque
 from collections.abc import Callable
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, TypeAlias
+
+from msgspec import Struct
 
 Thing: TypeAlias = Any
 """An object of the class in question."""
@@ -18,7 +20,7 @@ EMPTY: Final = ()
 """The content of a cell that is not filled; that of another is a tuple of one."""
 
 
-class Content(NamedTuple):
+class Content(Struct, frozen=True):
     """Reads the content of an object, and sets it."""
 
     read: Callable[[Thing], Thing]

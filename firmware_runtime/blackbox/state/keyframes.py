@@ -1,9 +1,10 @@
 """The whole state of a running robot between two steps, as bytes; and set back, in place.
 
 How it works. When the table is made, everything that can be reached from the roots is numbered
-(`known`). A capture is one pickle of what each of these objects holds (`columns`). In it they stand
-by their numbers: the pickler's memo holds them from the start, so it takes them for written already
-(`pickled`). What was made since then is written by value (`later`).
+(`known`). A capture is the fingerprint of this table, then one pickle of what each of these objects
+holds (`columns`). In it they stand by their numbers: the pickler's memo holds them from the start,
+so it takes them for written already (`pickled`). What was made since then is written by value
+(`later`).
 
 To set it back, everything is read, checked and made before the first object is changed. Then each
 known object gets its attributes, slots and content in place, so that closures and bound methods
@@ -12,6 +13,7 @@ such as `bag.append` still lead to the same objects.
 
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
+from struct import Struct
 from threading import Lock, RLock
 from typing import Any, Final, Protocol
 
@@ -31,6 +33,7 @@ from firmware_runtime.errors import ConfigError, text_of
 
 __all__ = ["ABSENT", "FieldDifference", "ForeignState", "StateTable", "UnkeepableState"]
 
+_FINGERPRINT: Final = Struct("<I")
 LOCKS = (type(Lock()), type(RLock()))
 """Edges of every table: between two steps they are free."""
 
@@ -95,13 +98,12 @@ class StateTable:
         aside = None if self._aside is None else self._aside.read()
         held = [] if aside is None else [aside]
         try:
-            return self._writer.written(
-                [self.fingerprint, *(each.read() for each in self._columns.each), *held]
-            )
+            written = self._writer.written([*(each.read() for each in self._columns.each), *held])
         except NoValue as error:
             raise self._blamed(error) from error
         except Exception as error:  # as above
             raise _unread(error) from error
+        return _FINGERPRINT.pack(self.fingerprint) + written
 
     def restore(self, content: bytes, *, built: bytes | None = None) -> None:
         """Let the robot be in that state. Raises ForeignState; nothing has changed then.
@@ -159,14 +161,12 @@ class StateTable:
     def _read(self, content: bytes) -> tuple[Any, list[list[Thing]]]:
         """What is aside, and the columns of a file."""
         columns: list[list[Thing]]
+        if content[: _FINGERPRINT.size] != _FINGERPRINT.pack(self.fingerprint):
+            raise _foreign(_OTHER_ROBOT)  # where an object would take the place of another
         try:
-            fingerprint, *columns = self._reader.read(content)
-        except TypeError as error:  # an object took the place of another
-            raise _foreign(_OTHER_ROBOT) from error
-        except (NoValue, ValueError) as error:
+            columns = [*self._reader.read(content[_FINGERPRINT.size :])]
+        except (NoValue, TypeError) as error:
             raise _foreign(f"{error}") from error
-        if fingerprint != self.fingerprint:
-            raise _foreign(_OTHER_ROBOT)
         aside = columns.pop() if len(columns) == len(self._columns.each) + 1 else None
         if len(columns) != len(self._columns.each):
             raise _foreign(f"{len(columns)} columns; expected {len(self._columns.each)}")

@@ -8,12 +8,12 @@ is numbered last, by its text.
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Final
 
 from firmware_runtime.blackbox.state.contents import is_array_of_objects
 from firmware_runtime.blackbox.state.layouts import (
     ATOMS,
     ITERATORS,
-    Layout,
     Thing,
     UnkeepableState,
     is_number_of_numpy,
@@ -72,7 +72,7 @@ class KnownObjects:
             thing, path = waiting.popleft()
             if type(thing) in ATOMS or id(thing) in self._numbers or is_number_of_numpy(thing):
                 continue
-            if isinstance(thing, Owner | InPort | OutPort):
+            if isinstance(thing, _WITH_PATHS):
                 path = below_root(thing.path)
             is_passing = type(thing) in ITERATORS
             if not is_passing:
@@ -98,8 +98,10 @@ class KnownObjects:
         if issubclass(layout.base, set | frozenset):
             self._sets.append((thing, path))
         for step, part in parts_of(thing):
-            _refuse_fixed(thing, layout, part, f"{path}{step}")
-            yield part, f"{path}{step}"
+            if type(part) not in ATOMS:
+                if layout.is_constant:
+                    _refuse_fixed(thing, part, f"{path}{step}")
+                yield part, f"{path}{step}"
         if layout.kind is not layout.base:
             yield layout.kind, f"{path}.__class__"
 
@@ -120,9 +122,13 @@ class KnownObjects:
             yield from ((texts[text], f"{path}.<{text:.40}>") for text in sorted(texts))
 
 
-def _refuse_fixed(holder: Thing, layout: Layout, part: Thing, path: str) -> None:
-    """An iterator is put back by another one; what cannot be changed keeps the old one."""
-    if layout.is_constant and type(part) in ITERATORS:
+_WITH_PATHS: Final = (Owner, InPort, OutPort)
+"""What is called by its own path, however it was reached."""
+
+
+def _refuse_fixed(holder: Thing, part: Thing, path: str) -> None:
+    """An iterator is put back by another one; a holder that cannot be changed keeps the old one."""
+    if type(part) in ITERATORS:
         fault = f"{type(part).__name__} within a {type(holder).__name__} cannot be set back"
         raise UnkeepableState(path, f"{fault}; expected it in an attribute")
 
