@@ -102,7 +102,7 @@ def _choice(values: Sequence[Value]) -> Distribution:
 def _linspace(values: Sequence[Value]) -> Distribution:
     first, last, size = _numbers(values, 3)
     if not isinstance(size, int) or not 2 <= size <= MOST_LEVELS:
-        raise ValueError("the third is no whole number from 2 on")
+        raise ValueError(f"the third is no whole number from 2 to {MOST_LEVELS}")
     return Grid(
         size,
         lambda index: (

@@ -70,13 +70,11 @@ class Table:
 
 def sweep_of(row: Row) -> Sweep:
     """A sweep of one row: the run of this one, without the distributions. Raises ConfigError."""
-    stated = row.get("set")
-    assignments = msgspec.json.decode(str(stated), type=list[str]) if stated else []
     for_s, experiment = row.get("for_s"), row.get("experiment")
     return Sweep(
         board=str(row["board"]),
         vary={},
-        assignments=assignments,
+        assignments=_assignments(row),
         runs=1,
         for_s=float(for_s) if isinstance(for_s, int | float) else None,
         experiment=None if experiment is None else str(experiment),
@@ -99,11 +97,36 @@ def read_table(path: Path) -> Table:
         why = error.strerror or absent or error
         fault = f"cannot be read ({why}); expected a sweep's table"
         raise ConfigError.of_one(str(path), fault) from error
-    except (ValueError, KeyError, TypeError) as error:
-        raise ConfigError.of_one(str(path), f"no sweep's table ({error})") from error
-    if not rows or not all(isinstance(row.get("row"), int) for row in rows):
-        raise ConfigError.of_one(str(path), "no sweep's table: it has no rows with a number")
+    except (ValueError, KeyError, TypeError, csv.Error) as error:
+        fault = "no sweep's table, or not whole; expected one that `sweep` has written"
+        raise ConfigError.of_one(str(path), fault) from error
+    fault = next(filter(None, map(_fault_of, rows)), "it has no rows" if not rows else "")
+    if fault:
+        raise ConfigError.of_one(
+            str(path), f"no sweep's table: {fault}; expected one that `sweep` has written"
+        )
     return Table(rows)
+
+
+def _fault_of(row: Row) -> str:
+    """Why this is no row of a sweep: what a run can be repeated by is not there."""
+    number = row.get("row")
+    if not isinstance(number, int):
+        return "it has rows without a number"
+    for name in ("board", "outcome"):
+        if not isinstance(row.get(name), str):
+            return f"row {number} has no {name}"
+    try:
+        _assignments(row)
+    except msgspec.DecodeError:
+        return f"what row {number} has set is no list of KEY=VALUE in JSON"
+    return ""
+
+
+def _assignments(row: Row) -> list[str]:
+    """The overrides of a row. Raises msgspec.DecodeError for what is no list of texts."""
+    stated = row.get("set")
+    return msgspec.json.decode(str(stated), type=list[str]) if stated else []
 
 
 def _place(name: str) -> int:

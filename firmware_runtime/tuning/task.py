@@ -113,14 +113,15 @@ def of_identified(identified: "Identified") -> tuple[PlantParameters, dict[str, 
 
 
 def stated_plant(
-    text: str, structure: Structure
-) -> tuple[PlantParameters, dict[str, Interval], float]:
-    """A plant from FILE.json of `identify`, or KEY=VALUE,...; its intervals, and the noise.
+    text: str, structure: Structure, board: str
+) -> tuple[PlantParameters, dict[str, Interval], float, list[str]]:
+    """A plant from FILE.json of `identify`, or KEY=VALUE,...; its intervals, the noise, the doubts.
 
-    Raises ConfigError with every fault.
+    A doubt is a sentence: the file's warnings, and that it is another board's. One stated by hand
+    has none. The file, which may be a pipe, is read once. Raises ConfigError with every fault.
     """
-    if "=" in text:
-        return _by_hand(text, structure), {}, 0.0
+    if "=" in text and not text.endswith(".json"):
+        return _by_hand(text, structure), {}, 0.0, []
     try:
         document = json.loads(Path(text).read_bytes())
         found = document["parameters"]
@@ -133,17 +134,12 @@ def stated_plant(
     except (ValueError, KeyError, TypeError) as error:
         fault = f"is not what `identify -o` writes for a {structure}; expected such a file"
         raise ConfigError.of_one(text, fault) from error
-    return _sound(text, values, structure), intervals, noise
+    plant = _sound(text, values, structure)
+    return plant, intervals, noise, _doubts(text, document, board)
 
 
-def doubts_of(text: str, board: str) -> list[str]:
-    """What speaks against a plant that `stated_plant` took, a sentence each: its file's warnings.
-
-    One stated by hand has none. A file may be another board's, which is a doubt as well.
-    """
-    if "=" in text:
-        return []
-    document = json.loads(Path(text).read_bytes())
+def _doubts(text: str, document: Mapping[str, Any], board: str) -> list[str]:
+    """What speaks against the plant of a file, a sentence each."""
     warnings, of = document.get("warnings"), document.get("board", board)
     doubts = [str(each) for each in warnings] if isinstance(warnings, list) else []
     if of != board:

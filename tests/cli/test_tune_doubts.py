@@ -1,6 +1,7 @@
 """What speaks against a plant that is tuned for is said beside the gains."""
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ import pytest
 
 from firmware_runtime.cli.commands import tune
 from firmware_runtime.identification.plant import KEYS, PlantParameters
-from firmware_runtime.tuning.task import doubts_of
+from firmware_runtime.tuning.task import stated_plant
 
 WARNING = "the plant explains 0% of the output's variance; expected 90 % or more"
 VALUES = dict(zip(KEYS["rotation"], (0.15, 0.02, 0.0, 0.0, 0.03), strict=True))
@@ -27,10 +28,19 @@ def identified(tmp_path: Path) -> Path:
 
 
 def test_a_file_has_the_doubts_of_its_identification_and_its_board(identified: Path) -> None:
-    warned, foreign = doubts_of(str(identified), "tachobot")
+    *_, (warned, foreign) = stated_plant(str(identified), "rotation", "tachobot")
     assert (warned, "the plant of mast" in foreign) == (WARNING, True)
-    assert doubts_of(str(identified), "mast") == [WARNING]
-    assert doubts_of("inertia_kg_m2=0.1", "mast") == []
+    assert stated_plant(str(identified), "rotation", "mast")[3] == [WARNING]
+
+
+def test_a_plant_may_come_through_a_pipe(identified: Path) -> None:
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb"):
+        os.write(writing, identified.read_bytes())
+        os.close(writing)
+        plant, *_, doubts = stated_plant(f"/dev/fd/{reading}", "rotation", "mast")
+    assert plant == PlantParameters(*VALUES.values())
+    assert doubts == [WARNING]
 
 
 @pytest.mark.slow

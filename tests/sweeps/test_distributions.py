@@ -88,3 +88,8 @@ def test_what_is_no_distribution_is_refused_with_how_it_is_written(words: str) -
         distribution(words)
     assert words in str(refused.value)
     assert any(form in str(refused.value) for form in FORMS.values())
+
+
+def test_a_grid_of_too_many_is_refused_by_how_many_there_may_be() -> None:
+    with pytest.raises(ValueError, match="no whole number from 2 to 10000000"):
+        distribution("linspace(0, 1, 10000001)")

@@ -70,10 +70,11 @@ def test_the_settings_state_a_plant_where_the_definition_says_how() -> None:
 
 
 def test_a_plant_by_hand_has_no_friction_unless_it_is_stated() -> None:
-    plant, intervals, noise = stated_plant("inertia_kg_m2=0.1, delay_s=0.02", "rotation")
+    stated = stated_plant("inertia_kg_m2=0.1, delay_s=0.02", "rotation", "tachobot")
+    plant, intervals, noise, doubts = stated
     assert plant == PlantParameters(0.1, 0.0, 0.0, 0.0, 0.02)
-    assert (intervals, noise) == ({}, 0.0)
-    stuck = stated_plant("mass_kg=3,coulomb_friction_n=0.2", "translation")[0]
+    assert (intervals, noise, doubts) == ({}, 0.0, [])
+    stuck = stated_plant("mass_kg=3,coulomb_friction_n=0.2", "translation", "mast")[0]
     assert stuck.static == stuck.coulomb
 
 
@@ -88,11 +89,12 @@ def test_a_plant_by_hand_has_no_friction_unless_it_is_stated() -> None:
         ("inertia_kg_m2=0.1,delay_s=-1", "0 or more"),
         ("inertia_kg_m2=0.1,static_friction_nm=1,coulomb_friction_nm=2", "at least"),
         ("nowhere.json", "cannot be read"),
+        ("no=where.json", "cannot be read"),
     ],
 )
 def test_what_is_no_plant_is_refused(text: str, expected: str) -> None:
     with pytest.raises(ConfigError, match=expected):
-        stated_plant(text, "rotation")
+        stated_plant(text, "rotation", "tachobot")
 
 
 def test_a_plant_without_a_loop_and_gains_that_may_not_change_are_refused() -> None:
@@ -116,6 +118,6 @@ def test_margins_that_no_gains_keep_are_said(monkeypatch: pytest.MonkeyPatch) ->
     ["inertia_kg_m2=1e300", "inertia_kg_m2=1e6", "inertia_kg_m2=0.1,delay_s=1e9"],
 )
 def test_a_plant_too_slow_to_simulate_is_refused(stated: str) -> None:
-    plant = stated_plant(stated, "rotation")[0]
+    plant = stated_plant(stated, "rotation", "tachobot")[0]
     with pytest.raises(ConfigError, match="less inertia, or less delay"):
         tune(task_of(load("tachobot"), plant, {}, 0.0))

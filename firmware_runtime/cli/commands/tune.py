@@ -93,8 +93,8 @@ def _task(arguments: argparse.Namespace, board: Board) -> "tuple[Task, list[str]
         plant, intervals, noise = module.plant_of_settings(board)
     else:
         declared, _ = module.loop_of(board)
-        plant, intervals, noise = module.stated_plant(arguments.plant, declared.structure)
-        doubts = module.doubts_of(arguments.plant, board.name)
+        stated = module.stated_plant(arguments.plant, declared.structure, board.name)
+        plant, intervals, noise, doubts = stated
     task: Task = module.task_of(board, plant, intervals, noise)
     return task, doubts
 
