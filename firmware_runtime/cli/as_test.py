@@ -16,6 +16,7 @@ from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.asserted import difference_of, in_words
 from firmware_runtime.replay.verdict import Stretch, replay
 from firmware_runtime.status import Status
+from firmware_runtime.system.whole_file import keep_file
 from firmware_runtime.what_if.checkout import ask, checked_folder
 from firmware_runtime.what_if.piece import Cutter, Piece, Shows
 from firmware_runtime.what_if.question import Question, answer, with_state_as_built
@@ -131,8 +132,8 @@ def _write(
     written = Path(arguments.run).name
     text = _TEST.format(about=_in_docstring(about), run=written, name=name, settings=settings)
     try:
-        kept.write_bytes(piece.content)
-        test.write_text(text)
+        keep_file(kept, piece.content)
+        keep_file(test, text.encode())
     except OSError as error:
         fault = f"cannot be written ({error.strerror}); expected a folder that can"
         raise ConfigError.of_one(f"--as-test {test}", fault) from error

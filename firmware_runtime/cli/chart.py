@@ -71,15 +71,21 @@ class Series:
 
     def add(self, at: int, value: float) -> None:
         """Add one sample; the last few of a long series wait until they make a point."""
+        if self._samples_in_point == 1:
+            self._add_point(at, value)
+            return
         if self._count == 0:
             self._began_at = at
         self._sum += value
         self._count += 1
         if self._count == self._samples_in_point:
-            self.points.append((self._began_at, self._sum / self._count))
+            self._add_point(self._began_at, self._sum / self._count)
             self._sum, self._count = 0.0, 0
-            if len(self.points) == MOST:
-                self._halve()
+
+    def _add_point(self, at: int, value: float) -> None:
+        self.points.append((at, value))
+        if len(self.points) == MOST:
+            self._halve()
 
     def _halve(self) -> None:
         pairs = zip(self.points[::2], self.points[1::2], strict=True)

@@ -23,6 +23,7 @@ from firmware_runtime.cli.readers_gone import (
     print_line,
     readers_may_go,
 )
+from firmware_runtime.cli.scarce import ran_out_of
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
@@ -124,6 +125,8 @@ def _main(words: Sequence[str], starting: AbstractContextManager[None]) -> int:
         except OutputError as error:
             not_printed(error)
             status = status or Status.NOT_PRINTED
+        except (MemoryError, OSError) as error:
+            status = _refuse(ran_out_of(error), Status.MODEL_ERROR)
     return status
 
 

@@ -2,15 +2,17 @@
 
 import argparse
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from msgspec import Raw, Struct, json
 
 from firmware_runtime.cli.words import is_json
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.ports.datagrams import Refusal
-from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.runs.session import Session
+
+if TYPE_CHECKING:
+    from firmware_runtime.links.ports.ports import Ports
 
 EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
 
@@ -64,8 +66,10 @@ def inputs_after(end: int, inputs: list[PlannedInput]) -> list[str]:
     ]
 
 
-def inputs_refused(ports: Ports, inputs: list[PlannedInput]) -> list[str]:
+def inputs_refused(ports: "Ports", inputs: list[PlannedInput]) -> list[str]:
     """A sentence for each that no input port of the model takes."""
+    from firmware_runtime.links.ports.datagrams import Refusal  # noqa: PLC0415 -- of few runs
+
     faults = []
     for each in inputs:
         try:
@@ -77,6 +81,10 @@ def inputs_refused(ports: Ports, inputs: list[PlannedInput]) -> list[str]:
 
 def plan_inputs(session: Session, inputs: list[PlannedInput], end: int) -> None:
     """Let them arrive when they are due. Raises ConfigError for one that cannot arrive."""
+    if not inputs:
+        return
+    from firmware_runtime.links.ports.ports import Ports  # noqa: PLC0415 -- of few runs
+
     ports = Ports(session.robot.model)
     if faults := [*inputs_after(end, inputs), *inputs_refused(ports, inputs)]:
         raise ConfigError(session.board.name, faults)

@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from typing import Any, TextIO, cast
 
 from firmware_runtime.system.sentences import Sentences
@@ -47,16 +48,24 @@ def _as_output_error() -> Iterator[None]:
 
 @contextmanager
 def output_checked() -> Iterator[None]:
-    """Within the block, printing to standard output that takes no more raises OutputError."""
+    """Within the block, printing to standard output that takes no more raises OutputError.
+
+    A character that its encoding does not have is printed as on standard error: escaped.
+    """
     before = sys.stdout
     if before is None:
         yield
         return
+    errors = before.errors
+    if isinstance(before, TextIOWrapper):
+        before.reconfigure(errors="backslashreplace")
     sys.stdout = cast("TextIO", _Checked(before))
     try:
         yield
     finally:
         sys.stdout = before
+        if isinstance(before, TextIOWrapper):
+            before.reconfigure(errors=errors)
 
 
 def not_printed(error: OutputError) -> None:

@@ -13,7 +13,6 @@ from firmware_runtime.cli.progress_line import Messages
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.errors import TraceEndsEarlyError
-from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.status import Status
 
 
@@ -33,9 +32,12 @@ class RunFiles:
             module = import_module("firmware_runtime.runs.recorded_run")
             recorded = module.recorded(session, arguments.record, self._not_whole)
             self.ended = self._open.enter_context(recorded)
-        at_end = arguments.loop is not None
-        trace = tracing(session.executive.simulator, arguments.trace, at_end=at_end)
-        self._open.enter_context(trace)
+        if arguments.trace is not None:
+            # likewise
+            module = import_module("firmware_runtime.statistics.trace_file")
+            at_end = arguments.loop is not None
+            trace = module.tracing(session.executive.simulator, arguments.trace, at_end=at_end)
+            self._open.enter_context(trace)
 
     def close(self) -> Status:
         """End them; return whether they took everything."""

@@ -13,11 +13,10 @@ from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
-from firmware_runtime.stages.document import of_one_process
+from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
-from firmware_runtime.statistics.trace_file import plain
 from firmware_runtime.status import Status
 
 T = TypeVar("T")
@@ -70,21 +69,26 @@ class Report:
         """Print the result; sentences on what went wrong go to standard error."""
         if self._has_failed(outcome):
             self._say(outcome.reason)
-        for sentence in periods_not_kept(self._session.executive.statistics.figures()):
+        figures = self._session.executive.statistics.figures()
+        for sentence in periods_not_kept(figures):
             self._say(f"warning: {sentence}")
         for fault in outcome.faults:
             self._say(f"not made safe: {fault}")
         for warning in self._session.robot.warnings:
             self._say(f"warning: {warning}")
         if self._json:
-            print(json.dumps(self._as_json(outcome), allow_nan=False))
+            print(json.dumps(self._as_json(outcome, figures), allow_nan=False))
         else:
-            print("\n".join(self._as_text(outcome)))
+            print("\n".join(self._as_text(outcome, figures)))
 
     def _has_failed(self, outcome: Outcome) -> bool:
         return outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.has_failed
 
-    def _as_json(self, outcome: Outcome) -> dict[str, Any]:
+    def _as_json(self, outcome: Outcome, figures: Figures) -> dict[str, Any]:
+        # a run that is printed for people starts without
+        from firmware_runtime.stages.document import of_one_process  # noqa: PLC0415
+        from firmware_runtime.statistics.trace_file import plain  # noqa: PLC0415
+
         session = self._session
         outputs_on = self._asked(session.outputs)
         document = {
@@ -93,12 +97,12 @@ class Report:
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
             "result": plain(self._asked(session.result)),
             **({} if outputs_on is None else {"outputs_on": outputs_on}),
-            "statistics": (statistics := session.executive.statistics.as_json()),
+            "statistics": (statistics := figures.as_json()),
             **({"link": statistics["link"]} if "link" in statistics else {}),
         }
         return document if self._stage is None else of_one_process(self._stage, document)
 
-    def _as_text(self, outcome: Outcome) -> Iterator[str]:
+    def _as_text(self, outcome: Outcome, figures: Figures) -> Iterator[str]:
         session = self._session
         if self._has_failed(outcome):
             yield f"failed: {outcome.reason}"
@@ -115,7 +119,7 @@ class Report:
             on = ", ".join(f"{name} {count}" for name, count in outputs_on.items())
             yield f"outputs still on: {on or 'none is known'}"
         yield ""
-        yield from statistics_text(session.executive.statistics.figures())
+        yield from statistics_text(figures)
 
     def _asked(self, what: Callable[[], T]) -> T | None:
         try:

@@ -12,6 +12,7 @@ from enum import Enum
 from typing import Any, Final
 
 from firmware_runtime.debugger.models import Models, value_of
+from firmware_runtime.debugger.odd_names import parsed
 from firmware_runtime.debugger.records import fields_of, may_have
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
@@ -53,8 +54,7 @@ class Predicate:
         if len(text) > _LONGEST:
             raise self._refused("it is too long")
         try:
-            parsed = ast.parse(text.strip(), mode="eval")
-            self._term = self._condition(parsed.body)
+            self._term = self._condition(parsed(text.strip(), models))
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise self._refused(f"not understood ({error})") from error
 

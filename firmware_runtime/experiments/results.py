@@ -56,11 +56,11 @@ def _write(results: Results, folder: Path) -> list[str]:
     """Write every file beside the recordings; return the names of all, the page's last."""
     texts = dict(_texts(results))
     for name, text in texts.items():
-        (folder / name).write_text(text)
+        (folder / name).write_text(text, "utf-8")
     recordings = sorted(path.name for path in folder.glob(f"{results.name}*.recording*"))
     files = [*texts, *recordings]
     page = experiment_page(results.board, results.experiment, results.findings, files)
-    (folder / f"{results.name}.html").write_text(page)
+    (folder / f"{results.name}.html").write_text(page, "utf-8")
     return [*files, f"{results.name}.html"]
 
 

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import Impairment
@@ -58,6 +59,8 @@ class Traced:
     """Of what entered and left the controller, for `replay`; None for a board without [roles]."""
     picture: str = ""
     """The run as the rig draws it, SVG; empty where that was not asked for."""
+    senders: Senders | None = None
+    """Which ports send what leaves a coupled model's; None where ports of atomics are named."""
 
     @property
     def began_s(self) -> float:
@@ -80,7 +83,9 @@ class Traced:
         return found
 
     def messages(self, *ports: str) -> Iterator[dict[str, Any]]:
-        """The lines of the trace that are of these ports."""
+        """The lines of the trace that are of these ports, or of those that send through them."""
+        if self.senders is not None:
+            ports = tuple(sent for port in ports for sent in self.senders.of(port))
         with self.trace.open() as file:
             for line in file:
                 message = json.loads(line)
@@ -123,7 +128,7 @@ def _two_ends(setup: Setup, stage: Stage, trace: Path, say: Say) -> Traced:
         raise SystemExit(result.status)
     if result.status != Status.OK:
         raise _failed(stage, f"{ended['by'] or 'stopped'}: {ended['reason']}")
-    return Traced(result.document, trace, result.shown, setup.record)
+    return Traced(result.document, trace, result.shown, setup.record, senders=_senders(setup.board))
 
 
 def _one_process(setup: Setup, stage: Stage, trace: Path, say: Say) -> Traced:
@@ -135,11 +140,15 @@ def _one_process(setup: Setup, stage: Stage, trace: Path, say: Say) -> Traced:
             document = end.document()
             _check(ends, end, signalled, stage)
             shown = end.report.get("shown")
-            picture = _picture(trace).read_text() if setup.is_drawn else ""
-            return Traced(document, trace, shown, setup.record, picture)
+            picture = _picture(trace).read_text("utf-8") if setup.is_drawn else ""
+            return Traced(document, trace, shown, setup.record, picture, _senders(setup.board))
         finally:
             ends.end()
             ends.close()
+
+
+def _senders(board: Board) -> Senders:
+    return Senders(board.unconnected().model)
 
 
 def _words(setup: Setup, stage: Stage, trace: Path) -> list[str]:

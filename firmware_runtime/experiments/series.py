@@ -89,7 +89,8 @@ def write_series(series: Series, trials: Sequence[Trial], folder: Path) -> list[
     document = series.document(experiments)
     (folder / RESULTS).write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
     board = trials[0].board.name
-    (folder / INDEX).write_text(index_page(board, list(_lines(series, experiments))))
+    page = index_page(board, list(_lines(series, experiments)))
+    (folder / INDEX).write_text(page, "utf-8")
     return [RESULTS, INDEX]
 
 

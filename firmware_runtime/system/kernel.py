@@ -5,7 +5,8 @@ init/Makefile (the words of the version), proc(5).
 """
 
 import re
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from firmware_runtime.system.files import SystemFiles
 
@@ -14,7 +15,7 @@ _CHOSEN = r"\((\w+)\)"
 _AT_BOOT = r"(?:^|\s)preempt=(\w+)"
 
 
-class RealtimeThrottling(NamedTuple):
+class RealtimeThrottling(Struct, frozen=True):
     """Processor time that real-time classes may take of every period; runtime -1 is all of it."""
 
     runtime_us: int | None

@@ -85,4 +85,4 @@ def read_file(path: Path) -> bytes:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode) or status.st_size > MOST:
             raise OSError(errno.EINVAL, "no regular file of a sensible size", str(path))
-        return file.read(MOST)
+        return file.read(status.st_size)

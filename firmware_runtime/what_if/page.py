@@ -10,6 +10,7 @@ from firmware_runtime.experiments.line_plot import HEIGHT, WIDTH, Curve, LinePlo
 from firmware_runtime.replay.what_if import WhatIf
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
+from firmware_runtime.system.whole_file import keep_file
 from firmware_runtime.what_if.text import number
 
 PLOTS: Final = 6
@@ -31,7 +32,7 @@ def write_plots(found: WhatIf, changed: str, path: Path) -> None:
     title = f"{found.run}: {changed}"
     text = _stacked(plots, title) if path.suffix == ".svg" else _page(found, plots, title)
     try:
-        path.write_text(text)
+        keep_file(path, text.encode())
     except OSError as error:
         fault = f"cannot be written ({error.strerror}); expected a file that can"
         raise ConfigError.of_one(f"-o {path}", fault) from error

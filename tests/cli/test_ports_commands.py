@@ -11,6 +11,7 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.links.key_file import write_key
+from firmware_runtime.status import Status
 from tests.support.bridged_run import COMMAND, BridgedRun, address, bridged, line, stop
 from tests.support.waiting import PATIENCE_S
 
@@ -32,6 +33,19 @@ def said(robot: BridgedRun, *words: str) -> tuple[int, str, str]:
         timeout=PATIENCE_S,
     )
     return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [["ports", "tachobot"], ["get", "tachobot"]])
+def test_a_socket_whose_path_is_too_long_is_said(
+    words: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path / ("long" * 40)))
+    assert main(words) == Status.NO_DEVICE
+    assert "None" not in capsys.readouterr().err
 
 
 @pytest.mark.slow

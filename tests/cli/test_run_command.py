@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.models.pid import Pid
+from tests.support.second_choice_board import second_choice_board
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual")
 PERCENTILES = {"p50", "p90", "p99", "p999", "max", "mean"}
@@ -51,6 +52,17 @@ def test_the_statistics_have_the_keys_others_rely_on(command: Callable[..., Any]
         "utilisation",
     }
     assert {"kernel", "python", "board_sha256", "settings", "run"} <= set(statistics["conditions"])
+
+
+@pytest.mark.slow
+def test_the_statistics_have_the_serial_ports_of_a_robot_with_any(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    board = second_choice_board(tmp_path)
+    ended = command("run", board, "--doubles", "--clock", "virtual", "--for", 2, "--json")
+    ports = json.loads(ended.out)["statistics"]["serial"]
+    assert ports["treads"]["writes"] > 0
+    assert ports["sonar"]["bytes_read"] > 0
 
 
 @pytest.mark.slow

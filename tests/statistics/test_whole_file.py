@@ -1,6 +1,7 @@
 """Files that are replaced at once: with the permissions stated, and through nothing of others'."""
 
 import os
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -103,3 +104,14 @@ def test_no_content_keeps_a_guard_from_starting(path: Path, content: bytes) -> N
 def test_a_fifo_in_its_place_keeps_a_guard_from_nothing(path: Path) -> None:
     os.mkfifo(path)
     assert read_takeovers(path.with_suffix(".stats")) == []
+
+
+def test_a_small_file_takes_little_memory(tmp_path: Path) -> None:
+    path = tmp_path / "board.toml"
+    path.write_bytes(b"kept")
+    tracemalloc.start()
+    try:
+        assert read_file(path) == b"kept"
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
