@@ -62,7 +62,7 @@ class HardwareModel(Atomic, ABC):
         """Go on with the bring-up, or with what the subclass does."""
         self.faults.clear()
         if self.phase == "bring_up":
-            self._continue_bring_up()
+            self.continue_bring_up()
         elif self.phase == "bring_up_failed":
             self.wait_in_bring_up(RETRY_AFTER)
         else:
@@ -86,7 +86,8 @@ class HardwareModel(Atomic, ABC):
         self.consecutive_faults += 1
         self.faults.append(Fault.of(error, self.consecutive_faults))
 
-    def _continue_bring_up(self) -> None:
+    def continue_bring_up(self) -> None:
+        """Take the next step of the bring-up: the last one's wait is over."""
         try:
             wait = self._bring_up.take()
         except HalError as error:

@@ -1,7 +1,7 @@
 """The inertial measurement unit as a hardware atomic model: an MPU-9250 read every period."""
 
 from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_burst import InertialSample
+from drivers.chips.mpu9250_burst import NO_BIAS, InertialSample
 from drivers.fault import Fault
 from drivers.gyro_bias import GyroBias
 from drivers.hardware import HardwareModel
@@ -41,7 +41,8 @@ class Imu(HardwareModel):
         self.sample = self.out_port("sample", InertialSample)
         self.chip = chip
         self.period = period
-        self.bias = (0.0, 0.0, 0.0)
+        self.bias = NO_BIAS
+        """Of the rate, in rad/s; none until it has been measured."""
         self._sample: InertialSample | None = None
         self._bias_measurement = bias
         self._is_calibrated = False
@@ -75,12 +76,12 @@ class Imu(HardwareModel):
         if self._sample is not None:
             self.sample.send(self._sample)
 
-    def internal(self) -> None:
-        """Let a period of the bring-up pass, or go on as every hardware model does."""
-        if self.phase == "bring_up" and self._periods_left > 0:
+    def continue_bring_up(self) -> None:
+        """Let one more period pass, or take the next step."""
+        if self._periods_left > 0:
             self._let_period_pass()
         else:
-            super().internal()
+            super().continue_bring_up()
 
     def proceed(self) -> None:
         """Read a sample, or hold for the rest of the period."""
@@ -114,12 +115,12 @@ class Imu(HardwareModel):
     def _read(self) -> None:
         """Read one sample; a fault, a warning or the sample itself is reported."""
         try:
-            sample = self.chip.read_sample()
+            sample = self.chip.read_sample(self.bias)
             self.consecutive_faults = 0
             if self._has_lost_field() and self._note_warnings():
                 self.activate("reporting")
             elif self._is_calibrated:
-                self._sample = self._without_bias(sample)
+                self._sample = sample
                 self.activate("reporting")
             else:
                 self._calibrate(sample)
@@ -154,10 +155,3 @@ class Imu(HardwareModel):
         finally:
             measurement.restart()
         self._is_calibrated = True
-
-    def _without_bias(self, sample: InertialSample) -> InertialSample:
-        (x, y, z), (bias_x, bias_y, bias_z) = sample.rate, self.bias
-        rate = (x - bias_x, y - bias_y, z - bias_z)
-        return InertialSample(
-            sample.acceleration, rate, sample.field, sample.temperature_c, sample.field_overflow
-        )

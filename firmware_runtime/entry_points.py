@@ -21,10 +21,13 @@ def installed(group: str) -> "tuple[EntryPoint, ...]":
     return tuple({each.name: each for each in reversed(_of(group))}.values())[::-1]
 
 
-def providers(group: str, name: str) -> list[str]:
-    """The packages that have an entry point of that name; more than one contradict each other."""
-    found = (each.dist for each in _of(group) if each.name == name)
-    return list(dict.fromkeys("?" if dist is None else dist.name for dist in found))
+def rivals(group: str, name: str) -> list[str]:
+    """The packages that have an entry point of that name, where that is more than one."""
+    found = [each.dist for each in _of(group) if each.name == name]
+    if len(found) == 1:  # the name of its package would be read from a file
+        return []
+    names = list(dict.fromkeys("?" if dist is None else dist.name for dist in found))
+    return names if len(names) > 1 else []
 
 
 def _of(group: str) -> "list[EntryPoint]":

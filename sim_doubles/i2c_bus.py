@@ -15,7 +15,7 @@ import errno
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
@@ -131,9 +131,12 @@ class I2cBusDouble(Wire, I2cBus):
     def _transferred(
         self, addresses: tuple[int, ...], messages: tuple[Message, ...], stop_bits: int
     ) -> bytes:
-        at, address = self._now(), addresses[0] if addresses else 0
+        now = self._now  # as a local, which CPython calls sooner
+        at, address = now(), addresses[0] if addresses else 0
         try:
-            self._refuse(messages, stop_bits)
+            refused_with = self._adapter.refusal(messages, len(messages) - stop_bits)
+            if refused_with is not None or self._closed or self._pulses_missing:
+                self._refuse(refused_with)
             if self.faults is None:
                 answer = self._carry(at, self._targets, addresses, messages, stop_bits)
             else:
@@ -179,15 +182,11 @@ class I2cBusDouble(Wire, I2cBus):
         """Release the bus; the targets go on as they are."""
         self._closed = True
 
-    def _refuse(self, messages: tuple[Message, ...], stop_bits: int) -> None:
-        """Raise what ends a transaction before its START."""
+    def _refuse(self, refused_with: int | None) -> NoReturn:
+        """Raise what ends a transaction before its START; the adapter may refuse its messages."""
         if self._closed:
             raise os_error(errno.EBADF)
-        refused_with = self._adapter.refusal(messages, len(messages) - stop_bits)
-        if refused_with is not None:
-            raise os_error(refused_with)
-        if self._pulses_missing:
-            raise os_error(self._adapter.no_completion)
+        raise os_error(self._adapter.no_completion if refused_with is None else refused_with)
 
     def _with_faults(
         self,

@@ -21,7 +21,8 @@ T_PSEUDO_INVERSE = tuple(
 )
 """The rows of T are at right angles to each other: so it is the transpose, each row of T divided
 by its square. Without numpy, whose import takes longer than to switch all outputs off."""
-_LARGEST_YAW = max(abs(row[2]) for row in T_PSEUDO_INVERSE)
+_TURNS = tuple(row[2] for row in T_PSEUDO_INVERSE)
+_LARGEST_YAW = max(map(abs, _TURNS))
 
 
 class Allocation(Atomic):
@@ -78,6 +79,8 @@ class Allocation(Atomic):
     def _body_commands(self) -> tuple[float, float]:
         x = self._x if self._x_age <= self.timeout else 0.0
         y = self._y if self._y_age <= self.timeout else 0.0
+        if x == 0.0 == y:  # then there is nothing to turn
+            return 0.0, 0.0
         cosine, sine = cos_sin(self._yaw_rad)
         return cosine * x + sine * y, cosine * y - sine * x
 
@@ -85,7 +88,10 @@ class Allocation(Atomic):
 def allocate(x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float) -> Forces:
     """Forces for body commands in N, none beyond `pair_thrust_n`; x and y give way to yaw."""
     largest_yaw = pair_thrust_n / _LARGEST_YAW
-    yaw_n = max(-largest_yaw, min(largest_yaw, yaw_n))
+    if not -largest_yaw < yaw_n < largest_yaw:
+        yaw_n = max(-largest_yaw, min(largest_yaw, yaw_n))
+    if x_n == 0.0 == y_n:  # then there is nothing to share
+        return Forces(*[turn * yaw_n + 0.0 for turn in _TURNS])
     pairs = [(yaw * yaw_n, x * x_n + y * y_n) for x, y, yaw in T_PSEUDO_INVERSE]
     share = 1.0
     for turn, move in pairs:

@@ -64,13 +64,15 @@ class Attitude(Atomic):
             self.passivate("waiting")
 
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
-        rate = sample.rate[2]
+        rate, field = sample.rate[2], sample.field
         if self.motion is None:
             return Motion(0.0, rate)
-        yaw = self.motion.position + (self.motion.rate + rate) / 2 * elapsed / SECOND
-        if sample.field is not None and self.compass_time_constant:
-            share = min(1.0, elapsed / self.compass_time_constant)
-            yaw += share * self._compass_error(sample.field, yaw)
+        yaw, rate_before = self.motion
+        yaw += (rate_before + rate) / 2 * elapsed / SECOND
+        if field is not None and self.compass_time_constant:
+            constant = self.compass_time_constant
+            share = elapsed / constant if elapsed < constant else 1.0
+            yaw += share * self._compass_error(field, yaw)
         return Motion(yaw, rate)
 
     def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:

@@ -20,8 +20,9 @@ from typing import Final
 
 from drivers.chips.ak8963 import ADDRESS as AK8963_ADDRESS
 from drivers.chips.ak8963 import MEASUREMENT, ST1, Ak8963
-from drivers.chips.mounting import parse_mounting
+from drivers.chips.mounting import Vector, parse_mounting
 from drivers.chips.mpu9250_burst import (
+    NO_BIAS,
     RAW_RDY_EN,
     STANDARD_GRAVITY,
     BurstDecoder,
@@ -180,9 +181,10 @@ class Mpu9250:
 
     # Samples ------------------------------------------------------------------------------------
 
-    def read_sample(self) -> InertialSample:
+    def read_sample(self, rate_bias: Vector = NO_BIAS) -> InertialSample:
         """Read one sample: specific force in m/s2, rate in rad/s, field in T, in body axes.
 
+        `rate_bias`, in rad/s and body axes, is subtracted from the rate.
         One burst of 26 bytes on the wire, 0.59 ms at 400 kHz; 20 bytes without magnetometer.
         Raises NotReady before bring-up, if there is no sample since the last read, or if the bytes
         cannot be one; NoAcknowledge and the other errors of the bus.
@@ -190,7 +192,8 @@ class Mpu9250:
         decoder = self._decoder
         if decoder is None:
             raise NotReady(f"{self.place}: read before bring-up, expected it brought up first")
-        return decoder.decode(self._bus.transaction(self.address, decoder.messages))
+        burst = self._bus.transaction(self.address, decoder.messages)
+        return decoder.decode(burst, rate_bias)
 
     @property
     def field_repeats(self) -> int:

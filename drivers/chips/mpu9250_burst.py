@@ -32,6 +32,7 @@ STALE_AFTER: Final = 100
 
 _INERTIAL: Final = struct.Struct(">B7h")
 _FIELD_AT: Final = _INERTIAL.size
+NO_BIAS: Final[Vector] = (0.0, 0.0, 0.0)
 _SILENCE: Final = (bytes(_FIELD_AT - 1), b"\xff" * (_FIELD_AT - 1))
 _UNFETCHED: Final = bytes(MEASUREMENT.size)
 
@@ -124,8 +125,8 @@ class BurstDecoder:
         self._acceleration = mounting.factors((acceleration_range / COUNTS_FULL_SCALE,) * 3)
         self._rate = mounting.factors((rate_range / COUNTS_FULL_SCALE,) * 3)
 
-    def decode(self, burst: bytes) -> InertialSample:
-        """Turn one burst into a sample.
+    def decode(self, burst: bytes, rate_bias: Vector = NO_BIAS) -> InertialSample:
+        """Turn one burst into a sample, its rate without a bias in rad/s, body axes.
 
         Raises NotReady if there is none since the burst before, or none at all.
         """
@@ -151,9 +152,10 @@ class BurstDecoder:
         acceleration, rate = (ax, ay, az), (gx, gy, gz)
         i, j, k = self._axes
         (px, py, pz), (qx, qy, qz) = self._acceleration, self._rate
+        bias_x, bias_y, bias_z = rate_bias
         return InertialSample(
             (acceleration[i] * px, acceleration[j] * py, acceleration[k] * pz),
-            (rate[i] * qx, rate[j] * qy, rate[k] * qz),
+            (rate[i] * qx - bias_x, rate[j] * qy - bias_y, rate[k] * qz - bias_z),
             field,
             temperature / TEMPERATURE_COUNTS_PER_C + TEMPERATURE_AT_ZERO_C,
             overflow,

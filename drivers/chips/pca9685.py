@@ -14,6 +14,7 @@ import math
 import struct
 from collections.abc import Iterable, Sequence
 from functools import partial
+from itertools import count
 from typing import Final
 
 from drivers.chips.output_users import OutputUsers
@@ -223,20 +224,16 @@ class Pca9685:
             )
         words: list[int] = []
         written: list[float] = []
-        on = first_channel * self._on_step
-        counts, last = 0, math.nan
+        known: dict[float, tuple[int, float]] = {}
         for duty in duties:
-            if duty != last:  # else the same counts again: pairs are often driven alike
-                if not 0.0 <= duty <= 1.0:
-                    raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
-                counts, last = math.floor(duty * COUNTS + 0.5), duty
-            if 0 < counts < COUNTS:
-                words.append((on + counts) % COUNTS << 16 | on)
-            else:
-                words.append(_FULL_ON if counts else _FULL_OFF)
-            written.append(counts / COUNTS)
-            on += self._on_step
-        burst = _BURSTS[len(written)].pack(LED0_ON_L + 4 * first_channel, *words)
+            if duty not in known:  # each once: pairs are often driven alike
+                known[duty] = self._settings_of(duty)
+            word, share = known[duty]
+            words.append(word)
+            written.append(share)
+        if self._on_step:
+            words = _staggered(words, first_channel * self._on_step, self._on_step)
+        burst = _BURSTS[len(words)].pack(LED0_ON_L + 4 * first_channel, *words)
         self._bus.transaction(self.address, (burst,))
         return tuple(written)
 
@@ -290,6 +287,15 @@ class Pca9685:
 
     # Registers ----------------------------------------------------------------------------------
 
+    def _settings_of(self, duty: float) -> tuple[int, float]:
+        """The registers of a channel that is switched on at count 0, and the duty they make."""
+        if not 0.0 <= duty <= 1.0:
+            raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
+        counts = math.floor(duty * COUNTS + 0.5)
+        if 0 < counts < COUNTS:
+            return counts << 16, counts / COUNTS
+        return (_FULL_ON, 1.0) if counts else (_FULL_OFF, 0.0)
+
     def _read(self, register: int, count: int = 1) -> bytes:
         return self._bus.write_read(self.address, bytes((register,)), count)
 
@@ -300,3 +306,11 @@ class Pca9685:
         self._write(PRE_SCALE, prescale)
         self._prescale = prescale
         self.frequency_hz = actual_frequency_hz(prescale, self._osc_hz)
+
+
+def _staggered(words: Iterable[int], first_on: int, step: int) -> list[int]:
+    """The registers of neighbouring channels that are switched on one `step` after the other."""
+    return [
+        word if word in {_FULL_ON, _FULL_OFF} else ((word >> 16) + on) % COUNTS << 16 | on
+        for on, word in zip(count(first_on, step), words)
+    ]

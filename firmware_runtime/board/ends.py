@@ -6,7 +6,6 @@ off; the other one opens none. Where a cut would part the hardware, it is refuse
 
 from collections.abc import Collection, Iterator
 from contextlib import suppress
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -75,7 +74,7 @@ def ends_of(board: Board) -> dict[str, str]:
 def other_end(board: Board, end: BoardEnd) -> BoardEnd:
     """What the other process runs, be there hardware at either end or at none."""
     roles: Roles = board.settings.roles
-    model, elsewhere = _whole(board).model, {*end.elsewhere}
+    model, elsewhere = _whole(board)[0], {*end.elsewhere}
     named = _roles_here(roles, model)
     return end_of(board, next(r for r in named if elsewhere >= {*components_of(roles, model, r)}))
 
@@ -102,17 +101,11 @@ def check_ends(board: Board) -> None:
         end_of(board, role)
 
 
-class _Whole(NamedTuple):
+def _whole(board: Board) -> tuple[Coupled, tuple[str, ...]]:
     """A board's whole model, not run, and which of its components hold a line, in its order."""
-
-    model: Coupled
-    holding: tuple[str, ...]
-
-
-def _whole(board: Board) -> _Whole:
     lines = board.absent_lines()
     model = board.build(lines).model
-    return _Whole(model, holders(model, [*lines.buses.values(), *lines.ports.values()]))
+    return model, holders(model, [*lines.buses.values(), *lines.ports.values()])
 
 
 def _roles_here(roles: Roles, model: Coupled) -> list[str]:

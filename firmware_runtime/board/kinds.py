@@ -4,7 +4,6 @@ A package of a user's own may have any defect. Whatever it raises becomes one se
 package's name, and where in it that was.
 """
 
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.definition import BoardDefinition, definition_of
-from firmware_runtime.entry_points import installed, providers
+from firmware_runtime.entry_points import installed, rivals
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 
 if TYPE_CHECKING:
@@ -42,9 +41,7 @@ def shipped_file(kind: str) -> Path:
 def definition(kind: str) -> BoardDefinition[Any]:
     """What a kind's package says of it. Raises ConfigError if that breaks the contract."""
     entry_point = entry_point_of(kind)
-    rivals = providers(GROUP, kind)
-    if len(rivals) > 1:
-        both = " and ".join(rivals)
+    if both := " and ".join(rivals(GROUP, kind)):
         raise broken(entry_point, f"{both} both provide it; expected one of them uninstalled")
     with blamed_on(entry_point, "definition"):
         return definition_of(entry_point.load())
@@ -80,6 +77,8 @@ def _place(entry_point: "EntryPoint", error: BaseException) -> str:
     """Where it was raised, as near as can be to what the package itself did."""
     if isinstance(error, SyntaxError):
         return ""  # it names the place itself
+    import traceback  # noqa: PLC0415 -- of a package with a defect only
+
     frames = traceback.extract_tb(error.__traceback__)
     seen = [frame for frame in frames if not frame.filename.startswith("<frozen")]
     package = entry_point.value.partition(".")[0]

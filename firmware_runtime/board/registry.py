@@ -107,7 +107,7 @@ def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()
     if board in names() and table.get("board") in [name for name in names() if name != board]:
         fault = f"board: {table['board']!r}: expected {board!r}, as its entry point is called"
         raise ConfigError(str(source), [fault])
-    if table.get("board") in names():
+    if assignments and table.get("board") in names():
         drop_replaced(table, definition(table["board"]).settings, _assigned(assignments))
     return board_of(source, assignments, table, faults)
 

@@ -8,7 +8,7 @@ import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from types import NoneType, UnionType
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -181,11 +181,10 @@ def _judge_common(
 ) -> None:
     """Find the faults of keys that every variant has: they are faults whatever the choice."""
     first, *others = variants.schemas.values()
-    hints = get_type_hints(first, include_extras=True)
     for field in msgspec.structs.fields(first):
         key = field.encode_name
         if key in table and all(key in keys(each) for each in others):
-            _value(table[key], hints[field.name], faults, _join(path, key))
+            _value(table[key], field.type, faults, _join(path, key))
 
 
 def _unknown(table: Mapping[str, Any], known: Sequence[str], path: str) -> list[str]:
@@ -201,10 +200,9 @@ def _values(
     table: Mapping[str, Any], schema: type[msgspec.Struct], faults: list[str], path: str, why: str
 ) -> dict[str, Any]:
     """The values of the keys that a schema has; `why` is said of one that is missing."""
-    hints = get_type_hints(schema, include_extras=True)
     values: dict[str, Any] = {}
     for field in msgspec.structs.fields(schema):
-        key, hint = field.encode_name, hints[field.name]
+        key, hint = field.encode_name, field.type
         if key in table:
             values[field.name] = _value(table[key], hint, faults, _join(path, key))
         elif field.required:

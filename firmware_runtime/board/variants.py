@@ -84,7 +84,7 @@ def is_struct(type_: Any) -> bool:
 
 def keys(schema: type[msgspec.Struct]) -> list[str]:
     """The keys of a table, the choice apart."""
-    return [field.encode_name for field in msgspec.structs.fields(schema)]
+    return list(schema.__struct_encode_fields__)
 
 
 def _tag(schema: type[msgspec.Struct]) -> str:

@@ -76,6 +76,12 @@ class Agenda:
             self.open = [model]
             heapreplace(self._heap, (at, self.open))
 
+    def take_first(self, model: int) -> list[int]:
+        """Remove the model that `alone_at` has returned; return it as `take` would."""
+        self.due_at[model] = NEVER
+        self._pop()
+        return [model]
+
     def next_at(self) -> int:
         """The earliest instant at which a model is due, or NEVER."""
         heap, due_at = self._heap, self.due_at

@@ -57,23 +57,21 @@ class FanOut(StandIn[Any]):
     def append(self, value: object, /) -> None:
         """Put one value into every bag, or the pool it is filled from."""
         if not self.is_used:
-            self._note()
+            for bag, register, entry in self._stops:
+                if not bag:
+                    register.append(entry)
+            self.is_used = True
+            self._used.append(self)
         for bag in self._bags:
             bag.append(value)
-
-    def _note(self) -> None:
-        for bag, register, entry in self._stops:
-            if not bag:
-                register.append(entry)
-        self.is_used = True
-        self._used.append(self)
 
 
 class Delivery:
     """The bags of a flat model: `marks` by number, and the models `reached` in this round.
 
     A mark is true while its model has input; clearing it empties the model's bags. `pools` are
-    those that hold values; they are to be poured before any bag is read.
+    those that hold values; they are to be poured before any bag is read. After the round, its
+    `used_fan_outs` are to be released.
     """
 
     def __init__(self, numbers: Mapping[Owner, int], feeds: Iterable[Feed]) -> None:
@@ -81,7 +79,7 @@ class Delivery:
         self.marks: list[InPort[Any] | FilledBags] = []
         self.pools: list[Pool] = []
         self._numbers = numbers
-        self._used: list[FanOut] = []
+        self.used_fan_outs: list[FanOut] = []
         for model, number in numbers.items():
             bags = list(model.in_ports.values())
             for bag in bags:
@@ -95,12 +93,11 @@ class Delivery:
             pool.pour()
         self.pools.clear()
 
-    def end_round(self) -> None:
-        """Forget the models reached; their bags have been emptied by now."""
-        self.reached.clear()
-        for fan_out in self._used:
+    def release(self) -> None:
+        """Have the fan-outs used in this round note anew what they reach in the next."""
+        for fan_out in self.used_fan_outs:
             fan_out.is_used = False
-        self._used.clear()
+        self.used_fan_outs.clear()
 
     def _connect(self, feeds: Iterable[Feed]) -> None:
         alone: list[InPort[Any]] = []
@@ -135,4 +132,4 @@ class Delivery:
         ]
         stops = [self._stop(bag, pool_of.get(bag, bag)) for bag in dict.fromkeys(bags)]
         stops += [(pool, self.pools, pool) for pool in filled if isinstance(pool, Pool)]
-        return FanOut(filled, stops, self._used)
+        return FanOut(filled, stops, self.used_fan_outs)

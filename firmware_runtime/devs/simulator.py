@@ -46,10 +46,11 @@ class Simulator(Engine):
         agenda, delivery = self._agenda, self._delivery
         bookings = self.last_at, agenda, agenda.due_at
         functions = self._models, delivery.marks
-        self._transits = *functions, *bookings, self.own_confluents, delivery.pools
+        used = delivery.used_fan_outs
+        self._transits = *functions, *bookings, self.own_confluents, delivery.pools, used
         """What the transitions of a round begin with."""
 
-    def _run_alone(self, until: int) -> bool:
+    def _run_alone(self, until: int) -> bool:  # noqa: C901, PLR0912 -- written out, see above
         """Take instants as long as one model alone is imminent; return whether there was one.
 
         Such an instant needs no sorting, and, if the model reaches no other, no rounds: its pair in
@@ -70,7 +71,10 @@ class Simulator(Engine):
                 model = models[number]
                 model.output()
                 if reached:
-                    self._work_off(at, self._transit(at, agenda.take(at), reached), rounds=1)
+                    imminent = agenda.take_first(number)
+                    self._work_off(at, self._transit(at, imminent, reached), rounds=1)
+                    if at == until:  # as it is for `advance`
+                        return True
                 else:
                     if involved is not None:
                         involved.add(number)
@@ -83,7 +87,7 @@ class Simulator(Engine):
                     if sigma > 0:
                         rebook(number, at + sigma)
                     else:
-                        self._work_off(at, agenda.take(at), rounds=1)
+                        self._work_off(at, agenda.take_first(number), rounds=1)
         except ModelError:
             raise
         except Exception as error:
@@ -92,32 +96,27 @@ class Simulator(Engine):
             self.internal_transitions += transitions
 
     def _work_off(self, at: int, imminent: list[int], rounds: int = 0) -> None:
-        reached = self._delivery.reached
-        while imminent or reached:
-            if rounds == self._zero_time_limit:
-                self._refuse_endless_loop(imminent)
-            self.round = rounds
-            rounds += 1
-            self._send(imminent)
-            imminent = self._transit(at, imminent, reached)
-        self.round = 0
-
-    def _send(self, imminent: list[int]) -> None:
-        models = self._models
-        number = 0
+        reached, models, number = self._delivery.reached, self._models, NO_MODEL
         try:
-            for number in imminent:
-                models[number].output()
+            while imminent or reached:
+                if rounds == self._zero_time_limit:
+                    self._refuse_endless_loop(imminent)
+                self.round = rounds
+                rounds += 1
+                for number in imminent:
+                    models[number].output()
+                imminent = self._transit(at, imminent, reached)
         except ModelError:
             raise
         except Exception as error:
             raise self._failure(number, error) from error
+        self.round = 0
 
     def _transit(  # noqa: C901, PLR0912, PLR0915 -- written out, see above
         self, at: int, imminent: list[int], reached: list[int]
     ) -> list[int]:
         """The transitions of a round; returns the imminent models of the next, in order."""
-        models, marks, last, agenda, due_at, own_confluents, pools = self._transits
+        models, marks, last, agenda, due_at, own_confluents, pools, used = self._transits
         if pools:
             self._delivery.pour()
         if self.involved is not None:
@@ -125,11 +124,12 @@ class Simulator(Engine):
         self.internal_transitions += len(imminent)
         self.external_transitions += len(reached)
         following: list[int] = []
-        number = 0
+        number = unreached = 0
         try:
             for number in imminent:  # internal and confluent transitions
                 model, mark = models[number], marks[number]
                 if not mark:
+                    unreached += 1
                     model.internal()
                 else:
                     if own_confluents and number in own_confluents:
@@ -140,10 +140,10 @@ class Simulator(Engine):
                     mark.clear()
                 last[number] = at
                 sigma = model.sigma
-                if sigma is NEVER:
-                    pass
-                elif sigma is ZERO:
+                if sigma is ZERO:
                     following.append(number)
+                elif sigma is NEVER:
+                    pass
                 elif type(sigma) is not int or sigma < 0:
                     self._book_oddly_typed(number, at, following)
                 else:
@@ -153,7 +153,7 @@ class Simulator(Engine):
                         agenda.open.append(number)
                     else:
                         agenda.book(number, due)
-            if reached:
+            if len(imminent) - unreached < len(reached):  # else all of them were confluent
                 if len(reached) > 1:
                     reached.sort()
                 for number in reached:  # external transitions
@@ -175,7 +175,9 @@ class Simulator(Engine):
                         agenda.book(number, at + sigma)
                 if len(following) > 1:
                     following.sort()
-                self._delivery.end_round()
+            reached.clear()
+            if used:
+                self._delivery.release()
         except ModelError:
             raise
         except Exception as error:

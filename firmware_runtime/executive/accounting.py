@@ -62,11 +62,9 @@ class Accounting:
         self._postpone = simulator.postpone
         for account in accounts:
             account.begin(simulator.due_at(account.atomic))
-        self._untimed = {
-            account.number: account
-            for account in accounts
-            if isinstance(account, UntimedEventAccount)
-        }
+        self._untimed = [
+            account if isinstance(account, UntimedEventAccount) else None for account in accounts
+        ]
         self._last_at, self._booked_at = simulator.last_at, simulator.booked_at
         self._involved: set[int] = set()
         if not step.takes_time:
@@ -123,9 +121,9 @@ class Accounting:
         step, untimed = self._step, self._untimed
         at, last_at, booked_at = step.at, self._last_at, self._booked_at
         for number in self._involved:
+            account = untimed[number]
             # of models whose transition has not been completed the step has failed
-            if number in untimed and last_at[number] == at:
-                account = untimed[number]
+            if account is not None and last_at[number] == at:
                 if account.due == at:
                     account.run += 1
                 else:

@@ -7,6 +7,8 @@ costs nothing. During a step a fault is noted here; the ledger has it written af
 from functools import partial
 from typing import Any
 
+from msgspec import field
+
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
@@ -17,16 +19,12 @@ from firmware_runtime.statistics.histogram import Cells, empty_cells
 from firmware_runtime.statistics.layout import Layout
 
 
-class CountedFault(FaultCount):
+class CountedFault(FaultCount, kw_only=True):
     """One kind of fault of the model at `path`, with its row in the statistics file."""
 
-    __slots__ = ("cells", "is_in_new_words", "path")
-
-    def __init__(self, path: str, kind: str) -> None:
-        super().__init__(kind)
-        self.path = path
-        self.cells: Cells = empty_cells(fault_table.ROW_CELLS)
-        self.is_in_new_words = True
+    path: str
+    cells: Cells = field(default_factory=partial(empty_cells, fault_table.ROW_CELLS))
+    is_in_new_words: bool = True
 
 
 class FaultLog:
@@ -90,7 +88,7 @@ class FaultLog:
             kind = OTHER_KINDS
         if kind in kinds:
             return kinds[kind]
-        counted = kinds[kind] = CountedFault(self.models[number], kind)
+        counted = kinds[kind] = CountedFault(kind, path=self.models[number])
         counted.cells = fault_table.row(self._block, number, len(kinds) - 1)
         self.counted.append(counted)
         return counted

@@ -70,8 +70,10 @@ class Loop:
         )
         waits = clock.speed != 0
         at = self._next_at()
-        while accounting.overrun == "" and progress.livelock == "":
-            due = min(at, until)
+        while True:  # CPython 3.11 would not specialize a loop with a condition here
+            if accounting.overrun != "" or progress.livelock != "":
+                break
+            due = at if at < until else until  # noqa: FURB136 -- sooner
             self._use_slack(due)
             sources = arrivals.sources if waits else arrivals.sources_to_ask
             ready = clock.wait(min(due, self._poll_by), sources)
@@ -94,7 +96,9 @@ class Loop:
 
     def _next_at(self) -> int:
         """The instant of the next internal event or input, whichever comes first."""
-        return min(self._simulator.next_at, self.arrivals.next_at(self._simulator.now))
+        simulator = self._simulator
+        event_at, arrival_at = simulator.next_at, self.arrivals.next_at(simulator.now)
+        return event_at if event_at < arrival_at else arrival_at  # noqa: FURB136 -- sooner
 
     def _use_slack(self, until: int) -> None:
         """Do what is better done now than in a step."""

@@ -74,10 +74,13 @@ class Pid(Atomic):
     def _answer(self, motion: Motion, seconds: float) -> float:
         """The command in N, `seconds` after the last one; updates the integral."""
         gains = self.gains
-        error = self.reference - motion.position
+        position, rate = motion
+        error = self.reference - position
         integral = self.integral_n + gains.ki * error * seconds
-        wanted = gains.kp * error + integral - gains.kd * motion.rate
-        command = max(-gains.limit, min(gains.limit, wanted))
+        wanted = gains.kp * error + integral - gains.kd * rate
+        command, limit = wanted, gains.limit
+        if not -limit < wanted < limit:
+            command = max(-limit, min(limit, wanted))
         winding_up = command != wanted and (wanted - command) * error > 0.0
         if not (gains.anti_windup and winding_up):
             self.integral_n = integral

@@ -191,7 +191,7 @@ class Ak8963Double(Target):
         self._at = at
         if at < self.lands_at:
             return
-        period = PERIODS.get(self._mode())
+        period = PERIODS.get(self._registers[CNTL1] & 0x0F)
         if period is None:
             self._load(self.lands_at, skipped=False)
             self._enter(POWER_DOWN, self.lands_at)
@@ -205,18 +205,20 @@ class Ak8963Double(Target):
         if self._locked:
             self._registers[ST1] |= DOR
             return
-        overrun = skipped or self._registers[ST1] & DRDY
-        fine = self._registers[CNTL1] & BITM
+        registers = self._registers
+        overrun = skipped or registers[ST1] & DRDY
+        fine = registers[CNTL1] & BITM
         field = self._measured(at)
         x, y, z = field
         overflow = abs(x) + abs(y) + abs(z) >= OVERFLOW_T
-        self._registers[HXL:ST2] = DATA.pack(*self._counts(field, *(FINE if fine else COARSE)))
-        self._registers[ST2] = fine | (HOFL if overflow else 0)
-        self._registers[ST1] = DRDY | (DOR if overrun else 0)
+        registers[HXL:ST2] = DATA.pack(*self._counts(field, *(FINE if fine else COARSE)))
+        registers[ST2] = fine | (HOFL if overflow else 0)
+        registers[ST1] = DRDY | (DOR if overrun else 0)
 
     def _measured(self, at: int) -> Vector:
         """Return the field in T in the die's own axes, or the one of the self-test coil."""
-        if self._mode() == SELF_TEST and self._registers[ASTC] & SELF:
+        registers = self._registers
+        if registers[ASTC] & SELF and registers[CNTL1] & 0x0F == SELF_TEST:
             return SELF_TEST_T
         x, y, z = self._field(at)
         return y, x, -z

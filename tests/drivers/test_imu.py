@@ -46,8 +46,10 @@ class ScriptedMpu9250(ScriptedChip):
         wait = 15 * MILLISECOND
         return (Step("identify", lambda: self.answer("step", self.steps), wait),)
 
-    def read_sample(self) -> InertialSample:
-        return self.answer("read", self.readings)
+    def read_sample(self, rate_bias: Vector) -> InertialSample:
+        sample = self.answer("read", self.readings)
+        x, y, z = (rate - bias for rate, bias in zip(sample.rate, rate_bias, strict=True))
+        return sample._replace(rate=(x, y, z))
 
     def check_magnetometer(self) -> bool:
         self.answer("check", [None])

@@ -14,8 +14,8 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.retry import ONE_ATTEMPT
-from firmware_runtime.hal.timed_port import TimedPort
 from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.detective import DetectiveRig
 
@@ -61,7 +61,7 @@ def virtual_detective(*assignments: str, board: str | Path = "detective") -> Vir
     buses = {
         name: AccountedBus(bus, 400_000, ONE_ATTEMPT, time=wire) for name, bus in rig.buses.items()
     }
-    ports = {name: TimedPort(port, 9600, wire) for name, port in rig.ports.items()}
+    ports = {name: AccountedPort(port, 9600, wire) for name, port in rig.ports.items()}
     robot = loaded.build(Lines(buses, ports))
     robot.find_chips()
     rig.attach(robot.model)
