@@ -1,6 +1,11 @@
-"""What a word that is not known was probably meant to be."""
+"""What a word that is not known was probably meant to be, and the article before one."""
 
 from collections.abc import Iterable
+
+
+def with_article(noun: str) -> str:
+    """`a NOUN` or `an NOUN`, by its first letter."""
+    return f"{'an' if noun[:1].lower() in tuple('aeiou') else 'a'} {noun}"
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -162,9 +162,16 @@ def refuse_late(age: int, within_s: object) -> None:
         return
     if not isinstance(within_s, int | float):
         raise ConfigError("request", [f"within_s: {within_s!r}: expected seconds"])
-    if age > within_s * SECOND:
-        fault = f"sent {age / SECOND:.1f} s ago, to be answered within {within_s:g} s"
-        raise ConfigError("request", [f"{fault}; expected one that is still waited for"])
+    if (fault := why_late(age, within_s)) is not None:
+        raise ConfigError("request", [fault])
+
+
+def why_late(age: int, within_s: float) -> str | None:
+    """Why a request of this age in ns is not answered any more, a sentence; None where it is."""
+    if age <= within_s * SECOND:
+        return None
+    fault = f"sent {age / SECOND:.1f} s ago, to be answered within {within_s:g} s"
+    return f"{fault}; expected one that is still waited for"
 
 
 def post(path: Path, request: str) -> None:
@@ -188,7 +195,7 @@ def ask(path: Path, request: str, timeout_s: float = TIMEOUT_S, **more: object) 
         except OSError as error:
             is_closed = isinstance(error, PermissionError)
             expected = "the user of that run, or root" if is_closed else "a run that listens there"
-            raise ControlError(f"{path}: {error.strerror}; expected {expected}") from error
+            raise ControlError(f"{path}: {error.strerror or error}; expected {expected}") from error
         except (ValueError, RecursionError) as error:
             raise ControlError(f"{path}: answered with {error}; expected a JSON object") from error
     if not isinstance(answer, dict):

@@ -74,7 +74,15 @@ class Player(Simulator):
             while entry is not None and entry.position <= number:
                 self._entrances[entry.port].send(entry.value)
                 entry = next(entries, None)
-            self._send([number])
+            self._send(number)
         while entry is not None:
             self._entrances[entry.port].send(entry.value)
             entry = next(entries, None)
+
+    def _send(self, number: int) -> None:
+        try:
+            self._models[number].output()
+        except ModelError:
+            raise
+        except Exception as error:
+            raise self._failure(number, error) from error

@@ -16,7 +16,6 @@ be one that only holds fields, and is made without its own functions.
 
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
 from operator import attrgetter
@@ -164,11 +163,13 @@ def _field_names(kind: Any) -> Sequence[str]:  # noqa: ANN401 -- any class
     if issubclass(kind, tuple) and hasattr(kind, "_fields"):
         names: tuple[str, ...] = kind._fields
         return names
-    if is_dataclass(kind):
-        return tuple(field.name for field in fields(kind))
     if issubclass(kind, msgspec.Struct):
         struct: tuple[str, ...] = kind.__struct_fields__
         return struct
+    from dataclasses import fields, is_dataclass  # noqa: PLC0415 -- not every robot has some
+
+    if is_dataclass(kind):
+        return tuple(field.name for field in fields(kind))
     raise UnknownValue(f"{_name_of(kind)} cannot be recorded; {_EXPECTED}")
 
 

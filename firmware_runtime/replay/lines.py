@@ -9,11 +9,11 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.hal import errors
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.errors import HalError, NoAcknowledge
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.hal.timed_port import TimedPort
 from firmware_runtime.replay.feed import Feed
 
 _ERRORS: Final = {
@@ -40,7 +40,7 @@ def replayed_lines(board: Board, feed: Feed, early: Sequence[str]) -> Lines:
         for name, stated in board.settings.buses.items()
     }
     ports: dict[str, SerialPort] = {
-        name: TimedPort(ReplayedPort(name, feed), stated.baud, time)
+        name: AccountedPort(ReplayedPort(name, feed), stated.baud, time)
         for name, stated in board.ports.items()
     }
     return Lines(buses, ports, feed.enabled)

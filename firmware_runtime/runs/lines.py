@@ -11,6 +11,7 @@ from firmware_runtime.board.rig import Doubles
 from firmware_runtime.errors import text_of
 from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
@@ -19,7 +20,6 @@ from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.on_demand import open_i2c, open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.hal.timed_port import TimedPort
 
 if TYPE_CHECKING:  # safe-state has none, and is not to wait for what it imports
     from firmware_runtime.blackbox.recorder import Recorder
@@ -117,7 +117,7 @@ class _Opening(Struct, frozen=True):
         else:
             inner = open_serial(name, stated.device, stated.baud, alone=self.alone)
         heard = inner if self.recorder is None else self.recorder.port(inner)
-        return TimedPort(heard, stated.baud, self.time)
+        return AccountedPort(heard, stated.baud, self.time)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import monotonic_ns
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.control import (
@@ -22,6 +22,7 @@ from firmware_runtime.links.control import (
     ControlSocket,
     Request,
     refuse_more,
+    why_late,
 )
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.leases import Leases, length
@@ -94,9 +95,7 @@ class Requests:
 
     def _why_outdated(self) -> str | None:
         """Why a request counts no more: a run that stood still finds it when it goes on."""
-        if (age := monotonic_ns() - self._socket.asked_at) > TIMEOUT_S * SECOND:
-            return f"requested {age / SECOND:.0f} s ago; expected one that is still waited for"
-        return None
+        return why_late(monotonic_ns() - self._socket.asked_at, TIMEOUT_S)
 
     def _disarm(self, request: Request) -> Answer:
         refuse_more(request)

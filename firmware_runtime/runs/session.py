@@ -33,7 +33,7 @@ from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.robot_here import robot_here
 from firmware_runtime.runs.sleep_watch import watch_sleep
-from firmware_runtime.runs.sockets import serve_ports, take_requests
+from firmware_runtime.runs.sockets import has_ports, serve_ports, take_requests
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.tuning import tuning_of
 
@@ -94,11 +94,13 @@ class Session:
             undo.push(self._broken_off)
             self.replaced = statistics_path and keep_clear_of_other_runs(statistics_path)
             """What is wrong with the file that this run's statistics replace, if it is damaged."""
-            self.robot, self.part, ports = robot_here(board, self.hardware, end, self._edge)
+            is_served = has_ports(statistics_path, clock)
+            here = robot_here(board, self.hardware, end, self._edge, has_ports=is_served)
+            self.robot, self.part = here.robot, here.part
             blocks = dover_blocks(self.robot.model, clock)
             is_armed = permission is None and is_here
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
-            self._hold(serve_ports(statistics_path, ports, self.executive))
+            self._hold(serve_ports(statistics_path, here.ports, self.executive))
             self.dover = dover_link(blocks, self.executive)
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
             self._hold(self.dover)

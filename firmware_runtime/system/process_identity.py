@@ -14,6 +14,7 @@ from msgspec import Meta, Struct
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 _ENDED = -1
 _SECOND: Final = 1_000_000_000
+_READINGS: Final = 5
 _MOST: Final = 2**22
 """The largest process number that Linux gives. Source: proc(5), /proc/sys/kernel/pid_max."""
 
@@ -38,12 +39,15 @@ def started_at() -> int:
 
     Time that the machine slept since then makes it earlier still. Now, where it is not shown.
     """
-    now = monotonic_ns()
     ticks = _started_ticks(os.getpid())
     if ticks is None:
-        return now
-    started = ticks * _SECOND // os.sysconf("SC_CLK_TCK")
-    return now - (clock_gettime_ns(CLOCK_BOOTTIME) - started)
+        return monotonic_ns()
+    return ticks * _SECOND // os.sysconf("SC_CLK_TCK") - _slept()
+
+
+def _slept() -> int:
+    """By how much CLOCK_BOOTTIME is ahead: time that passes between two readings makes it less."""
+    return max(clock_gettime_ns(CLOCK_BOOTTIME) - monotonic_ns() for _ in range(_READINGS))
 
 
 def is_running(identity: ProcessIdentity) -> bool:

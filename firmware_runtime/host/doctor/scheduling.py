@@ -79,7 +79,8 @@ def _answer(priority: int) -> int:
 
 
 def _realtime_throttling(machine: Machine) -> Finding:
-    runtime, period = realtime_throttling(machine.files)
+    throttling = realtime_throttling(machine.files)
+    runtime, period = throttling.runtime_us, throttling.period_us
     if runtime is None or period is None:
         return not_applicable("/proc/sys/kernel/sched_rt_runtime_us is not shown")
     if runtime == -1:

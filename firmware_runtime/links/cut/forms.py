@@ -27,6 +27,8 @@ from typing import (
 import msgspec
 from msgspec.msgpack import Decoder, Encoder, Ext
 
+from firmware_runtime.spelling import with_article
+
 SUBCLASS: Final = 1
 ARRAY: Final = 2
 LARGE: Final = 3
@@ -81,7 +83,7 @@ def _of_class(kind: type[Any]) -> Form:
             return _exact(found).pack(value)
         if issubclass(found, kind):
             return Ext(SUBCLASS, encode([_name(found), _exact(found).pack(value)]))
-        raise TypeError(f"{value!r}: not a {kind.__name__}")
+        raise TypeError(f"{value!r}: not {with_article(kind.__name__)}")
 
     def unpack(found: object) -> object:
         if isinstance(found, Ext) and found.code == SUBCLASS:
@@ -228,7 +230,7 @@ def _union(parts: tuple[Any, ...]) -> Form:
                 return [number, form.pack(value)]
             except (TypeError, AttributeError, ValueError):
                 continue
-        raise TypeError(f"{value!r}: not a {text}")
+        raise TypeError(f"{value!r}: not {with_article(text)}")
 
     def unpack(found: Any) -> object:  # noqa: ANN401 -- what MessagePack bears
         if found is None and NoneType in parts:

@@ -15,7 +15,7 @@ from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.forms import form_of
 from firmware_runtime.links.ports.values import Read, reader_of
-from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.spelling import did_you_mean, with_article
 
 
 class Entry(Struct, frozen=True):
@@ -67,7 +67,9 @@ class Ports:
         except Refusal as why:
             form = form_of(entry.port.type)
             expected = "" if form is None else f"; expected {form}"
-            raise Refusal(f"{name}: not a {entry.port.type.__name__}: {why}{expected}") from why
+            raise Refusal(
+                f"{name}: not {with_article(entry.port.type.__name__)}: {why}{expected}"
+            ) from why
 
     def _why_not(self, name: str) -> str:
         if name in self.elsewhere:

@@ -85,7 +85,9 @@ class PortsClient(Closing):
         try:
             self._end = BridgeEnd(at, secret)
         except OSError as error:
-            raise NoAnswer(f"{self.where}: {error.strerror}; expected a way there") from error
+            raise NoAnswer(
+                f"{self.where}: {error.strerror or error}; expected a way there"
+            ) from error
 
     def put(self, port: str, value: object) -> None:
         """Put a value into an input port of the model; returns when it has arrived.
@@ -165,8 +167,9 @@ class PortsClient(Closing):
         except NoAnswer:
             raise
         except OSError as error:
-            fault = f"{self.where}: {error.strerror}; expected a run or a bridge that listens there"
-            raise NoAnswer(fault) from error
+            fault = f"{self.where}: {error.strerror or error}"
+            expected = "expected a run or a bridge that listens there"
+            raise NoAnswer(f"{fault}; {expected}") from error
         except msgspec.MsgspecError as error:
             fault = f"{self.where}: answered with what is no JSON of a run ({error})"
             raise NoAnswer(f"{fault}; expected a run") from error
