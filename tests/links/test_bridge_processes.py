@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -145,13 +146,21 @@ def test_every_socket_of_the_run_is_a_unix_socket(robot: BridgedRun) -> None:
     run, bridge = robot.run(), robot.bridge()
     line(bridge, "a run listens")
     process = Path("/proc", str(run.pid))
+    before = sockets_of(process)
+    unix = {row.split()[6] for row in (process / "net" / "unix").read_text().splitlines()[1:]}
+    lasting = before & sockets_of(process)
+    assert lasting
+    assert lasting <= unix
+
+
+def sockets_of(process: Path) -> set[str]:
+    """The inodes of a process's sockets, given its folder in /proc."""
     inodes = set()
     for descriptor in (process / "fd").iterdir():
-        found = re.fullmatch(r"socket:\[(\d+)\]", str(descriptor.readlink()))
-        inodes |= {found[1]} if found else set()
-    unix = {row.split()[6] for row in (process / "net" / "unix").read_text().splitlines()[1:]}
-    assert inodes
-    assert inodes <= unix
+        with suppress(FileNotFoundError):  # closed since they were listed
+            found = re.fullmatch(r"socket:\[(\d+)\]", str(descriptor.readlink()))
+            inodes |= {found[1]} if found else set()
+    return inodes
 
 
 def test_it_listens_on_ipv6_too(robot: BridgedRun) -> None:

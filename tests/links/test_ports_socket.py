@@ -113,7 +113,7 @@ def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:
             {"port": "imu.replan", "value": 1},
             "imu.replan: no such input port of the top model; expected one of command, replan",
         ),
-        ({"port": "command", "value": 1.5}, "command: not a int: Expected `int`, got `float`"),
+        ({"port": "command", "value": 1.5}, "command: not an int: Expected `int`, got `float`"),
         (
             {"watch": ["imu.nothing"]},
             "imu.nothing: no such output port; expected one that `firmware-runtime ports` shows",

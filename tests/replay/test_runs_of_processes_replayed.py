@@ -13,7 +13,6 @@ from firmware_runtime import open_board
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board import kinds
-from firmware_runtime.devs.time import SECOND
 from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.linked_runs import linked
 from tests.support.replayed import check_identical
@@ -88,8 +87,8 @@ def test_both_ends_of_a_link_are_their_replays(tmp_path: Path) -> None:
     with linked(tmp_path, "tachobot", f"unix:{tmp_path / 'link'}") as ends:
         robot = ends.robot("--for", "60")
         controller = ends.controller("--for", "60")
-        for end in (robot, controller):
-            end.wait_until_it_has_run(SECOND)
+        for end in (robot, controller):  # the controller makes one for what comes over the link
+            end.wait_until_it_has_made(steps=100)
         controller.kill()
         robot.process.terminate()
         robot.report()

@@ -28,7 +28,7 @@ class Rig:
 
     def report(self, kind: str, times: int = 1) -> None:
         known = [each for each in self.faults.counted if each.kind == kind]
-        counted = known[0] if known else CountedFault("imu", kind)
+        counted = known[0] if known else CountedFault(kind, path="imu")
         if not known:
             self.faults.counted.append(counted)
         counted.count += times

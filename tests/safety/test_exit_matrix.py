@@ -53,11 +53,11 @@ from pathlib import Path
 from time import monotonic_ns
 whole = Mpu9250.read_sample
 order = Path({order!r})
-def read_sample(self):
+def read_sample(self, rate_bias):
     if order.exists():
         print("failing at", monotonic_ns(), flush=True)
         raise TypeError("a driver's bug")
-    return whole(self)
+    return whole(self, rate_bias)
 Mpu9250.read_sample = read_sample
 sys.exit(main(sys.argv[1:]))
 """

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.layout import ARMED, ELAPSED
+from firmware_runtime.statistics.layout import ARMED, ELAPSED, STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -55,6 +55,9 @@ class RunningEnd:
 
     def wait_until_it_has_run(self, elapsed: int) -> None:
         wait_until(lambda: self.cell(ELAPSED) >= elapsed, f"{elapsed} ns of its run")
+
+    def wait_until_it_has_made(self, steps: int) -> None:
+        wait_until(lambda: self.cell(STEPS) >= steps, f"{steps} steps of its run")
 
     def wait_until_armed(self, *, armed: bool = True) -> None:
         wait_until(lambda: self.is_armed is armed, "armed" if armed else "disarmed")

@@ -1,9 +1,13 @@
 """When a process started, by the clock that everything else goes by."""
 
+import os
 import subprocess
 import sys
 from time import monotonic_ns
 
+import pytest
+
+from firmware_runtime.system import process_identity
 from tests.support.waiting import PATIENCE_S
 
 CHILD = """
@@ -21,3 +25,15 @@ def test_a_process_started_before_anything_it_does_and_after_it_was_called_for()
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE_S)
     first, started = map(int, done.stdout.split())
     assert called_for - LONGEST_TICK <= started <= first
+
+
+def test_a_pause_between_the_readings_of_two_clocks_moves_no_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    boot, awake, pause = 10**15, 4 * 10**14, 50_000_000
+    readings = iter([awake + pause])
+    monkeypatch.setattr(process_identity, "clock_gettime_ns", lambda _clock: boot)
+    monkeypatch.setattr(process_identity, "monotonic_ns", lambda: next(readings, awake))
+    monkeypatch.setattr(process_identity, "_started_ticks", lambda _pid: 1000)
+    monkeypatch.setattr(os, "sysconf", lambda _name: 100)
+    assert process_identity.started_at() == 10 * 1_000_000_000 - (boot - awake)
