@@ -5,6 +5,7 @@ import socket
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import cycle, islice
 from pathlib import Path
 
 from tests.support.bridged_run import kill, line
@@ -16,6 +17,7 @@ ROS_VENV = Path(os.environ.get("FIRMWARE_RUNTIME_ROS_VENV", ROOT / ".venv-ros"))
 _OF_ROS = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
 DOMAINS = range(1, 101)
 """Above them the ports of DDS are among those that the kernel gives away."""
+_in_turn = cycle(DOMAINS)
 
 
 class RosProcesses:
@@ -62,9 +64,13 @@ class RosProcesses:
 
 @contextmanager
 def domain() -> Iterator[int]:
-    """A domain's number that no other test on this machine has until this is left."""
+    """A domain's number that no other test on this machine has until this is left.
+
+    Nor had one of this process just before: rclpy's own publisher of a lifecycle node's transitions
+    is announced until the node's cycles of references are collected, however it was destroyed.
+    """
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as claim:
-        for number in DOMAINS:
+        for number in islice(_in_turn, len(DOMAINS)):
             try:
                 claim.bind(f"\0firmware-runtime-test-domain-{number}")
             except OSError:
