@@ -114,12 +114,14 @@ class Pca9685:
     def bring_up(self, frequency_hz: float) -> tuple[Step, ...]:
         """Give the steps from any state to running at that rate with all outputs off.
 
-        The first, `silence`, must come before any traffic to other chips of this bus: until then
-        0x70 is this one too. A chip left running stops at the end of its PWM cycle, not in a pulse.
+        The first only waits: a robot's probe may have woken the chip by `silence` just before.
+        `silence` must come before any traffic to other chips of this bus: until then 0x70 is this
+        one too. A chip left running stops at the end of its PWM cycle, not in a pulse.
         Raises SettingError at once; the steps raise NoAcknowledge, WrongDevice or NotReady.
         """
         prescale = prescale_for(frequency_hz, self._osc_hz)
         return (
+            Step("let the oscillator start", nothing, OSCILLATOR_START_NS),
             Step("silence", self.silence, LONGEST_CYCLE_NS),
             Step("identify", self.identify, 0),
             Step("sleep", partial(self._write, MODE1, AI | SLEEP), 0),
@@ -141,9 +143,7 @@ class Pca9685:
         prescale = prescale_for(frequency_hz, self._osc_hz)
         if not self.is_running:
             self._turn.holder = bring_up
-            # `silence` wakes a sleeping chip, and may have been called by a probe just before.
-            start = Step("let the oscillator start", nothing, OSCILLATOR_START_NS)
-            return (start, *self.bring_up(frequency_hz))
+            return self.bring_up(frequency_hz)
         if prescale != self._prescale:
             raise SettingError(
                 f"{self.place}: runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is "

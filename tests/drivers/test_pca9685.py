@@ -90,10 +90,12 @@ def test_no_other_prescale_divides_the_oscillator_closer(
 def test_bring_up_stops_the_outputs_and_leaves_allcall_before_anything_else(
     register_bus: I2cBus, wire: Wire
 ) -> None:
-    first = Pca9685(register_bus).bring_up(1000)[0]
-    first.action()
+    wait, silence, *_ = Pca9685(register_bus).bring_up(1000)
+    wait.action()
+    assert wire == []
+    silence.action()
     assert wire == [(0x40, (each,)) for each in (b"\x01\x04", b"\xfd\x10", b"\x00\x20")]
-    assert first.wait_ns > 1e9 / 23.84
+    assert silence.wait_ns > 1e9 / 23.84
 
 
 def test_bring_up_sets_the_rate_asleep_and_wakes_by_half_a_millisecond(

@@ -80,13 +80,12 @@ def test_whatever_a_dead_program_left_no_output_goes_on_in_bring_up(
     elif left_as == "waiting for four registers":
         bench.bus.write(0x40, b"\x01\x0c")
     chip = Pca9685(bench.bus)
-    steps = iter(chip.bring_up(50))
-    next(steps).action()
-    assert bench.double.all_off
+    wait, *steps = chip.bring_up(50)
+    bench.clock.advance(wait.wait_ns)
     for step in steps:
-        bench.clock.advance(step.wait_ns)
         step.action()
         assert bench.double.all_off, step.name
+        bench.clock.advance(step.wait_ns)
     chip.set_duties(0, (0.9,))
     assert bench.double.duties == (3686 / 4096, *(0.0,) * 15)
 

@@ -106,6 +106,15 @@ def test_all_servos_are_limp_until_a_command_comes_and_then_only_that_one_is_dri
     assert bench.pulse_us(TILT) == 0.0
 
 
+def test_a_chip_that_a_probe_has_just_woken_is_brought_up_once_its_oscillator_runs() -> None:
+    bench = Bench()
+    bench.model.chip.silence()
+    bench.model.chip.identify()
+    bench.turn(100, pan=0.5)
+    assert bench.chip.warnings == []
+    assert bench.pulse_us(PAN) == close(1750.0)
+
+
 def test_a_servo_upside_down_has_its_longer_pulse_at_the_lesser_angle() -> None:
     bench = Bench()
     bench.turn(100, tilt=0.1)
