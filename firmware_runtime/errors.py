@@ -13,14 +13,20 @@ from collections.abc import Sequence
 
 
 def text_of(error: BaseException) -> str:
-    """Return `str(error)`, or a sentence where its `__str__` raises, whatever that is.
+    """Return `str(error)` in one line, or a sentence where its `__str__` raises, whatever that is.
 
-    Errors are put into words before outputs are off: no text may keep them on.
+    A ConfigError keeps its lines, one for each fault. Errors are put into words before outputs are
+    off: no text may keep them on.
     """
     try:
-        return str(error)
+        text = str(error)
+        return text if isinstance(error, ConfigError) else _one_line(text)
     except BaseException as worse:  # noqa: BLE001 -- whatever it is, outputs come first
         return f"{type(error).__name__}, whose __str__ raised {type(worse).__name__}"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(filter(None, map(str.strip, text.splitlines())))
 
 
 class FirmwareRuntimeError(Exception):

@@ -12,6 +12,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.statistics import RunState
@@ -66,6 +67,20 @@ def test_an_exception_in_a_model() -> None:
     )
     assert (run.made_safe, robot.thrust.exits) == (2, 1)
     assert run.json()["conditions"]["run"]["state"] == "failed"
+
+
+def test_the_reason_is_one_line_whatever_a_model_says() -> None:
+    robot = Robot()
+    robot.imu.work = raising(ValueError("no fit:\n\n  chi2 = 9\r\n\tdegrees = 3\n"))
+    run = Run(robot, VirtualClock())
+    outcome = run.until()
+    assert outcome.reason.endswith(": no fit: chi2 = 9 degrees = 3")
+    assert run.json()["conditions"]["run"]["reason"] == outcome.reason
+
+
+def test_the_reason_keeps_a_line_for_each_fault_of_a_setting() -> None:
+    outcome = Outcome.of_error(ConfigError("board.toml", ["a: 1", "b: 2"]))
+    assert outcome.reason.splitlines() == ["board.toml: 2 faults", "  - a: 1", "  - b: 2"]
 
 
 def test_an_input_of_the_wrong_type() -> None:
