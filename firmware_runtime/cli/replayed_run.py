@@ -16,7 +16,7 @@ from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.replay.difference import Difference
-from firmware_runtime.replay.verdict import Stretch, Verdict, replay
+from firmware_runtime.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
 from firmware_runtime.status import Status
 
 
@@ -96,7 +96,7 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
         if verdict.has_drawn:
             yield f"  {UNKEPT}"
     elif not verdict.is_something:
-        yield "nothing of it was run again: no step and no transfer is in it"
+        yield NOTHING_AGAIN
     elif not verdict.faults:
         yield f"identical: {verdict.events} values, {verdict.writes} transfers of {header.run}"
     duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
@@ -108,6 +108,8 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
 
 def _notes(verdict: Verdict) -> Iterator[str]:
     """What belongs to the verdict, a line each."""
+    if verdict.began_earlier is not None:
+        yield f"  {verdict.began_earlier}"
     if verdict.unknown:
         yield f"  of {verdict.unknown} values at least a part is known by its class alone"
     if verdict.failure is not None:

@@ -1,19 +1,21 @@
 """The verdict on a recording, or a stretch of it: whether its replay is the run, bit for bit."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from firmware_runtime.blackbox.no_instant import no_instant
-from firmware_runtime.blackbox.reader import Recording, Segment
+from firmware_runtime.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, count_of_unknown
 from firmware_runtime.board.registry import Board
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.chance import places
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
+
+NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"
 
 
 @dataclass(slots=True)
@@ -45,11 +47,23 @@ class Verdict:
     """What ended it, in a sentence: what the robot raised as it was run again."""
     end: str | None = None
     """Why the run had failed, as it says; None for one that had not."""
+    began_earlier: str | None = None
+    """That it began at the start, with no keyframe before the instant asked for, in a sentence."""
 
     @property
     def is_identical(self) -> bool:
         """Whether something was run again, all of it as it was, and nothing is missing."""
         return self.is_something and self.differences == 0 and not self.faults
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is not identical, in a sentence; None if it is."""
+        if self.first is not None:
+            first = f"{self.first.what} of {self.first.where} at {format_time(self.first.at)}"
+            return f"{self.differences} differences, the first in {first}"
+        if not self.is_something:
+            return NOTHING_AGAIN
+        return f"not whole: {'; '.join(self.faults)}" if self.faults else None
 
     @property
     def not_compared(self) -> list[str]:
@@ -80,6 +94,7 @@ class Verdict:
         """For a program."""
         return {
             "identical": self.is_identical,
+            "reason": self.reason,
             "events": self.events,
             "duration_s": self.duration / SECOND,
             "first_difference": None if self.first is None else self.first.as_json(),
@@ -92,6 +107,9 @@ class Verdict:
             "code_changed": self.code_changed,
             "versions_changed": self.versions_changed,
             "has_drawn": self.has_drawn,
+            "began_earlier": self.began_earlier,
+            "failure": self.failure,
+            "end": self.end,
         }
 
 
@@ -127,7 +145,9 @@ def replay(
     """
     versions = changed_versions(recording.header.versions)
     verdict = Verdict(faults=recording.faults(), versions_changed=versions)
-    for segment in segments_of(recording, stretch):
+    segments = segments_of(recording, stretch)
+    verdict.began_earlier = began_earlier(recording, segments, stretch.begin)
+    for segment in segments:
         sections = segment.from_instant(stretch.begin).sections()
         player = Player(recording.header, board, first := next(sections))
         player.listeners.append(listener)
@@ -149,6 +169,22 @@ def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:
     if not segments:
         raise no_instant(recording, stretch.begin)
     return [each for each in segments if each.first_at <= stretch.until]
+
+
+def began_earlier(recording: Recording, segments: Sequence[Segment], begin: int) -> str | None:
+    """That the start is begun at, as no keyframe stands before `begin`; None where that is not so.
+
+    A run whose models hold what cannot be kept, such as a lock made on the way, has no keyframes.
+    """
+    if begin == 0 or not segments:
+        return None
+    first = segments[0].from_instant(begin)
+    if kind_of(first.contents[0]) != Kind.BUILD:
+        return None
+    has_one = any(kind_of(each) == Kind.KEYFRAME for each in first.contents)
+    why = None if has_one else recording.no_keyframe()
+    because = "" if why is None else f" ({why})"
+    return f"begun at the start of the run: no keyframe is before {begin / SECOND:g} s{because}"
 
 
 def stretch_of(sections: Iterator[Section], until: int) -> Iterator[Section]:

@@ -21,7 +21,7 @@ from firmware_runtime.replay.lines import REPLAYED
 from firmware_runtime.replay.open_player import Change, OpenPlayer
 from firmware_runtime.replay.outputs import Curves, OutputDifference, Outputs
 from firmware_runtime.replay.rebuilt import rebuilt
-from firmware_runtime.replay.verdict import WHOLE, Stretch, segments_of, stretch_of
+from firmware_runtime.replay.verdict import WHOLE, Stretch, began_earlier, segments_of, stretch_of
 
 
 class WhatIf(Struct):
@@ -50,6 +50,8 @@ class WhatIf(Struct):
     """What differs for it, as `changed_settings` has it."""
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
     """Python and packages that are others where this was found, as `changed_versions` has them."""
+    began_earlier: str | None = None
+    """As a verdict has it."""
 
 
 def what_if(
@@ -73,6 +75,7 @@ def what_if(
         settings=list(change.board.assignments),
         versions_changed=changed_versions(recording.header.versions),
         settings_changed=changed_settings(change.recorded, change.board),
+        began_earlier=began_earlier(recording, segments, stretch.begin),
     )
     structure: Counter[str] = Counter()
     for segment in segments:

@@ -33,6 +33,8 @@ def what_if_text(found: WhatIf, changed: str) -> Iterator[str]:
     if found.first_difference is not None:
         yield from _first(found.first_difference)
     yield f"  {found.steps} steps, {found.duration_s:.3f} s of the run"
+    if found.began_earlier is not None:
+        yield f"  {found.began_earlier}"
     if found.versions_changed:
         yield f"  versions that are others than in the run: {versions_said(found.versions_changed)}"
 

@@ -3,10 +3,13 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import pytest
 
+from boards.tachobot.allocation import Allocation
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.reader import read_recording as read_run
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.in_force import PLACE, board_in_force
@@ -147,6 +150,51 @@ def test_a_stretch_that_ends_before_it_begins_is_refused(
     assert "--until 0.05: expected an instant after --from 0.09" in ended.error
 
 
+def test_a_run_with_nothing_to_run_again_says_so_in_json_too(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    run = record(tmp_path / "whole.recording", "tachobot", 0.1)
+    header, build, *_ = read_run(run).chunks[0].contents
+    run.write_bytes(file_of([Numbered(1, [header, build])]))
+    ended = command("replay", run, "--json")
+    said = json.loads(ended.out)
+    assert (ended.status, said["identical"]) == (Status.MODEL_ERROR, False)
+    assert "no step and no transfer is in it" in said["reason"]
+    assert said["reason"] in command("replay", run).out
+
+
+def test_a_stretch_without_a_keyframe_before_it_begins_at_the_start_and_says_why(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    build = Allocation.__init__
+
+    def built(self: Allocation, *arguments: Any) -> None:  # noqa: ANN401
+        build(self, *arguments)
+        self.waiting = {Lock(), Lock()}  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(Allocation, "__init__", built)
+    run = record(tmp_path / "whole.recording", "tachobot", 0.1)
+    why = read_run(run).no_keyframe()
+    assert why is not None
+    for words in (), ("--set", "controller.yaw.kp=0.8"):
+        said = json.loads(command("replay", run, "--from", "0.05", "--json", *words).out)
+        assert "start of the run: no keyframe is before 0.05 s" in said["began_earlier"]
+        assert why in said["began_earlier"]
+        assert said["began_earlier"] in command("replay", run, "--from", "0.05", *words).out
+        whole = json.loads(command("replay", run, "--json", *words).out)
+        assert whole["began_earlier"] is None
+
+
+@pytest.mark.slow
+def test_a_stretch_that_begins_at_a_keyframe_says_nothing_of_it(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    run = record(tmp_path / "whole.recording", "tachobot", 5.2)
+    said = json.loads(command("replay", run, "--from", "5.1", "--json").out)
+    assert (said["identical"], said["reason"], said["began_earlier"]) == (True, None, None)
+    assert said["duration_s"] < 5
+
+
 @pytest.mark.slow
 def test_a_speed_is_kept_from_the_first_step_to_the_end_of_the_stretch(
     command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -173,7 +221,7 @@ def test_before_the_run_is_before_any_stretch_of_it(
     finally:
         session.close()
     said = json.loads(command("replay", path, "--until", "0.00001", "--json").out)
-    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 10)
+    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 7)
     assert read_run(path).segments()[0].first_at == 0
     probed = [each for each in read_run(path).segments()[0].sections() if each.kind is Kind.PROBE]
     assert [(each.at, {one.at for one in each.transfers}) for each in probed] == [(0, {0})]
