@@ -94,5 +94,5 @@ class KeyframeSchedule:
         try:
             return function()
         except Exception as error:  # noqa: BLE001 -- the run goes on without a keyframe
-            self.fault = text_of(error)
+            self.fault = text_of(error) or type(error).__name__
             return None

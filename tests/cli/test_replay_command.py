@@ -12,6 +12,7 @@ from boards.tachobot.allocation import Allocation
 from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.reader import read_recording as read_run
 from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.blackbox.state.pickled import StateWriter
 from firmware_runtime.board.in_force import PLACE, board_in_force
 from firmware_runtime.board.kinds import shipped_file
 from firmware_runtime.cli import replayed_run
@@ -193,6 +194,32 @@ def test_a_stretch_that_begins_at_a_keyframe_says_nothing_of_it(
     said = json.loads(command("replay", run, "--from", "5.1", "--json").out)
     assert (said["identical"], said["reason"], said["began_earlier"]) == (True, None, None)
     assert said["duration_s"] < 5
+
+
+def test_a_state_that_there_is_no_memory_for_is_no_difference(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = record(tmp_path / "whole.recording", "tachobot", 0.1)
+
+    def written(*_: object) -> bytes:
+        raise MemoryError
+
+    monkeypatch.setattr(StateWriter, "written", written)
+    ended = command("replay", run)
+    assert (ended.status, ended.out) == (Status.MODEL_ERROR, "")
+    assert "Cannot allocate memory; expected more" in ended.error
+    assert len(ended.error.splitlines()) == 1
+
+
+def test_a_run_without_memory_for_a_keyframe_goes_on_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def written(*_: object) -> bytes:
+        raise MemoryError
+
+    monkeypatch.setattr(StateWriter, "written", written)
+    found = read_run(record(tmp_path / "whole.recording", "tachobot", 0.1))
+    assert found.no_keyframe() == "MemoryError"
 
 
 @pytest.mark.slow

@@ -77,7 +77,7 @@ class StateTable:
         try:
             self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
             self._columns = columns_of(self._known)
-        except UnkeepableState:
+        except (UnkeepableState, MemoryError):
             raise
         except Exception as error:  # of a function of the model's, such as __repr__
             raise _unread(error) from error
@@ -92,7 +92,10 @@ class StateTable:
         self._reader = StateReader(self.objects, names)
 
     def capture(self) -> bytes:
-        """The state now. Raises UnkeepableState for an object that was made since and has none."""
+        """The state now. Raises UnkeepableState for an object that was made since and has none.
+
+        Raises MemoryError where there is no room for it, as every other function here does.
+        """
         if [*map(type, self._stateful)] != self._kinds:
             raise self._of_another_class()
         aside = None if self._aside is None else self._aside.read()
@@ -101,6 +104,8 @@ class StateTable:
             written = self._writer.written([*(each.read() for each in self._columns.each), *held])
         except NoValue as error:
             raise self._blamed(error) from error
+        except MemoryError:  # says nothing of the state
+            raise
         except Exception as error:  # as above
             raise _unread(error) from error
         return _FINGERPRINT.pack(self.fingerprint) + written
@@ -128,6 +133,8 @@ class StateTable:
             self._columns.fill(made)
         except Exception as error:  # whatever stands in a file
             self._columns.fill(before)
+            if isinstance(error, MemoryError):
+                raise
             raise _foreign(f"{type(error).__name__}: {error}") from error
         del before
         self._columns.fill(made)  # again: what has gone with `before` may have changed others
