@@ -10,8 +10,9 @@ from pathlib import Path
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.kinds import FILE
-from firmware_runtime.board.registry import Board, board_of, read_text
+from firmware_runtime.board.registry import Board, board_of
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_file import read_text
 
 
 def kept_table(board: Board) -> str:

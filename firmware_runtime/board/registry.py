@@ -39,7 +39,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import ConfigError, SettingError
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.spelling import did_you_mean
-from firmware_runtime.system.whole_file import read_file
+from firmware_runtime.system.whole_file import read_text
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
 
@@ -275,16 +275,6 @@ def _why_no_file(path: str) -> str:
     except OSError as error:
         return f"cannot be found ({error.strerror})"
     return "no regular file"
-
-
-def read_text(source: Path) -> str:
-    """What stands in a file of settings. Raises ConfigError."""
-    try:
-        return read_file(source).decode("utf-8-sig")
-    except OSError as error:
-        raise ConfigError(str(source), [f"cannot be read: {error.strerror}"]) from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(str(source), ["cannot be read: not UTF-8; expected text"]) from error
 
 
 def _fingerprint(source: Path, assignments: Sequence[str]) -> str:

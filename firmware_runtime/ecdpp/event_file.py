@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.ecdpp.text import lines_of, look_up, parse_number, parse_time, read_text
+from firmware_runtime.ecdpp.text import lines_of, look_up, parse_number, parse_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_file import read_text
 
 
 class Event(NamedTuple):

@@ -20,8 +20,9 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
 from firmware_runtime.ecdpp.model_links import declare_ports, draw_links
 from firmware_runtime.ecdpp.model_syntax import Entry, Section, parse_sections
-from firmware_runtime.ecdpp.text import look_up, read_text
+from firmware_runtime.ecdpp.text import look_up
 from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.system.whole_file import read_text
 
 TOP = "top"
 """The section of the model that all others are part of."""

@@ -15,8 +15,8 @@ from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
 from firmware_runtime.ecdpp.class_catalogue import known_classes
 from firmware_runtime.ecdpp.model_file import FileModel, Made, parse_file
 from firmware_runtime.ecdpp.python_names import WIDEST, Imports, Names
-from firmware_runtime.ecdpp.text import read_text
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_file import read_text
 
 
 def imported_source(path: Path) -> str:

@@ -4,12 +4,9 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
-from pathlib import Path
 from typing import TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import read_file
 
 T = TypeVar("T")
 
@@ -17,15 +14,6 @@ _COMMENT = r"#|//|%"
 _TIME = r"(\d{1,6}):([0-5]?\d):([0-5]?\d):(\d{1,3})"
 _NUMBER = r"[+-]?(\d+(\.\d*)?|\.\d+)"
 """Compiled when first used: most runs read no such file."""
-
-
-def read_text(path: Path) -> str:
-    """The file's text; raises ConfigError if it cannot be read. A FIFO is not waited for."""
-    try:
-        return read_file(path).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ConfigError(str(path), [f"cannot be read: {reason}"]) from error
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:

@@ -56,8 +56,11 @@ def path_of_file(file: FilePath) -> Spline:
     """The path of a file. Raises ValueError with all of its faults, each with its line."""
     try:
         text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file}: {error}; expected a CSV file of poses") from error
+    except UnicodeDecodeError as error:
+        fault = "cannot be read: not UTF-8; expected a CSV file of poses"
+        raise ValueError(f"{file}: {fault}") from error
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}; expected a CSV file of poses") from error
     lines = [*csv.reader(text.splitlines())]
     faults, rows = [f"{file}: {fault}" for fault in _header_faults(lines)], list[_Row]()
     if not faults:

@@ -86,3 +86,13 @@ def read_file(path: Path) -> bytes:
         if not stat.S_ISREG(status.st_mode) or status.st_size > MOST:
             raise OSError(errno.EINVAL, "no regular file of a sensible size", str(path))
         return file.read(status.st_size)
+
+
+def read_text(path: Path) -> str:
+    """What stands in a file that somebody wrote. Raises ConfigError; a FIFO is not waited for."""
+    try:
+        return read_file(path).decode("utf-8-sig")
+    except OSError as error:
+        raise ConfigError.of_one(str(path), f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError.of_one(str(path), "cannot be read: not UTF-8; expected text") from error

@@ -13,9 +13,9 @@ from typing import Any, Final
 
 from firmware_runtime.board.in_force import settings_in_force, settings_place
 from firmware_runtime.board.kinds import names, shipped_file
-from firmware_runtime.board.registry import Board, read_text
+from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.whole_file import keep_output, read_text
 
 _TABLE: Final = re.compile(r"\s*\[\s*([^\[\]]+?)\s*\]\s*(#.*)?$")
 _VALUE: Final = re.compile(r"(\s*([\w.-]+)\s*=\s*)([^\s#]+)(.*)$")

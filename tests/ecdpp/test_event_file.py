@@ -156,5 +156,6 @@ def test_a_file_that_cannot_be_read_is_a_fault(tmp_path: Path, content: bytes | 
     path = tmp_path / "mission.ev"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(ConfigError, match="cannot be read"):
+    expected = "No such file" if content is None else "not UTF-8; expected text"
+    with pytest.raises(ConfigError, match=f"cannot be read: {expected}"):
         read_events(path, model())

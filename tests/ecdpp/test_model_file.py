@@ -121,6 +121,14 @@ def test_a_file_is_read_and_named_in_its_faults(tmp_path: Path) -> None:
         read_model(path, CLASSES)
 
 
+def test_a_file_that_is_no_text_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "robot.ma"
+    path.write_bytes(TWO_RELAYS.encode("utf-16"))
+    with pytest.raises(ConfigError) as refused:
+        read_model(path, CLASSES)
+    assert str(refused.value) == f"{path}: cannot be read: not UTF-8; expected text"
+
+
 @pytest.mark.parametrize(
     ("text", "fault"),
     [

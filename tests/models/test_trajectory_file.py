@@ -59,6 +59,10 @@ def test_all_faults_are_listed_at_once_up_to_ten(tmp_path: Path) -> None:
     assert "20 more" in str(refused.value)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="expected a CSV file"):
-        path_of_file(tmp_path / "none.csv")
+def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "path.csv"
+    with pytest.raises(ValueError, match="No such file or directory; expected a CSV file"):
+        path_of_file(path)
+    path.write_bytes(b"t_s,\xff")
+    with pytest.raises(ValueError, match="not UTF-8; expected a CSV file"):
+        path_of_file(path)

@@ -245,8 +245,11 @@ def _nth(number: int, before: Segment, planned: Sequence[tuple[float, Segment]])
 def _read(path: Path) -> list[tuple[float, float]]:
     try:
         rows = [row for row in csv.reader(path.read_text("utf-8").splitlines()) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ModelError(f"{path}: cannot be read ({error}); expected a CSV file") from error
+    except UnicodeDecodeError as error:
+        raise ModelError(f"{path}: cannot be read: not UTF-8; expected a CSV file") from error
+    except (OSError, csv.Error) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ModelError(f"{path}: cannot be read ({why}); expected a CSV file") from error
     samples = []
     for number, row in enumerate(rows):
         try:

@@ -69,6 +69,15 @@ def test_a_file_of_samples_is_refused_by_the_line_that_is_none(value: str, tmp_p
         FromFile("u", path)
 
 
+def test_a_file_of_samples_that_is_absent_or_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "u.csv"
+    with pytest.raises(ModelError, match=r"cannot be read \(No such file or directory\); expected"):
+        FromFile("u", path)
+    path.write_bytes(b"t,\xff\n")
+    with pytest.raises(ModelError, match="cannot be read: not UTF-8; expected a CSV file"):
+        FromFile("u", path)
+
+
 def test_a_source_that_sends_no_number_is_refused_before_it_is_read() -> None:
     for source in (Constant("u", math.nan), Step("u", 0.5, after=math.inf)):
         system = System(states={"x": 0.0}, equations={"x": "-x"}, inputs={"u": source})
