@@ -105,10 +105,11 @@ class SafeState:
         """
         must_stay = WATCH if self._is_driven or self._living() else 0
         since = monotonic_ns()
+        on: list[str] = []
         while True:
-            on = [each for outputs in self._outputs for each in outputs.outputs_on()]
-            if on:
-                on += self.make_safe()
+            seen = [each for outputs in self._outputs for each in outputs.outputs_on()]
+            if seen:
+                on = [*seen, *self.make_safe()]
                 self._take_again()
                 since = monotonic_ns()
             elif monotonic_ns() - since >= must_stay:
