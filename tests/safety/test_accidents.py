@@ -13,6 +13,7 @@ from firmware_runtime.runs.settings_in_force import forget_settings, kept_settin
 from firmware_runtime.statistics.errors import StatisticsFileError
 from tests.support.guarded_run import guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
+from tests.support.trials import PATIENT
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
@@ -69,7 +70,7 @@ def test_a_guard_that_is_stopped_before_outputs_are_off_says_so(tmp_path: Path) 
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
         assert run.guard.stdout is not None
-        fault = ("doubles", "fault", "stuck", "--socket", run.socket, "--for", 20)
+        fault = ("doubles", "fault", "stuck", "--socket", run.socket, "--for", 600)
         assert run.ask(*fault).returncode == 0
         run.signal(signal.SIGKILL)
         assert "outputs not off" in run.guard.stdout.readline()
@@ -136,7 +137,7 @@ def test_a_file_that_changed_under_the_run_does_not_keep_its_outputs_on(
     file = tmp_path / "tachobot.toml"
     shipped = registry.load("tachobot").source.read_text(encoding="utf-8")
     file.write_text(shipped, encoding="utf-8")
-    with guarded_run(tmp_path, board=str(file)) as run:
+    with guarded_run(tmp_path, board=str(file), words=PATIENT) as run:
         assert run.guard is not None
         file.write_text(shipped.replace(before, after, 1), encoding="utf-8")
         run.guard.kill()
@@ -165,7 +166,7 @@ def test_without_a_place_for_statistics_it_still_switches_off(
         raise StatisticsFileError("belongs to another user")
 
     monkeypatch.setattr(safe_state, "default_path", taken)
-    with guarded_run(tmp_path, guard=False) as run:
+    with guarded_run(tmp_path, guard=False, words=PATIENT) as run:
         run.signal(signal.SIGKILL)
         run.run.wait(PATIENCE_S)
         assert not run.is_off

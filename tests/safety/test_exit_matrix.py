@@ -17,6 +17,7 @@ from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.safety_table import SafetyTable
 from tests.support.supervisor import Supervisor
+from tests.support.trials import PATIENT
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
@@ -138,7 +139,7 @@ def test_a_broken_file_at_sighup_changes_nothing(tmp_path: Path) -> None:
     source = Path("boards/tachobot/board.toml").read_text()
     board = tmp_path / "board.toml"
     board.write_text(source)
-    with guarded_run(tmp_path, board=str(board)) as run:
+    with guarded_run(tmp_path, board=str(board), words=PATIENT) as run:
         board.write_text(source.replace("kp = 0.75", "kp = 0.5"))
         run.signal(signal.SIGHUP)
         wait_until(lambda: "controller.yaw.kp" in run.errors(), "a new gain is taken up")
@@ -155,7 +156,7 @@ def test_a_guard_that_is_killed_first_disarms_the_run(tmp_path: Path, table: Saf
         at = monotonic_ns()
         run.guard.kill()
         took = run.until_off_ms(at)
-        assert "the guard is gone" in run.errors()
+        wait_until(lambda: "the guard is gone" in run.errors(), "the run says why")
         assert run.run.poll() is None
     table.add("guard killed first", took, goal_ms=1000)
 
@@ -257,7 +258,7 @@ def test_why_the_guard_took_over_is_kept(tmp_path: Path) -> None:
 
 
 def test_a_second_run_on_the_same_doubles_is_refused(tmp_path: Path) -> None:
-    with guarded_run(tmp_path) as run:
+    with guarded_run(tmp_path, words=PATIENT) as run:
         second = run.ask(
             "run", "tachobot", "--doubles", run.socket, "--statistics", tmp_path / "second.stats"
         )
@@ -269,7 +270,7 @@ def test_a_second_run_on_the_same_doubles_is_refused(tmp_path: Path) -> None:
 
 def test_without_a_guard_kill_9_leaves_the_outputs_on(tmp_path: Path) -> None:
     """What the guard is for: a PCA9685 keeps its last duties."""
-    with guarded_run(tmp_path, guard=False) as run:
+    with guarded_run(tmp_path, guard=False, words=PATIENT) as run:
         run.signal(signal.SIGKILL)
         run.run.wait(PATIENCE_S)
         assert not run.is_off

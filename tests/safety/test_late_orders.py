@@ -11,8 +11,8 @@ from firmware_runtime.links.control import ask
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.runs.safe_state import SafeState
 from firmware_runtime.statistics.companions import Companion
-from tests.support.guarded_run import GuardedRun, guarded_run, wait_until
-from tests.support.trials import AGAIN_SOON, TURNING
+from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run, wait_until
+from tests.support.trials import TURNING
 from tests.support.waiting import PATIENCE_S
 
 pytestmark = pytest.mark.slow
@@ -92,7 +92,7 @@ class Starting:
         self.wait = directory / "wait"
         self.starts = directory / "starts"
         self.program = SLOW_START.format(starts=str(self.starts), wait=str(self.wait))
-        self.words = ("--for", "600", "--supervised", "--arm", *AGAIN_SOON)
+        self.words = ("--for", "600", "--supervised", "--arm", *UNHURRIED)
 
     def safe_state(self, run: GuardedRun) -> SafeState:
         """What has switched off a board that no run drove, and looked for one that may."""
@@ -119,7 +119,7 @@ def starting(tmp_path: Path) -> Starting:
 def test_a_run_that_starts_meanwhile_does_not_arm_itself(
     tmp_path: Path, starting: Starting
 ) -> None:
-    with guarded_run(tmp_path, words=AGAIN_SOON, program=starting.program) as run:
+    with guarded_run(tmp_path, program=starting.program) as run:
         safe_state = starting.safe_state(run)
         assert not safe_state.has_acknowledged()
         starting.wait.unlink()
@@ -132,7 +132,7 @@ def test_a_run_that_starts_meanwhile_does_not_arm_itself(
 
 
 def test_a_run_that_has_not_come_so_far_is_named(tmp_path: Path, starting: Starting) -> None:
-    with guarded_run(tmp_path, words=AGAIN_SOON, program=starting.program) as run:
+    with guarded_run(tmp_path, program=starting.program) as run:
         starting.safe_state(run).close()
         done = run.ask("safe-state", "tachobot", "--doubles", run.socket)
         assert done.returncode == 0
@@ -144,11 +144,11 @@ def test_a_run_that_has_opened_nothing_yet_does_not_arm_itself(tmp_path: Path) -
     """It still imports: `safe-state` finds no lines, no statistics and nothing that is on."""
     starts, wait = tmp_path / "starts", tmp_path / "wait"
     program = SLOW_IMPORT.format(starts=str(starts), wait=str(wait))
-    with guarded_run(tmp_path, words=AGAIN_SOON) as run:
+    with guarded_run(tmp_path) as run:
         run.signal(signal.SIGTERM)
         run.run.wait(PATIENCE_S)
         wait.touch()
-        words = ("run", "tachobot", "--doubles", run.socket, "--for", "600", *AGAIN_SOON)
+        words = ("run", "tachobot", "--doubles", run.socket, "--for", "600", *UNHURRIED)
         run.start_instead(*words, "--supervised", "--arm", program=program)
         wait_until(starts.exists, "it begins", run.errors)
         run.safe_state("requested")

@@ -61,11 +61,14 @@ class TwoEnds:
 
     def ready(self) -> None:
         """Both ends are there, it drives, and some time has passed since."""
-        if self.controller is None or self.controller.poll() is not None:
-            self.start_controller()
-        ready(self.run)
+        ready(self.run, self._keep_controller)
         at = monotonic_ns() + self._random.randrange(200_000_000)
         wait_until(lambda: monotonic_ns() >= at, "the instant has come")
+
+    def _keep_controller(self) -> None:
+        """Start it again once it has ended, as it does soon after its carrier."""
+        if self.controller is None or self.controller.poll() is not None:
+            self.start_controller()
 
     def kill_controller(self) -> None:
         assert self.controller is not None

@@ -19,7 +19,7 @@ RESET = b"\x06"
 
 def write(run: GuardedRun, address: int, message: bytes) -> None:
     """What another program, or the chip's supply, does to it."""
-    connection = Connection(run.socket)
+    connection = Connection(run.socket, answer_s=PATIENCE_S)
     ServedBus("i2c1", connection.ask).write(address, message)
     connection.close()
 

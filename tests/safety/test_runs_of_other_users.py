@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from tests.support.guarded_run import guarded_run
+from tests.support.trials import PATIENT
 from tests.support.waiting import PATIENCE_S
 
 ORDINARY = """
@@ -108,7 +109,7 @@ def test_a_line_that_nothing_has_locked_is_not(everybodys: Path, mode: int) -> N
 @pytest.mark.slow
 @pytest.mark.skipif(os.geteuid() != 0, reason="becoming another user takes root")
 def test_a_run_that_may_not_be_stopped_is_not_said_to_be_off(everybodys: Path) -> None:
-    with guarded_run(everybodys, guard=False) as run:
+    with guarded_run(everybodys, guard=False, words=PATIENT) as run:
         run.socket.chmod(0o777)
         assert said(LOCK, run.socket).startswith("BusInUse")
         refused = said(ASK, everybodys / "tachobot.stats").splitlines()

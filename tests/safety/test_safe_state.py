@@ -8,6 +8,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from tests.support.guarded_run import GuardedRun, as_fifo, guarded_run, wait_until
+from tests.support.waiting import PATIENCE_S
 
 pytestmark = pytest.mark.slow
 OLDER = """
@@ -51,7 +52,7 @@ def assert_stays_off(run: GuardedRun) -> None:
 def test_a_run_that_lives_is_disarmed_and_stays_so_until_it_is_armed_again(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert safe_state(run) == (0, "")
-        assert "safe-state took its right to drive" in run.errors()
+        wait_until(lambda: "safe-state took its right" in run.errors(), "the run says why")
         assert_stays_off(run)
         assert (tmp_path / "tachobot.settings").exists()
         wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is armed again")
@@ -107,7 +108,7 @@ def test_several_at_once_and_the_guard_do_not_disturb_each_other(tmp_path: Path)
     with guarded_run(tmp_path) as run, ExitStack() as stack:
         words = ("safe-state", "tachobot", "--doubles", run.socket)
         several = [stack.enter_context(run.another(*words)) for _ in range(3)]
-        assert [each.wait(60) for each in several] == [0, 0, 0]
+        assert [each.wait(PATIENCE_S) for each in several] == [0, 0, 0]
         assert_stays_off(run)
 
 
@@ -137,5 +138,5 @@ def test_a_broken_file_that_is_not_named_after_its_board_is_no_excuse(
         file.unlink()
         if not elsewhere:
             run.run.kill()
-            run.run.wait(30)
+            run.run.wait(PATIENCE_S)
         assert safe_state(run, file)[0] == 0

@@ -31,9 +31,7 @@ _HEAD = (
     "|---|---|---|---|---|---|---|",
 )
 
-AGAIN_SOON = ("--set", "arming.max_late_percent=100")
-"""Other programs share the machine, and a run that was hurt is to drive again soon."""
-PATIENT = (*AGAIN_SOON, "--set", "thrust_pairs.timeout_s=1")
+PATIENT = ("--set", "thrust_pairs.timeout_s=1")
 """TachoBot's own stop, where its loop is late by 50 ms, must not be taken for what is tried."""
 _TURNS = ("imu.max_bias_rad_s=1000", "imu.still_rad_s=1000", "imu.calibration_s=0.05")
 TURNING = (*PATIENT, *(word for key in _TURNS for word in ("--set", key)))
@@ -78,12 +76,16 @@ class Trials:
         assert not missing, f"{DOCUMENT} has no row of {missing}; write it as this module says"
 
 
-def ready(run: GuardedRun) -> None:
-    """Let it drive: a run that lives is armed, one that has ended is started again."""
-    wait_until(lambda: _drives(run), "it drives", run.errors)
+def ready(run: GuardedRun, keep_others: Callable[[], None] = lambda: None) -> None:
+    """Let it drive: a run that lives is armed, one that has ended is started again.
+
+    `keep_others` does that for what else it takes to drive.
+    """
+    wait_until(lambda: _drives(run, keep_others), "it drives", run.errors)
 
 
-def _drives(run: GuardedRun) -> bool:
+def _drives(run: GuardedRun, keep_others: Callable[[], None]) -> bool:
+    keep_others()
     if run.run.poll() is not None:
         run.run_again()
     elif run.is_off:
