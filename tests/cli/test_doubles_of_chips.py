@@ -11,6 +11,7 @@ import pytest
 from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.connection import Connection
+from tests.support.waiting import PATIENCE_S
 
 
 @pytest.mark.parametrize(
@@ -50,7 +51,7 @@ def test_served_chips_answer_and_fail_as_asked(command: Callable[..., Any], tmp_
     ) as server:
         assert server.stdout is not None
         assert "serving chips" in server.stdout.readline()
-        connection = Connection(socket)
+        connection = Connection(socket, answer_s=PATIENCE_S)
         bus = ServedDoubles(connection.ask, ["i2c1"], []).buses["i2c1"]
         assert bus.write_read(0x41, b"\xfe", 1) == b"\x1e"
         faulty = ("doubles", "fault", "nack", "--socket", socket, "--address", "0x41")
@@ -60,5 +61,5 @@ def test_served_chips_answer_and_fail_as_asked(command: Callable[..., Any], tmp_
         assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
         connection.close()
         server.terminate()
-        assert server.wait(60) == 0
+        assert server.wait(PATIENCE_S) == 0
     assert not socket.exists()

@@ -18,7 +18,7 @@ def _run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[BridgedRun
     monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
     with bridged(tmp_path) as robot:
         robot.run()
-        wait_until((tmp_path / "tachobot.control").exists, "the run is there")
+        wait_until(robot.has_begun, "the run has begun")
         yield robot
 
 

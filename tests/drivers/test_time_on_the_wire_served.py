@@ -21,6 +21,7 @@ from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 from tests.support.adc import READING, Adc, AdcDouble, HastySampler, PatientSampler, Sampler
+from tests.support.waiting import PATIENCE_S
 
 BUS_HZ = 400
 """The command that starts a conversion takes 95 ms."""
@@ -66,7 +67,7 @@ def run(kind: Kind, path: Path, until: int) -> list[object]:
     said: list[object] = []
     clock = MonotonicClock()
     world = OutsideClock(clock.now)
-    connection = Connection(path, answer_s=30)
+    connection = Connection(path, answer_s=PATIENCE_S)
     model = kind(Adc(AccountedBus(ServedBus("i2c1", connection.ask), BUS_HZ, time=world)))
     executive = Executive(model, clock, list, world_now=world)
     executive.simulator.listen(model.reading_out, lambda _, value: said.append(value))

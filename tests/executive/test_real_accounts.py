@@ -17,7 +17,7 @@ from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from tests.support.phased_models import PERIODS, deadlines
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE_S, wait_until
 
 STOPS_S = (0.03, 0.25, 0.09, 0.4)
 
@@ -107,7 +107,7 @@ def test_four_stops_hide_no_period_of_seven_models(running: Running) -> None:
         running.stay_stopped(span_s)
         running.wait_for(running.elapsed() + 100 * MILLISECOND)
     running.process.terminate()
-    said, _ = running.process.communicate(timeout=60)
+    said, _ = running.process.communicate(timeout=PATIENCE_S)
     answer = json.loads(said)
     ended = read_statistics(running.path)
     models = assert_counted_by_the_clock(ended, until=ended.cells[ELAPSED])

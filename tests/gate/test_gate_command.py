@@ -20,6 +20,7 @@ from firmware_runtime.gate.checkouts import Checkout
 from firmware_runtime.gate.gate import pass_gate
 from firmware_runtime.gate.pairs import Pair
 from firmware_runtime.gate.side import Side, last_error
+from tests.support.waiting import PATIENCE_S
 
 Version = Callable[[str, int], Path]
 Captured = pytest.CaptureFixture[str]
@@ -241,7 +242,7 @@ def test_a_signal_ends_it_with_nothing_left_behind(
         while not (said.exists() and said.read_text().strip()):
             assert running.poll() is None
         running.send_signal(number)
-        assert running.wait(timeout=60) == status
+        assert running.wait(PATIENCE_S) == status
     finally:
         running.kill()
         running.wait()

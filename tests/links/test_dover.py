@@ -27,7 +27,7 @@ from firmware_runtime import (
 )
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.models.dover import RcvDover, SndDover
-from tests.support.waiting import PATIENCE_S
+from tests.support.waiting import PATIENCE_S, wait_until
 
 RAMP_STEP = 0.125
 
@@ -173,10 +173,14 @@ def test_what_is_no_number_is_counted_and_reaches_no_model(stack: ExitStack) -> 
 def test_only_this_machine_is_listened_to(stack: ExitStack) -> None:
     (port,) = free_ports(1)
     stack.enter_context(open_model(RcvDover("rcv", port)))
+    assert is_bound("0100007F", port)
+    assert not is_bound("00000000", port)
+
+
+def is_bound(address: str, port: int) -> bool:
+    """Whether a UDP socket of this machine has the port of an address, as the kernel writes it."""
     listed = Path("/proc/net/udp").read_text().splitlines()[1:]
-    listening = {line.split()[1] for line in listed}
-    assert f"0100007F:{port:04X}" in listening
-    assert f"00000000:{port:04X}" not in listening
+    return f"{address}:{port:04X}" in {line.split()[1] for line in listed}
 
 
 @pytest.mark.slow
@@ -217,10 +221,13 @@ def test_in_virtual_time_both_ends_are_one_model() -> None:
 @pytest.mark.real_time
 def test_the_two_programs_of_the_page_speak_with_each_other() -> None:
     model, node = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    out, back = map(str, free_ports(2))
-    model, node = (each.replace("62002", out).replace("62001", back) for each in (model, node))
+    out, back = free_ports(2)
+    model, node = (
+        each.replace("62002", str(out)).replace("62001", str(back)) for each in (model, node)
+    )
     with subprocess.Popen([sys.executable, "-c", node]) as other:
         try:
+            wait_until(lambda: is_bound("0100007F", out), "the node listens")
             printed = subprocess.check_output(
                 [sys.executable, "-c", model], text=True, timeout=PATIENCE_S
             )

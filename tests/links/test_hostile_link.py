@@ -100,10 +100,18 @@ class Robot:
         link = f"udp:{where[0]}:{where[1]},key={self.key}"
         return self.start("run", "tachobot", "--role", "controller", "--link", link)
 
+    def logged(self) -> list[dict[str, Any]]:
+        """The log of the doubles as far as it is written, in whole lines."""
+        whole, _, _ = self.log.read_text().rpartition("\n")
+        return [json.loads(line) for line in whole.splitlines()]
+
     def driven(self) -> list[dict[str, Any]]:
         """Every time an output went on."""
-        lines = map(json.loads, self.log.read_text().splitlines())
-        return [line for line in lines if line.get("value", 0.0) != 0.0]
+        return [line for line in self.logged() if line.get("value", 0.0) != 0.0]
+
+    def is_left(self) -> bool:
+        """Whether the doubles have answered all that a run which has ended had asked."""
+        return any(line.get("event") == "gone" for line in self.logged())
 
     def link(self, process: "subprocess.Popen[bytes]") -> LinkFigures | None:
         """What this run's end of the link has counted, once there is something."""
@@ -129,6 +137,7 @@ def recording(robot: Robot, stack: ExitStack) -> list[bytes]:
     for process in (controller, run):
         process.send_signal(signal.SIGKILL)
         process.wait()
+    wait_until(robot.is_left, "its last command is carried out")
     return [*relay.recorded[:ENOUGH], *relay.recorded[-ENOUGH:]]
 
 

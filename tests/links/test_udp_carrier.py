@@ -10,6 +10,7 @@ from firmware_runtime.links.cut.greeting import BYES, farewell_of
 from firmware_runtime.links.cut.udp import GREETINGS_EVERY, SESSIONS, Carrier
 from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded, opened
 from sim_doubles.clock import ManualClock
+from tests.support.waiting import PATIENCE_S
 
 KEY = bytes(range(32))
 OWN, PEER = 1, 2
@@ -33,7 +34,7 @@ class Rig:
         """Another end's socket."""
         made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         made.connect(self.where)
-        made.setblocking(False)
+        made.settimeout(PATIENCE_S)
         self.sockets.append(made)
         return made
 
@@ -103,6 +104,7 @@ def test_the_last_frames_of_a_run_that_had_not_read_all_still_go_out(rig: Rig) -
         pass
     rig.carrier.part()
     assert peer.recv(16384) == encoded(bye, KEY)
+    peer.setblocking(False)
     with pytest.raises(BlockingIOError):
         peer.recv(16384)
 
@@ -130,5 +132,6 @@ def test_a_run_that_had_no_peer_leaves_none(rig: Rig) -> None:
     while rig.carrier.work():
         pass
     rig.carrier.part()
+    peer.setblocking(False)
     with pytest.raises(BlockingIOError):
         peer.recv(16384)

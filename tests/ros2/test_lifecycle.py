@@ -8,7 +8,8 @@ from lifecycle_msgs.msg import Transition
 from std_srvs.srv import Trigger
 
 from firmware_runtime.links.control import ask, post
-from firmware_runtime.statistics.layout import ARMED
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.layout import ARMED, STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.bridged_run import line, stop
 from tests.support.ros_processes import FREE, RosProcesses
@@ -27,9 +28,16 @@ def is_armed(robot: RosProcesses) -> bool:
 def started(robot: RosProcesses, *words: str) -> "subprocess.Popen[bytes]":
     """A run that answers."""
     run = robot.run(*words)
-    wait_until(robot.statistics.with_suffix(".control").exists, "the run answers")
-    wait_until(robot.statistics.exists, "the run has begun")
+    wait_until(lambda: has_begun(robot), "the run has begun")
     return run
+
+
+def has_begun(robot: RosProcesses) -> bool:
+    """Whether the run has made a step."""
+    try:
+        return read_statistics(robot.statistics).cells[STEPS] > 0
+    except StatisticsFileError:
+        return False
 
 
 def activate(user: RosUser) -> None:

@@ -10,6 +10,7 @@ import pytest
 from firmware_runtime.hal.errors import BusFault
 from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.hal.served.packets import Look
+from tests.support.waiting import PATIENCE_S
 
 
 @pytest.fixture(params=[b"\xff\xfe", b"\x91" * 3000, b"{}"], ids=["bytes", "deep", "other"])
@@ -33,7 +34,7 @@ def impostor(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Path]:
 
 
 def test_an_answer_that_is_none_is_an_error_of_the_bus(impostor: Path) -> None:
-    connection = Connection(impostor)
+    connection = Connection(impostor, answer_s=PATIENCE_S)
     with pytest.raises(BusFault, match="i2c1 0x40"):
         connection.ask(Look(), "i2c1 0x40")
     connection.close()

@@ -13,6 +13,9 @@ from pathlib import Path
 from select import select
 from typing import Any
 
+from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.layout import STEPS
+from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
@@ -72,6 +75,13 @@ class BridgedRun:
     def run(self) -> "subprocess.Popen[bytes]":
         """A run on doubles, in real time, until it is stopped."""
         return self.start("run", "tachobot", "--doubles", "--for", "600", "--json")
+
+    def has_begun(self) -> bool:
+        """Whether the run has made a step: then it answers."""
+        try:
+            return read_statistics(self.path.with_suffix(".stats")).cells[STEPS] > 0
+        except StatisticsFileError:
+            return False
 
     def bridge(
         self, *words: str, listen: str = "127.0.0.1:0", **environment: str

@@ -1,5 +1,6 @@
 """A process that is halted by the freezer of control groups knows it afterwards."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -31,7 +32,7 @@ def group(tmp_path: Path) -> Iterator[Path]:
         command = ["mount", "-t", "cgroup2", "none", str(root)]
         if subprocess.run(command, capture_output=True, check=False).returncode != 0:
             pytest.skip("needs permission to mount control groups of version 2 (root)")
-    made = root / "firmware-runtime-frozen"
+    made = root / f"firmware-runtime-frozen-{os.getpid()}"
     try:
         made.mkdir()
     except OSError:
