@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.runs.restarts import Restarts, read_starts
+from tests.support.waiting import PATIENCE_S
 
 PROGRAM = (sys.executable, "-m", "firmware_runtime.cli")
 COMMAND = (*PROGRAM, "run", "tachobot", "--doubles")
-LONG_S = 60.0
 
 
 class Manager:
@@ -26,7 +26,7 @@ class Manager:
         self._notify = folder / "notify"
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.bind(str(self._notify))
-        self._socket.settimeout(LONG_S)
+        self._socket.settimeout(PATIENCE_S)
 
     def start(self, *words: str, command: Sequence[str] = COMMAND) -> "subprocess.Popen[bytes]":
         return subprocess.Popen(
@@ -66,13 +66,13 @@ def test_a_run_that_dies_again_and_again_is_counted_until_it_ends_well(manager: 
         manager.wait_for("READY=1")
         assert manager.failed == failed
         run.kill()
-        run.wait(LONG_S)
+        run.wait(PATIENCE_S)
     run = manager.start("--for", "1000")
     said = manager.wait_for("EXTEND_TIMEOUT_USEC")
     assert "the last 2 starts failed: waits 0.5 s, outputs are off" in said
     manager.wait_for("READY=1")
     run.send_signal(signal.SIGTERM)
-    assert run.wait(LONG_S) == 143
+    assert run.wait(PATIENCE_S) == 143
     assert manager.failed is None
 
 
@@ -85,7 +85,7 @@ def test_a_wait_is_ended_by_a_stop_and_nothing_was_opened(manager: Manager) -> N
     assert "waits 29.5 s" in said
     assert f"EXTEND_TIMEOUT_USEC={89_500_000}" in said
     run.send_signal(signal.SIGTERM)
-    assert run.wait(LONG_S) == 143
+    assert run.wait(PATIENCE_S) == 143
     assert not manager.statistics.exists()
     assert manager.failed is None
 
@@ -98,7 +98,7 @@ def test_a_wait_is_ended_by_a_stop_and_nothing_was_opened(manager: Manager) -> N
 def test_settings_that_no_start_fixes_do_not_count(
     manager: Manager, override: str, status: int, failed: int | None
 ) -> None:
-    assert manager.start("--set", override).wait(LONG_S) == status
+    assert manager.start("--set", override).wait(PATIENCE_S) == status
     assert manager.failed == failed
 
 
@@ -106,7 +106,7 @@ def test_settings_that_no_start_fixes_do_not_count(
 def test_a_run_that_no_manager_starts_is_not_counted(tmp_path: Path) -> None:
     statistics = tmp_path / "tachobot.stats"
     words = ("--clock", "virtual", "--for", "1", "--json", "--statistics", str(statistics))
-    done = subprocess.run([*COMMAND, *words], capture_output=True, timeout=LONG_S, check=True)
+    done = subprocess.run([*COMMAND, *words], capture_output=True, timeout=PATIENCE_S, check=True)
     assert json.loads(done.stdout)["ended"]["state"] == "ended"
     assert read_starts(statistics) is None
 
@@ -118,12 +118,12 @@ def test_a_guard_that_dies_again_and_again_leaves_the_processor_to_others(manage
         watching = manager.start(command=guard)
         manager.wait_for("READY=1")
         watching.kill()
-        watching.wait(LONG_S)
+        watching.wait(PATIENCE_S)
     assert manager.failed is None
     watching = manager.start(command=guard)
     said = manager.wait_for("EXTEND_TIMEOUT_USEC")
     assert "the last 2 starts failed: waits 0.5 s, nothing is watched" in said
     manager.wait_for("READY=1")
     watching.send_signal(signal.SIGTERM)
-    assert watching.wait(LONG_S) == 0
+    assert watching.wait(PATIENCE_S) == 0
     assert read_starts(manager.statistics.with_stem("tachobot-guard")) is None

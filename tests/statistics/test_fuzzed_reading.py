@@ -20,6 +20,7 @@ from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.spans import MODELS, SpanRing, read_spans
 from firmware_runtime.statistics.statistics import Statistics
+from tests.support.waiting import PATIENCE_S, wait_until
 
 WRITER = """
 import sys
@@ -63,9 +64,7 @@ def written_at_full_speed(work_ns: int, tmp_path: Path) -> Iterator[Path]:
     path = tmp_path / "robot.stats"
     command = [sys.executable, "-c", WRITER, str(path), str(work_ns)]
     with subprocess.Popen(command, cwd=Path(__file__).parents[2]) as writer:
-        give_up_at = monotonic() + 30
-        while not path.exists() and monotonic() < give_up_at:
-            pass
+        wait_until(path.exists, "the loop has begun")
         yield path
         assert writer.poll() is None
         writer.kill()
@@ -115,7 +114,7 @@ def test_a_file_written_at_full_speed_is_read_consistently_or_refused(
 @pytest.mark.real_time
 def test_a_flight_recorder_at_full_speed_gives_whole_entries(written_at_full_speed: Path) -> None:
     last = readings = 0
-    give_up_at = monotonic() + 30
+    give_up_at = monotonic() + PATIENCE_S
     while readings < 300 or (last == 0 and monotonic() < give_up_at):
         readings += 1
         entries = read_spans(written_at_full_speed.with_suffix(".spans"))
