@@ -97,6 +97,8 @@ class Histogram:
 
     def merge(self, other: "Histogram") -> None:
         """Add the samples of another histogram to this one."""
+        if other.samples == 0:  # as all are in virtual time
+            return
         cells = self._cells
         for bucket, samples in enumerate(other.buckets):
             cells[bucket] += samples

@@ -37,23 +37,22 @@ class KnownObjects:
         self._numbers: dict[int, int] = {}
         self._taken: dict[str, int] = {}
         """How many objects have, or were refused, a path."""
+        self.with_state: list[int] = []
+        """Numbers of those that have a state of their own."""
         self._is_edge = is_edge
+        self._lines: list[str] = []
+        """Path and class of each, or that it is an edge."""
         self._sets: list[tuple[Thing, str]] = []
         self._walk(deque((thing, name) for name, thing in roots.items()))
         while self._sets:
             self._walk(deque(self._only_in_sets()))
         self.modules = self._modules()
         """Those that hold a class or function of the robot, and Python's own mathematics."""
-        self.with_state = [number for number, thing in enumerate(self.things) if self._has(thing)]
 
     @property
     def fingerprint(self) -> int:
         """The same for robots whose objects have the same classes and paths."""
-        lines = (
-            f"{path} edge" if self._is_edge(thing) else f"{path} {layout_of(type(thing)).name}"
-            for path, thing in zip(self.paths, self.things, strict=True)
-        )
-        return zlib.crc32("\n".join(lines).encode())
+        return zlib.crc32("\n".join(self._lines).encode())
 
     def _modules(self) -> frozenset[str]:
         owners = (thing if hasattr(thing, "__qualname__") else type(thing) for thing in self.things)
@@ -64,24 +63,26 @@ class KnownObjects:
         """The number of an object; None for one that was made later, and for an atom."""
         return self._numbers.get(id(thing))
 
-    def _has(self, thing: Thing) -> bool:
-        return not (self._is_edge(thing) or layout_of(type(thing)).is_constant)
-
     def _walk(self, waiting: deque[tuple[Thing, str]]) -> None:
         while waiting:
             thing, path = waiting.popleft()
-            if type(thing) in ATOMS or id(thing) in self._numbers or is_number_of_numpy(thing):
+            kind = type(thing)
+            if kind in ATOMS or id(thing) in self._numbers or is_number_of_numpy(thing):
                 continue
-            if isinstance(thing, _WITH_PATHS):
+            if not _WITH_PATHS.isdisjoint(kind.__mro__):
                 path = below_root(thing.path)
-            is_passing = type(thing) in ITERATORS
-            if not is_passing:
+            if kind not in ITERATORS:
                 path = self._new_path(path)
-                self._numbers[id(thing)] = len(self.things)
+                number = self._numbers[id(thing)] = len(self.things)
                 self.things.append(thing)
                 self.paths.append(path)
                 if self._is_edge(thing):
+                    self._lines.append(f"{path} edge")
                     continue
+                layout = layout_of(kind)
+                self._lines.append(f"{path} {layout.name}")
+                if not layout.is_constant:
+                    self.with_state.append(number)
             waiting.extend(self._parts(thing, path))
 
     def _new_path(self, path: str) -> str:
@@ -91,11 +92,11 @@ class KnownObjects:
 
     def _parts(self, thing: Thing, path: str) -> Iterator[tuple[Thing, str]]:
         layout = layout_of(type(thing))
-        if type(thing) not in ITERATORS and not layout.is_sound:
+        if not layout.is_sound and type(thing) not in ITERATORS:
             raise UnkeepableState(path, _strange(thing))
         if is_array_of_objects(thing):
             raise UnkeepableState(path, "an array of objects; expected a list, or one of numbers")
-        if issubclass(layout.base, set | frozenset):
+        if issubclass(layout.base, _SETS):
             self._sets.append((thing, path))
         for step, part in parts_of(thing):
             if type(part) not in ATOMS:
@@ -122,7 +123,8 @@ class KnownObjects:
             yield from ((texts[text], f"{path}.<{text:.40}>") for text in sorted(texts))
 
 
-_WITH_PATHS: Final = (Owner, InPort, OutPort)
+_SETS: Final = (set, frozenset)
+_WITH_PATHS: Final = frozenset({Owner, InPort, OutPort})
 """What is called by its own path, however it was reached."""
 
 
@@ -144,15 +146,11 @@ def _strange(thing: object) -> str:
 def edges_of(given: Iterable[object]) -> Callable[[object], bool]:
     """Tells edges: objects, by identity, and objects of classes."""
     given = list(given)
-    kinds = tuple(each for each in given if isinstance(each, type))
+    kinds = {each for each in given if isinstance(each, type)}
     kept = {id(each): each for each in given if not isinstance(each, type)}
-    is_kind: dict[type, bool] = {}  # abstract classes take long to say so, of each object again
 
     def is_edge(thing: object) -> bool:
-        kind = type(thing)
-        found = is_kind.get(kind)
-        if found is None:
-            found = is_kind[kind] = isinstance(thing, kinds)
-        return found or id(thing) in kept
+        # by inheritance: abstract classes take long to answer `isinstance`
+        return id(thing) in kept or not kinds.isdisjoint(type(thing).__mro__)
 
     return is_edge

@@ -171,7 +171,7 @@ def _is_written_in_python(kind: type[Thing]) -> bool:
 
 
 def _is_constant(kind: type[Thing], base: type[Thing], slots: tuple[Thing, ...]) -> bool:
-    if issubclass(kind, type | Enum) or base in _CONSTANTS - {tuple, frozenset}:
+    if issubclass(kind, type | Enum) or (base in _CONSTANTS and base not in (tuple, frozenset)):
         return True
     if (base.__module__, base.__name__) in _CONSTANTS_ELSEWHERE:
         return True
@@ -186,17 +186,20 @@ def parts_of(thing: Thing) -> Iterator[tuple[str, object]]:
     """What an object leads to, and by which step of a path. Sets are left out: see `known`."""
     kind = type(thing)
     layout = layout_of(kind)
-    if isinstance(thing, type | Enum | types.ModuleType):
+    if isinstance(thing, _WITHOUT_PARTS):
         return
     if kind is types.FunctionType:
         yield from _of_function(thing)
     elif kind in ITERATORS:
         yield from _of_iterator(thing)
-    else:
+    elif layout.base is not object:
         yield from _of_base(thing, layout.base)
-    yield from ((f".{name}", value) for name, value in layout.slots_of(thing).items())
+    if layout.slots:
+        for name, value in layout.slots_of(thing).items():
+            yield f".{name}", value
     if layout.has_attributes:
-        yield from ((f".{name}", value) for name, value in attributes_of(thing).items())
+        for name, value in attributes_of(thing).items():
+            yield f".{name}", value
 
 
 def _of_function(function: types.FunctionType) -> Iterator[tuple[str, object]]:
@@ -234,11 +237,12 @@ def _of_base(thing: Thing, base: type[Thing]) -> Iterator[tuple[str, object]]:
         yield ".args", thing.args
     elif (base.__module__, base.__name__) == ("numpy.random._generator", "Generator"):
         yield ".bit_generator", thing.bit_generator
-    elif base in _CONSTANTS - {frozenset}:
+    elif base in _CONSTANTS and base is not frozenset:
         yield from (("", each) for each in gc.get_referents(thing))
 
 
 _SEQUENCES: Final = (list, tuple)
+_WITHOUT_PARTS: Final = (type, Enum, types.ModuleType)
 
 
 def is_number_of_numpy(thing: Thing) -> bool:
