@@ -22,6 +22,10 @@ COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
         (OSError(errno.EMFILE, "", "/dev/null"), "/dev/null: Too many open files; expected a "),
         (OSError(errno.ENOSPC, "", "/srv/x"), "/srv/x: No space left on device; expected room"),
         (MemoryError(), "Cannot allocate memory; expected more"),
+        (
+            FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']"),
+            "No usable temporary directory found in ['/tmp']; expected one with room",
+        ),
     ],
 )
 def test_what_is_scarce_is_said(
@@ -40,9 +44,10 @@ def test_what_is_scarce_is_said(
     assert len(printed.splitlines()) == 1
 
 
-def test_any_other_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("number", [errno.EBADF, errno.ENOENT])
+def test_any_other_error_is_not_hidden(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(_: object) -> int:
-        raise OSError(errno.EBADF, "a defect")
+        raise OSError(number, "a defect")
 
     monkeypatch.setattr(module, "_executed", fail)
     with pytest.raises(OSError, match="a defect"):
