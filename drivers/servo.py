@@ -108,7 +108,10 @@ class ServosSettings:
 
     @property
     def traffic(self) -> tuple[tuple[Message, ...], ...]:
-        """Transactions of each `period`, for the bus-time budget."""
+        """Transactions of one write of all servos, for the bus-time budget.
+
+        There is one each `period` while servos are driven, and one more for each command.
+        """
         return (*POLL, *(duty_burst(1) for _ in self.servos))
 
 

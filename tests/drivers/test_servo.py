@@ -211,12 +211,17 @@ def test_the_end_leaves_everything_off() -> None:
     assert bench.chip.all_off
 
 
-def test_the_traffic_stated_is_that_of_a_period() -> None:
+def test_the_traffic_stated_is_that_of_a_period_and_of_a_command() -> None:
     bench = Bench()
     bench.turn(100, pan=0.2, tilt=0.3)
     before = bench.bus.bits
     bench.run(120)
-    assert bench.bus.bits - before == sum(map(bits, settings().traffic))
+    once = sum(map(bits, settings().traffic))
+    assert bench.bus.bits - before == once
+    bench.turn(130, pan=0.1, tilt=0.3)
+    assert bench.bus.bits - before == 2 * once
+    bench.turn(150, pan=0.2, tilt=0.3)  # at the instant at which the pulses are due again
+    assert bench.bus.bits - before == 4 * once
 
 
 def test_every_wrong_setting_is_named() -> None:

@@ -49,12 +49,13 @@ def _adafruit_faults(eyes: EyesTable) -> list[str]:
 
 
 def loads(settings: PanTiltSettings) -> dict[str, BusLoad]:
-    """What recurs on each bus: four conversions, and a pulse for each servo."""
+    """What recurs on each bus: four conversions, a command that follows, pulses written again."""
     eyes, servos = settings.eyes, settings.servos
     conversions = ads1115.TRAFFIC * len(INPUTS)
     pulses = servos_settings(servos).traffic
     recurring = (
         Recurring(eyes.bus, "eyes reading", conversions, seconds(eyes.period_s)),
+        Recurring(servos.bus, "servos command", pulses, seconds(eyes.period_s)),
         Recurring(servos.bus, "servos pulses", pulses, seconds(servos.period_s)),
     )
     return bus_loads(settings.buses, recurring)

@@ -36,6 +36,16 @@ def test_a_light_that_swings_is_followed() -> None:
         assert robot.result["on_target"] is True
 
 
+def test_its_bus_is_as_busy_as_its_board_file_says() -> None:
+    with open_board("pan_tilt", doubles=True, clock="virtual") as robot:
+        bus = robot.rig.buses["i2c1"]
+        robot.run(1.0)
+        before = bus.bits
+        robot.run(5.0)
+        load = registry.load("pan_tilt").loads["i2c1"]
+        assert (bus.bits - before) / load.bus_hz / 5.0 == pytest.approx(load.utilisation, rel=0.02)
+
+
 def test_in_the_dark_it_searches_to_and_fro() -> None:
     dark = {"world.shines_from_s": 100.0}
     with open_board("pan_tilt", doubles=True, clock="virtual", set=dark) as robot:
