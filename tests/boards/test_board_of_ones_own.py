@@ -19,6 +19,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock, WorldClock
 from firmware_runtime.runs.rigs import has_rig, rig_for
 from firmware_runtime.runs.session import Session
+from firmware_runtime.status import Status
 from tests.support.installed_here import installed_here
 
 TOML = """board = "heron"
@@ -300,6 +301,23 @@ def test_two_packages_that_provide_one_kind_are_both_named(heron: Heron) -> None
     with pytest.raises(ConfigError) as caught:
         registry.load("heron")
     assert "egret and heron" in caught.value.faults[0]
+
+
+@pytest.mark.parametrize("words", [["check"], ["run", "--doubles"]])
+def test_a_kind_that_two_packages_provide_is_refused_in_a_sentence(
+    heron: Heron, capsys: pytest.CaptureFixture[str], words: list[str]
+) -> None:
+    heron.install(OBJECT)
+    heron.install(OBJECT, provider="egret")
+    assert main([words[0], "heron", *words[1:]]) == Status.BAD_INPUT
+    (said,) = capsys.readouterr().err.splitlines()
+    assert "egret and heron both provide it; expected one of them uninstalled" in said
+
+
+def test_a_package_that_stands_on_the_path_twice_is_not_its_own_rival(heron: Heron) -> None:
+    heron.install(OBJECT)
+    heron.install(OBJECT, provider="heron")
+    assert registry.load("heron").kind == "heron"
 
 
 def test_without_a_rig_every_use_of_doubles_says_so(
