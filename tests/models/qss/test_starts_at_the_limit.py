@@ -91,6 +91,30 @@ def test_a_ball_at_rest_that_has_no_way_to_stay_there_does_not_fall_in_silence(
         Simulation(system).advance(1_000_000_000)
 
 
+@every_wording
+@pytest.mark.parametrize("restitution", [0.8, 0.05])
+def test_in_qss1_it_bounces_near_its_floor_in_as_many_steps_as_a_fall(
+    touches: str, restitution: float
+) -> None:
+    def simulated(events: list[When]) -> Simulation:
+        system = System(
+            states={"h": 0.3, "v": 0.0},
+            parameters={"floor": 0.3},
+            equations={"h": "v", "v": "-9.81"},
+            method="QSS1",
+            quantum=1e-2,
+            events=events,
+        )
+        simulation = Simulation(system)
+        simulation.advance(1_000_000_000)
+        return simulation
+
+    at_rest, falling = simulated([When(touches, v=f"-{restitution}*v")]), simulated([])
+    assert at_rest.values["h"] == pytest.approx(0.3, abs=1e-2)
+    assert abs(at_rest.values["v"]) < 0.1
+    assert 0 < at_rest.model.steps < 2 * falling.model.steps
+
+
 @every_method
 @pytest.mark.parametrize(
     "slips", ["force crosses static rising", "force > static", "force >= static"]
