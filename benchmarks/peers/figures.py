@@ -38,15 +38,16 @@ def stall_figures(answer: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
     An event is late that comes more than half a period later than those before the stall did.
     """
     offsets = {number: instant - number * plan.period_ns for number, instant in answer["fired"]}
-    usual = median(offset for number, offset in offsets.items() if number < plan.stall_at)
+    stalled = next(number for number in offsets if number >= plan.stall_at)
+    usual = median(offset for number, offset in offsets.items() if number < stalled)
     is_late = {
         number: offset - usual > plan.period_ns / 2
         for number, offset in offsets.items()
-        if number > plan.stall_at
+        if number > stalled
     }
     late = list(takewhile(is_late.__getitem__, is_late))
     on_time = [number for number in is_late if not is_late[number]]
-    stalled_until = dict(answer["fired"])[plan.stall_at] + plan.stall_ns
+    stalled_until = dict(answer["fired"])[stalled] + plan.stall_ns
     return {
         "late_events": len(late),
         "in_phase_after_ms": (dict(answer["fired"])[on_time[0]] - stalled_until) / 1e6

@@ -9,6 +9,7 @@ class Plan:
     """The task of one run, and the activations that came of it.
 
     `stall_at` is the activation in which the model itself stalls for `stall_ns`, 0: it never does.
+    Where that one is skipped, as by a busy machine, the next one stalls.
     """
 
     period_ns: int
@@ -25,6 +26,7 @@ class Plan:
 
     def fire(self, number: int) -> None:
         """Note an activation; stall in the one that was chosen."""
+        before = self.fired[-1][0] if self.fired else 0
         self.fired.append((number, monotonic_ns()))
-        if self.stall_ns > 0 and number == self.stall_at:
+        if self.stall_ns > 0 and before < self.stall_at <= number:
             sleep(self.stall_ns / 1e9)

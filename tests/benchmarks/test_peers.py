@@ -1,8 +1,11 @@
 """`bench peers`: what is made of activations, and every engine's real run."""
 
 import json
+import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -56,6 +59,20 @@ def test_skipped_periods_leave_no_late_event() -> None:
     figures = stall_figures(answer(*fired, told="50 skipped"), STALLED)
     assert (figures["late_events"], figures["told"]) == (0, "50 skipped")
     assert figures["in_phase_after_ms"] == 10
+
+
+def test_a_stall_whose_activation_is_skipped_comes_in_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    slept: list[float] = []
+    monkeypatch.setattr("benchmarks.peers.plan.sleep", slept.append)
+    plan = Plan(PERIOD, 100, stall_at=10, stall_ns=500_000_000)
+    for number in (8, 12, 13, 14):
+        plan.fire(number)
+    assert slept == [0.5]
+    fired = [(n, 0) for n in (*range(1, 9), 12, *range(62, 71))]
+    figures = stall_figures(answer(*fired, told="50 skipped"), STALLED)
+    assert (figures["late_events"], figures["in_phase_after_ms"]) == (0, 0)
 
 
 def test_who_never_comes_back_is_never_in_phase() -> None:
@@ -123,9 +140,15 @@ def test_every_engine_fires_every_period_in_order(name: str) -> None:
     numbers = [number for number, _ in found["fired"]]
     assert numbers == sorted(set(numbers))
     assert numbers[0] == 1
-    assert numbers[-1] in {19, 20, 21}
+    assert numbers[-1] in {19, 20, 21} or len(numbers) + skipped_of(found) == 20
     instants = [instant for _, instant in found["fired"]]
     assert instants == sorted(instants)
+
+
+def skipped_of(found: Mapping[str, Any]) -> int:
+    """How many activations a run says that it skipped; a busy machine makes it skip the last."""
+    said = re.search(r"(\d+) skipped", found["told"])
+    return 0 if said is None else int(said[1])
 
 
 @pytest.mark.real_time
@@ -134,7 +157,7 @@ def test_a_stall_is_skipped_or_caught_up_by_policy(name: str, least: int) -> Non
     plan = Plan(5_000_000, 100, stall_at=20, stall_ns=200_000_000)
     found = peers.run_once(name, plan, NO_PRIORITY)
     numbers = [number for number, _ in found["fired"]]
-    overruns, skipped = (int(each.split()[0]) for each in found["told"].split(", "))
+    overruns, skipped = int(found["told"].split()[0]), skipped_of(found)
     assert len(numbers) + skipped == 100
     assert (skipped >= 38) == (name == "ours, skip")
     assert overruns >= least
