@@ -29,7 +29,9 @@ def link(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 def test_tachobot_settles_with_its_controller_in_another_process(link: str, tmp_path: Path) -> None:
     with linked(tmp_path, "tachobot", link) as runs:
-        robot, controller = runs.robot("--for", "10"), runs.controller()
+        controller = runs.controller()
+        controller.wait_until_it_has_run(1)  # so that all of the robot's time is controlled
+        robot = runs.robot("--for", "10")
         ended, other = robot.report(), controller.report()
     assert ended["status"] == other["status"] == 0
     assert ended["result"]["settled"] is True
@@ -102,7 +104,9 @@ def test_a_controller_that_is_stopped_says_so(tmp_path: Path) -> None:
 
 def test_a_robot_of_another_package_runs_in_two_processes(tmp_path: Path) -> None:
     with linked(tmp_path, "balancing", f"udp:127.0.0.1:{free_port()}") as runs:
-        robot, controller = runs.robot("--for", "5"), runs.controller()
+        controller = runs.controller()
+        controller.wait_until_it_has_run(1)  # so that all of the robot's time is controlled
+        robot = runs.robot("--for", "5")
         ended, other = robot.report(), controller.report()
     assert ended["status"] == other["status"] == 0
     assert ended["link"]["received"] > 0
