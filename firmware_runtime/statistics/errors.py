@@ -7,6 +7,10 @@ class StatisticsFileError(FirmwareRuntimeError):
     """A statistics file is absent, not ours, of another version, damaged, or cannot be made."""
 
 
+class BeingWrittenError(StatisticsFileError):
+    """A living writer keeps a file half written: it is stopped there, or never pauses."""
+
+
 class TraceFileError(FirmwareRuntimeError):
     """A trace cannot be written to the requested place."""
 

@@ -11,7 +11,7 @@ import platform
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.errors import BeingWrittenError
 from firmware_runtime.statistics.file import STATISTICS
 from firmware_runtime.statistics.header import Header
 from firmware_runtime.statistics.layout import STATE, WORST
@@ -32,7 +32,8 @@ def read_statistics(path: Path) -> Statistics:
     """Copy a run's statistics, during the run or after its end, however it ended.
 
     Raises StatisticsFileError when there is no such file, when it is not a statistics file of this
-    version, when it is cut short, or when a living writer keeps it half written for 0.2 s.
+    version, or when it is cut short; BeingWrittenError when a living writer keeps it half written
+    for TIMEOUT_S.
     """
     with STATISTICS.opened(path) as file:
         return _read(file)
@@ -78,14 +79,14 @@ def _copy_whole(file: ReadableFile, header: Header) -> Statistics:
             return Statistics(header, cells, alive, complete)
 
 
-def _busy(file: ReadableFile, header: Header, *, stopped: bool) -> StatisticsFileError:
+def _busy(file: ReadableFile, header: Header, *, stopped: bool) -> BeingWrittenError:
     writer = f"{file.path}: process {header.writer.pid}"
     if stopped:
-        return StatisticsFileError(
+        return BeingWrittenError(
             f"{writer} keeps the file half written; "
             "expected a section of a few microseconds, the process may be stopped"
         )
-    return StatisticsFileError(
+    return BeingWrittenError(
         f"{writer} writes without a pause; expected one between two steps, its loop is overloaded"
     )
 

@@ -5,6 +5,7 @@ The run under way is a file that the test itself writes: whenever the command wa
 
 import json
 from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ import pytest
 
 from firmware_runtime.cli.commands import perfetto
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.statistics.errors import BeingWrittenError
+from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.spans import MODELS, STEP, WAKING, SpanRing
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.statistics import RunState, Statistics
 from tests.support.trace_rules import assert_sound, slices
 from tests.support.written_run import LAYOUT, WrittenRun
 
@@ -83,6 +86,24 @@ def test_a_late_activation_takes_the_trace_with_what_came_of_it(
     assert slices(trace, "waking")[-1] == (0, "waking", 50_000, 51_000)
     (mark,) = [each for each in trace["traceEvents"] if each["ph"] == "i"]
     assert mark["ts"] == 43_000
+
+
+def test_a_run_that_is_stopped_half_way_through_its_counting_is_read_when_it_goes_on(
+    command: Command, run: RecordedRun, output: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    is_stopped = cycle([True, False])
+
+    def read(kept: Path) -> Statistics:
+        if next(is_stopped):
+            raise BeingWrittenError("it keeps the file half written")
+        return read_statistics(kept)
+
+    monkeypatch.setattr(perfetto, "read_statistics", read)
+    monkeypatch.setattr(perfetto, "sleep", lambda _span: run.step(3 * MILLISECOND))
+    ended = command("perfetto", "-o", output, "--when-late", 2000)
+    assert (ended.status, ended.error) == (0, "")
+    ended = command("perfetto", "-o", output)
+    assert (ended.status, "half written" in ended.error) == (2, True)
 
 
 def test_waiting_has_an_end(

@@ -16,7 +16,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.errors import BeingWrittenError, StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.perfetto import chrome_trace, the_last
@@ -28,6 +28,10 @@ from firmware_runtime.status import Status
 LOOK_EVERY_S = 0.1
 AFTERMATH_S = 0.5
 """How long to go on after a late activation, so that the trace shows what came of it."""
+
+
+STANDSTILL_S = 30.0
+"""How long a run may stand still half way through its counting, once an activation was late."""
 
 
 class _NothingHappened(Exception):
@@ -84,11 +88,12 @@ def write_trace(
     kept: Path, output: Path, last_s: float | None = None, trigger: Late | None = None
 ) -> None:
     """Write the trace of the run with its statistics at `kept`, or its last part; say so."""
-    _check_recorder(kept)
+    until = 0.0 if trigger is None else monotonic() + STANDSTILL_S
+    _check_recorder(kept, until)
     recorded = read_spans(Companion.SPANS.beside(kept))
     if last_s is not None:
         recorded = the_last(recorded, seconds(last_s))
-    trace = chrome_trace(recorded, read_statistics(kept), trigger)
+    trace = chrome_trace(recorded, _read(kept, until), trigger)
     try:
         output.write_text(json.dumps(trace, allow_nan=False), encoding="utf-8")
     except OSError as error:
@@ -100,9 +105,22 @@ def write_trace(
         print(f"taken because of {trigger}")
 
 
-def _check_recorder(kept: Path) -> None:
+def _read(kept: Path, until: float) -> Statistics:
+    """The statistics; of a run that is stopped half way through its counting, when it goes on.
+
+    Raises BeingWrittenError if it has not up to an instant of `monotonic`.
+    """
+    while True:
+        try:
+            return read_statistics(kept)
+        except BeingWrittenError:
+            if monotonic() >= until:
+                raise
+
+
+def _check_recorder(kept: Path, until: float) -> None:
     """Refuse a run that keeps no record."""
-    read_statistics(kept)  # where there was no run, that is what to say
+    _read(kept, until)  # where there was no run, that is what to say
     if not Companion.SPANS.beside(kept).is_file():
         raise StatisticsFileError(
             f"{Companion.SPANS.beside(kept)}: no flight recorder's file beside the statistics; "
@@ -113,15 +131,16 @@ def _check_recorder(kept: Path) -> None:
 
 def _wait(kept: Path, limit_ns: int, longest_s: float) -> Late:
     """Look until an activation is later than the limit."""
-    _check_recorder(kept)
-    statistics = read_statistics(kept)
-    watch, until = LateWatch(limit_ns, statistics), monotonic() + longest_s
+    until = monotonic() + longest_s
+    _check_recorder(kept, until)
+    statistics = _read(kept, until)
+    watch = LateWatch(limit_ns, statistics)
     limit = f"over {limit_ns / MICROSECOND:.10g} us late"
     while _is_under_way(statistics):
         if monotonic() >= until:
             raise _NothingHappened(f"no activation was {limit} within {longest_s:g} s")
         sleep(LOOK_EVERY_S)
-        statistics = read_statistics(kept)
+        statistics = _read(kept, until)
         if late := watch.new_in(statistics):
             return late
     raise _NothingHappened(f"the run is not under way, and no activation was {limit} meanwhile")
