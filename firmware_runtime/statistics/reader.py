@@ -83,7 +83,7 @@ def _busy(file: ReadableFile, header: Header, *, stopped: bool) -> BeingWrittenE
     writer = f"{file.path}: process {header.writer.pid}"
     if stopped:
         return BeingWrittenError(
-            f"{writer} keeps the file half written; "
+            f"{writer} stands still and keeps the file half written; "
             "expected a section of a few microseconds, the process may be stopped"
         )
     return BeingWrittenError(

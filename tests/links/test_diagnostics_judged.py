@@ -12,7 +12,10 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ros2 import judgement
 from firmware_runtime.links.ros2.judgement import LATELY, OFTEN, Judge, Level, Status, flat
 from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics import reader
 from firmware_runtime.statistics.figures import FaultFigures, Figures
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.layout import Layout
 from firmware_runtime.statistics.statistics import RunState
 
 IMU = "tachobot: imu"
@@ -90,6 +93,16 @@ def test_faults_count_and_the_last_is_named(run: Running, judge: Judge) -> None:
 def test_a_loop_that_stands_still_is_an_error(run: Running, judge: Judge) -> None:
     run.heartbeat_age_ns = 2 * SECOND
     assert at(judge, 0)["tachobot: run"].level == Level.ERROR
+
+
+def test_a_run_that_stands_still_half_way_through_its_counting_is_an_error_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reader, "TIMEOUT_S", 0.0)
+    path = tmp_path / "tachobot.stats"
+    StatisticsFile(Layout(), {"models": {}, "conditions": {}}, path).open_section()
+    (status,) = Judge("tachobot", path).judge(0)
+    assert (status.level, "stands still" in status.message) == (Level.ERROR, True)
 
 
 @pytest.mark.parametrize(("state", "alive"), [(RunState.ENDED, True), (RunState.RUNNING, False)])

@@ -30,6 +30,7 @@ def test_a_writer_that_stands_still_holds_up_nothing_and_loses_whole_frames(
     path = tmp_path / "x.recording"
     sink = PipeSink(path, waits=False)
     os.kill(sink.writer, signal.SIGSTOP)
+    os.waitid(os.P_PID, sink.writer, os.WSTOPPED | os.WNOWAIT)
     taken = [sink.take(PIECE) for _ in range((ROOM + PIPE) // len(PIECE) + 10)]
     os.kill(sink.writer, signal.SIGCONT)
     assert taken.count(False) > 0

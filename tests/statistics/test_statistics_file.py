@@ -125,7 +125,8 @@ def test_a_section_that_stays_open_while_the_writer_lives_is_refused(
 ) -> None:
     monkeypatch.setattr(statistics_reader, "TIMEOUT_S", 0.0)
     counted.open_section()
-    with pytest.raises(StatisticsFileError, match=f"process {os.getpid()} keeps .* half written"):
+    stands_still = f"process {os.getpid()} stands still and keeps .* half written"
+    with pytest.raises(StatisticsFileError, match=stands_still):
         read_statistics(path)
 
 

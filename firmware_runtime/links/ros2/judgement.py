@@ -20,6 +20,7 @@ from typing import Any, Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.statistics.errors import BeingWrittenError
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -64,6 +65,8 @@ class Judge:
         try:
             statistics = read_statistics(self._path)
             figures = statistics.figures()
+        except BeingWrittenError as error:
+            return [Status(f"{self._board}: run", Level.ERROR, str(error))]
         except FirmwareRuntimeError as error:
             self._before.clear()
             return [Status(f"{self._board}: run", Level.STALE, f"no run: {error}")]
