@@ -6,7 +6,8 @@ Where a firmware decides (refused byte on i2c-tiny-usb) the errno of a refused a
 
 import errno
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from firmware_runtime.hal.i2c import Message
 
@@ -14,7 +15,7 @@ LONGEST_MESSAGE = 8192
 MOST_MESSAGES = 42
 
 
-class AdapterProfile(NamedTuple):
+class AdapterProfile(Struct, frozen=True):
     """The errno of each event, and which message lists the adapter refuses before any START.
 
     `functions` is what it answers to the ioctl I2C_FUNCS.

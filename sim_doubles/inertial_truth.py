@@ -1,6 +1,6 @@
 """What an inertial sensor's double measures: the world's side of an IMU."""
 
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 from msgspec import Struct
 
@@ -36,7 +36,7 @@ class BodyMotion(Struct, frozen=True):
     temperature_c: float
 
 
-class InertialTruth(NamedTuple):
+class InertialTruth(Struct, frozen=True):
     """Acceleration in m/s2 (specific force), rate in rad/s and field in T; body axes, z up."""
 
     acceleration: Vector

@@ -5,7 +5,8 @@ A board's definition lists its devices, and what is wrong with them is found her
 
 from collections.abc import Callable, Mapping, Sequence
 from os.path import normpath
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from firmware_runtime.board.settings import (
     BusSettings,
@@ -19,7 +20,7 @@ PCA9685_ALLCALL = 0x70
 """Every PCA9685 also answers here from power-up until that is switched off."""
 
 
-class Device(NamedTuple):
+class Device(Struct, frozen=True):
     """One chip as the board file has it: its table, chip, bus and address."""
 
     key: str
@@ -30,7 +31,7 @@ class Device(NamedTuple):
     """Whether it may hold the clock low until it has an answer, as a microcontroller does."""
 
 
-class SerialDevice(NamedTuple):
+class SerialDevice(Struct, frozen=True):
     """One chip on a serial port as the board file has it: its table, chip and port."""
 
     key: str

@@ -1,14 +1,15 @@
 """What a board's devices ask of each bus, from what each of them repeats."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
 from firmware_runtime.hal.i2c import Message
 
 
-class Recurring(NamedTuple):
+class Recurring(Struct, frozen=True):
     """Transactions that a device repeats for as long as the robot runs."""
 
     bus: str

@@ -9,7 +9,8 @@ transaction; the last ones are what filters, an overwriting FIFO and EXT_SENS_DA
 
 from collections.abc import Iterable
 from itertools import chain
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from sim_doubles.chips.mpu9250_registers import (
@@ -34,7 +35,7 @@ AUXILIARY_TICKS = 32
 """A delayed auxiliary slave has its turn once in so many."""
 
 
-class Edges(NamedTuple):
+class Edges(Struct, frozen=True):
     """How many ticks after the beginning and before the end of a silence leave a trace."""
 
     first: int

@@ -1,5 +1,7 @@
 """Turns what a body feels into what a chip feels that is mounted askew in it."""
 
+from msgspec.structs import replace
+
 from sim_doubles.inertial_truth import BodyMotion, InertialTruth, Vector
 
 
@@ -17,7 +19,8 @@ class ChipAxes:
         """The same truth in the chip's axes."""
         if self.is_identity:
             return truth
-        return truth._replace(
+        return replace(
+            truth,
             acceleration=self.turn_vector(truth.acceleration),
             rate=self.turn_vector(truth.rate),
             field=self.turn_vector(truth.field),

@@ -92,8 +92,8 @@ class PropellerPairs:
         duties, speeds, k = self._duties, self._speeds, self._thrust_n
         d, b = duties[0], duties[1]
         s, r = speeds[0] - d, speeds[1] - b
-        single = 4.0 * (2.0 * k * (d * s - b * r))
-        double = 4.0 * (k * (s * s - r * r))
+        single = 8.0 * k * (d * s - b * r)
+        double = 4.0 * k * (s * s - r * r)
         p = math.exp(-self.decay * elapsed_s)
         s, r = d + s * p, b + r * p
         self._speeds = (s, r, r, s, s, r, r, s)

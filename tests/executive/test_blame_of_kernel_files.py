@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import cast
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
@@ -99,7 +100,7 @@ class Loop:
     def _explained(self, at: int, **parts: int) -> BlameRow:
         on_time = Late(at, 0, 0, USUAL, USUAL, 0, at - 10 * MILLISECOND)
         self.machine.cpu_ns += USUAL
-        return self._blamer.explain(on_time._replace(**parts), STEPS + 1)
+        return self._blamer.explain(replace(on_time, **parts), STEPS + 1)
 
     def close(self) -> None:
         self._blamer.close()

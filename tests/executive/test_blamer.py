@@ -80,7 +80,7 @@ def blamer(counters: Counters) -> Iterator[Blamer]:
 
 def late(at: int = 2 * SECOND, **parts: int) -> Late:
     nothing = Late(at, 0, 0, 300 * MICROSECOND, 300 * MICROSECOND, 0, at - 10 * MILLISECOND)
-    return nothing._replace(**parts)
+    return structs.replace(nothing, **parts)
 
 
 def cause(number: int) -> str:

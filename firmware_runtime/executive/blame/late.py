@@ -1,13 +1,13 @@
 """What is to be explained of a late step."""
 
-from typing import NamedTuple
+from msgspec import Struct
 
 from firmware_runtime.statistics.blame import BlameRow
 
 NOTHING = BlameRow()
 
 
-class Late(NamedTuple):
+class Late(Struct, frozen=True):
     """What the loop knows of a step that is to be explained; times in ns.
 
     `behind` and `wake` lie before it, `step` is how long it took, `usual_step` how long one takes.
