@@ -91,7 +91,8 @@ def allocate(x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float) -> Forc
     if not -largest_yaw < yaw_n < largest_yaw:
         yaw_n = max(-largest_yaw, min(largest_yaw, yaw_n))
     if x_n == 0.0 == y_n:  # then there is nothing to share
-        return Forces(*[turn * yaw_n + 0.0 for turn in _TURNS])
+        a, b, c, d = _TURNS
+        return Forces(a * yaw_n + 0.0, b * yaw_n + 0.0, c * yaw_n + 0.0, d * yaw_n + 0.0)
     pairs = [(yaw * yaw_n, x * x_n + y * y_n) for x, y, yaw in T_PSEUDO_INVERSE]
     share = 1.0
     for turn, move in pairs:

@@ -21,7 +21,7 @@ CONTROLLER: Final = "controller"
 ROBOT: Final = "robot"
 
 Roles = Mapping[str, tuple[str, ...]]
-_NAME: Final = re.compile(r"[a-z0-9][a-z0-9_-]{0,30}")
+_NAME: Final = r"[a-z0-9][a-z0-9_-]{0,30}"
 
 
 def components_of(roles: Roles, model: Coupled, role: str) -> list[str]:
@@ -60,7 +60,7 @@ def role_faults(
 
 def _names(roles: Roles, known: Collection[str]) -> Iterator[str]:
     for role, names in roles.items():
-        if not _NAME.fullmatch(role):
+        if not re.fullmatch(_NAME, role):
             yield f"roles.{role}: expected small letters, digits, - and _, 31 at most"
         if not names:
             yield f"roles.{role}: names no component; expected one or more"

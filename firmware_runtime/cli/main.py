@@ -90,7 +90,7 @@ GROUP = "firmware_runtime.commands"
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 _NAME_SHOWN = 80
-_NO_NAME = re.compile(r"[^/\s]{256,}")
+_NO_NAME = r"[^/\s]{256,}"
 """What is longer than any file's name."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """For numpy, whose import starts a pool of threads else: the thread of the loop is the only one."""
@@ -241,7 +241,7 @@ def _hint(error: Exception, parsed: argparse.Namespace) -> str:
 
 
 def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
-    said = _NO_NAME.sub(lambda found: f"{found[0][:_NAME_SHOWN]}...", str(error))
+    said = re.sub(_NO_NAME, lambda found: f"{found[0][:_NAME_SHOWN]}...", str(error))
     print_line(f"firmware-runtime: {said}{hint}", sys.stderr)
     return status
 

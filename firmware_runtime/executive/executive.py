@@ -6,10 +6,10 @@ what the system granted is given back. A pause gives that back, leaves outputs a
 they are, and is no time of the run.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
@@ -73,7 +73,7 @@ class Executive:
         self._tap = configuration.tap
         self._ending = self._open_ending(make_safe)
         self._granted: Settings = {}
-        self._ledger = self._open_ledger({}, NEVER)
+        self._ledger = self._open_ledger({"clock": type(clock).__name__}, NEVER)
         self._paused: Outcome | None = None
         self.reached = 0
         """The instant at which the run paused or ended, ns; 0 before."""
@@ -215,7 +215,9 @@ class Executive:
         self._granted = granted
         if not self.has_begun:
             self.has_begun = True
-            self._ledger = self._open_ledger(granted, end, self._configuration.statistics_path)
+            stated = self._configuration.conditions
+            conditions = process.run_conditions(self.clock, granted, stated)
+            self._ledger = self._open_ledger(conditions, end, self._configuration.statistics_path)
 
     def _start_clock(self) -> None:
         """Go on at the instant that has been reached; a run that begins may be armed."""
@@ -231,9 +233,10 @@ class Executive:
         exits = exit_models if tap is None else partial(tap.exit, exit_models)
         return Ending(exits, self.readiness, off)
 
-    def _open_ledger(self, granted: Settings, until: int, path: Path | None = None) -> Ledger:
+    def _open_ledger(
+        self, conditions: Mapping[str, Any], until: int, path: Path | None = None
+    ) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
-        conditions = process.run_conditions(self.clock, granted, self._configuration.conditions)
         header = {"clock_speed": self.clock.speed, "until_ns": until, "conditions": conditions}
         file = self._profiler.open_file(header, path)
         return open_ledger(file, self._profiler, self.inbox, self.clock, self.progress)

@@ -61,7 +61,7 @@ class Kind(Struct, frozen=True):
 
         Raises StatisticsFileError when the file cannot be made.
         """
-        start = self.encode(header, cells)
+        start = b"" if path is None else self.encode(header, cells)  # which a file alone has
         size = len(start) + 8 * cells
         try:
             memory = mmap.mmap(-1, size) if path is None else _publish(path, size, start)
