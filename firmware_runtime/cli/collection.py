@@ -6,7 +6,7 @@ it grows and once more when the interpreter ends: a third of the processor time 
 
 import gc
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 
 @contextmanager
@@ -18,6 +18,16 @@ def no_collection_of_the_start() -> Iterator[None]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+@contextmanager
+def no_collection_of_what_a_verb_loads() -> Iterator[None]:
+    """The same for what a verb goes on to load; only where the start is exempt, in our own process.
+
+    A program that calls the command line in its own process keeps its collections as they are.
+    """
+    with no_collection_of_the_start() if gc.get_freeze_count() > 0 else nullcontext():
+        yield
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import is_model
 from firmware_runtime.cli.clock import choose_clock, clock_of
+from firmware_runtime.cli.collection import no_collection_of_what_a_verb_loads
 from firmware_runtime.cli.event_options import add_event_options
 from firmware_runtime.cli.planned_inputs import add_input_option, plan_inputs
 from firmware_runtime.cli.progress_line import Messages, progress_shown
@@ -78,7 +79,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if is_model(arguments.board):
         fault = "a model without a board; expected --events FILE.ev with it"
         raise ConfigError.of_one(arguments.board, fault)
-    board = chosen_board(arguments.board, arguments.assignments)
+    with no_collection_of_what_a_verb_loads():
+        board = chosen_board(arguments.board, arguments.assignments)
     if arguments.stage is not None and arguments.stage.has_two_ends:
         both = import_module("firmware_runtime.cli.staged")  # not for a robot's own start
         status: int = both.run_both_ends(arguments, board)
@@ -96,7 +98,8 @@ def _run_one_process(arguments: argparse.Namespace, board: registry.Board) -> in
 
     def run(restarts: Restarts | None) -> int:
         notices.progress("starts: finds its chips", within)
-        session = _session(arguments, board, end, path, messages)
+        with no_collection_of_what_a_verb_loads():
+            session = _session(arguments, board, end, path, messages)
         notices.progress("starts: takes its first step", within)
         if restarts is not None:
             session.executive.hooks.append(restarts)
