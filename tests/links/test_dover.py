@@ -27,6 +27,7 @@ from firmware_runtime import (
 )
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.models.dover import RcvDover, SndDover
+from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S, wait_until
 
 RAMP_STEP = 0.125
@@ -104,17 +105,6 @@ def stack() -> Iterator[ExitStack]:
         yield stack
 
 
-def free_ports(count: int) -> list[int]:
-    with ExitStack() as stack:
-        sockets = [
-            stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-            for _ in range(count)
-        ]
-        for each in sockets:
-            each.bind(("127.0.0.1", 0))
-        return [each.getsockname()[1] for each in sockets]
-
-
 def received_by(opened: OpenRun, block: RcvDover, enough: int) -> list[float]:
     """The values that a block passes on; the run stops when there are enough."""
     values: list[float] = []
@@ -131,7 +121,7 @@ def received_by(opened: OpenRun, block: RcvDover, enough: int) -> list[float]:
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_a_ramp_goes_out_to_a_ros_node_and_back_to_all_listeners(stack: ExitStack) -> None:
-    out, back = free_ports(2)
+    out, back = free_port(), free_port()
     loop = Loop(out, back)
     node = RosNode(out, back, stack)
     opened = stack.enter_context(open_model(loop))
@@ -147,7 +137,7 @@ def test_a_ramp_goes_out_to_a_ros_node_and_back_to_all_listeners(stack: ExitStac
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_what_is_no_number_is_counted_and_reaches_no_model(stack: ExitStack) -> None:
-    (port,) = free_ports(1)
+    port = free_port()
     block = RcvDover("rcv", port)
     opened = stack.enter_context(open_model(block))
     values = received_by(opened, block, enough=1)
@@ -171,7 +161,7 @@ def test_what_is_no_number_is_counted_and_reaches_no_model(stack: ExitStack) -> 
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_only_this_machine_is_listened_to(stack: ExitStack) -> None:
-    (port,) = free_ports(1)
+    port = free_port()
     stack.enter_context(open_model(RcvDover("rcv", port)))
     assert is_bound("0100007F", port)
     assert not is_bound("00000000", port)
@@ -186,7 +176,7 @@ def is_bound(address: str, port: int) -> bool:
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_a_run_ends_when_its_carrier_does(stack: ExitStack) -> None:
-    out, back = free_ports(2)
+    out, back = free_port(), free_port()
     opened = stack.enter_context(open_model(Loop(out, back)))
     assert opened.dover is not None
     carrier = opened.dover.process
@@ -221,7 +211,7 @@ def test_in_virtual_time_both_ends_are_one_model() -> None:
 @pytest.mark.real_time
 def test_the_two_programs_of_the_page_speak_with_each_other() -> None:
     model, node = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    out, back = free_ports(2)
+    out, back = free_port(), free_port()
     model, node = (
         each.replace("62002", str(out)).replace("62001", str(back)) for each in (model, node)
     )

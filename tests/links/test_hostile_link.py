@@ -20,6 +20,7 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.figures import LinkFigures
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.guarded_run import COMMAND
+from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
@@ -66,9 +67,7 @@ class Robot:
         self.log, self._directory, self._stack = directory / "doubles.log", directory, stack
         self.key = directory / "link.key"
         write_key(self.key)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.where: tuple[str, int] = probe.getsockname()
+        self.where = ("127.0.0.1", free_port())
         doubles = directory / "doubles.socket"
         self.start("doubles", "serve", "tachobot", "--socket", doubles, "--log", self.log)
         wait_until(doubles.exists, "the doubles are served")

@@ -5,7 +5,6 @@ the run's end, or the guard. The times go into the table of `docs/safety.md`.
 """
 
 import signal
-import socket
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ import pytest
 
 from firmware_runtime.links.key_file import write_key
 from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run
+from tests.support.linked_runs import free_port
 from tests.support.trials import TURNING, Trials, ready
 from tests.support.waiting import wait_until
 
@@ -95,10 +95,7 @@ def carrier_of(process: int) -> int:
 def two_ends(directory: Path) -> Iterator[TwoEnds]:
     key = directory / "link.key"
     write_key(key)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    ends = TwoEnds(f"udp:127.0.0.1:{port},key={key}", directory)
+    ends = TwoEnds(f"udp:127.0.0.1:{free_port()},key={key}", directory)
     try:
         ends.start_controller()
         words = (*TURNING, "--role", "robot", "--link", ends.link)

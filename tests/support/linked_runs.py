@@ -6,7 +6,8 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,9 @@ from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
+PORTS_OF_A_PROCESS = 500
+_FIRST = 20_000 + os.getpid() % 24 * PORTS_OF_A_PROCESS
+_ports = cycle(range(_FIRST, _FIRST + PORTS_OF_A_PROCESS))
 
 
 class RunningEnd:
@@ -99,11 +103,16 @@ class LinkedRuns:
 
 
 def free_port() -> int:
-    """A UDP port of the loopback that nothing listens at."""
+    """A UDP port of the loopback that no program has, and that stays free until it is bound.
+
+    It is below those that the kernel chooses, and every process of tests has a range of its own.
+    """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
+        for port in islice(_ports, PORTS_OF_A_PROCESS):
+            with suppress(OSError):  # another program's
+                probe.bind(("127.0.0.1", port))
+                return port
+    raise AssertionError("no UDP port is free")
 
 
 @contextmanager
