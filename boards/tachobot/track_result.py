@@ -27,13 +27,13 @@ def track_result(controller: TrackingController, pose: Pose | None) -> dict[str,
 
     If it is not, `settled_reason` says why.
     """
-    setpoint, state = controller.trajectory.setpoint, controller.watch.phase
+    trajectory, state = controller.trajectory, controller.watch.phase
     off_m = error_rad = None
-    if pose is None or setpoint is None:
-        reason: str | None = f"position: {state}" if state == "safe" else NEVER_BEGAN
+    if pose is None or trajectory.setpoint is None or trajectory.goal is None:
+        reason: str | None = _without(controller) if state == "safe" else NEVER_BEGAN
     else:
-        off_m, error_rad = _off(setpoint, pose)
-        reason = _why_not_on_path(off_m, error_rad, state)
+        off_m, error_rad = _off(trajectory.goal, pose)
+        reason = _why_not_on_path(controller, off_m, error_rad)
     result: dict[str, object] = {
         **(dict.fromkeys(Pose._fields) if pose is None else pose._asdict()),
         "off_m": off_m,
@@ -44,16 +44,26 @@ def track_result(controller: TrackingController, pose: Pose | None) -> dict[str,
     return result if reason is None else {**result, "settled_reason": reason}
 
 
-def _off(setpoint: PoseSetpoint, pose: Pose) -> tuple[float, float]:
-    x, y, yaw = (goal.position - at for goal, at in zip(setpoint, pose, strict=True))
+def _off(goal: PoseSetpoint, pose: Pose) -> tuple[float, float]:
+    x, y, yaw = (setpoint.position - at for setpoint, at in zip(goal, pose, strict=True))
     return math.hypot(x, y), math.remainder(yaw, math.tau)
 
 
-def _why_not_on_path(off_m: float, error_rad: float, state: str) -> str | None:
-    if state not in {"tracking", "coasting"}:
-        return f"position: {state}"
+def _why_not_on_path(controller: TrackingController, off_m: float, error_rad: float) -> str | None:
+    if controller.watch.phase not in {"tracking", "coasting"}:
+        return _without(controller)
     if not off_m <= ON_PATH_M:
         return f"it is {off_m:.3f} m off its path, expected {ON_PATH_M:g} at most"
     if not abs(error_rad) <= ON_PATH_RAD:
         return f"yaw is off by {error_rad:.3f} rad, expected {ON_PATH_RAD:g} at most"
     return None
+
+
+def _without(controller: TrackingController) -> str:
+    """That there is no position to go by, and how many of those that came were not believed."""
+    state, estimator = controller.watch.phase, controller.estimator
+    if not estimator.unexpected:
+        return f"position: {state}"
+    came = estimator.taken + estimator.refused
+    far = f"{estimator.unexpected} of {came} were too far from where they were expected"
+    return f"position: {state}; {far} (position.noise_m, position.gate)"

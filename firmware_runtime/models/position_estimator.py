@@ -21,11 +21,13 @@ from firmware_runtime.models.position_fix import (
     PositionState,
     is_sound,
 )
-from firmware_runtime.models.position_history import PositionHistory, Span, Taken
+from firmware_runtime.models.position_history import OFF_GATE, PositionHistory, Span, Taken
 
 FIXES_A_STEP = 2
 """So many are taken in a step; more are refused, so that a step has a bounded length."""
 TOO_MANY = "more than a step takes"
+AGREEING = 10
+"""So many in a row must be what was expected before one leads back from a lost position."""
 UNSOUND = "not finite, or from the future"
 
 
@@ -51,7 +53,9 @@ class PositionEstimator(Atomic):
     any --state? SAFE--> given up
 
     Fixes that came since the last sample are taken in with it. Where the position is lost, one that
-    nobody expected begins the filter again. A position given up stays so.
+    nobody expected begins the filter again, and says by itself neither where the body is nor that
+    the next will agree: nothing is sent of fixes until AGREEING in a row were what was expected.
+    A position given up stays so.
     """
 
     def __init__(self, name: str, settings: EstimatorSettings) -> None:
@@ -66,18 +70,23 @@ class PositionEstimator(Atomic):
         self.covariance = self.out_port("covariance", PoseCovariance)
         self.report = self.out_port("report", FixReport)
         self.fix = self.out_port("fix", FixReport)
-        """Of those that were taken."""
+        """Of those that were taken; where the position is lost, once they are believed again."""
         self.settings = settings
         self.history = PositionHistory(settings.history, settings.noise, settings.gate)
         self.taken = 0
         self.refused = 0
         self._refusal = ""
         """Why the last one was refused."""
+        self.unexpected = 0
+        """How many were too far from where they were expected, refused or not."""
+        self._agreeing = 0
+        """How many in a row were what was expected, those before the position was lost included."""
         self._state = PositionState.NO_POSITION
         self._now = 0
         self._last: tuple[int, PlanarInertial] | None = None
         self._waiting: list[Taken] = []
         self._reports: list[FixReport] = []
+        self._believed: list[FixReport] = []
 
     def unready(self) -> str | None:
         """Why there is no position, in a few words; None if there is one."""
@@ -96,8 +105,8 @@ class PositionEstimator(Atomic):
         """Send the motion, if there is any, and what became of the fixes."""
         for report in self._reports:
             self.report.send(report)
-            if report.is_taken:
-                self.fix.send(report)
+        for report in self._believed:
+            self.fix.send(report)
         state, last = self.history.state, self._last
         if state is None or last is None:
             return
@@ -110,7 +119,7 @@ class PositionEstimator(Atomic):
 
     def internal(self) -> None:
         """Wait for the next sample."""
-        self._reports = []
+        self._reports, self._believed = [], []
         self._wait()
 
     def external(self, elapsed: int) -> None:
@@ -162,11 +171,23 @@ class PositionEstimator(Atomic):
         reports = self.history.insert(self._waiting)
         self._waiting = []
         for report in reports:
-            if report.is_taken:
-                self.taken += 1
-            else:
-                self._note_refused(report.reason)
+            self._count(report)
+            if report.is_taken and (
+                self._state is not PositionState.LOST or self._agreeing >= AGREEING
+            ):
+                self._believed.append(report)
         self._reports += reports
+
+    def _count(self, report: FixReport) -> None:
+        if report.is_taken:
+            self.taken += 1
+        else:
+            self._note_refused(report.reason)
+        if report.has_begun_again or report.reason == OFF_GATE:
+            self.unexpected += 1
+            self._agreeing = 0
+        elif report.is_taken:
+            self._agreeing += 1
 
 
 def _span(before: tuple[int, PlanarInertial], after: tuple[int, PlanarInertial]) -> Span:

@@ -81,6 +81,8 @@ class FixReport(NamedTuple):
     innovation_y_m: float
     normalized: float
     """The squares of both over their variances, summed: chi square of two degrees of freedom."""
+    has_begun_again: bool = False
+    """Whether it was not what was expected, and the filter began again with it."""
 
 
 def is_sound(fix: PositionFix | PoseFix) -> bool:

@@ -161,7 +161,8 @@ class PositionHistory:
             return state, report._replace(is_taken=False, reason=OFF_GATE)
         unknown = state._replace(offset_variance=0.0)
         again = restarted(state.planar, place, noise)
-        return Estimate(again, *_offset(unknown, fix, attitude, noise)[:2]), report
+        begun_again = Estimate(again, *_offset(unknown, fix, attitude, noise)[:2])
+        return begun_again, report._replace(has_begun_again=True)
 
 
 def _put(fix: Taken, fixes: list[Taken]) -> None:

@@ -45,6 +45,8 @@ class TrajectorySource(Atomic):
         self.state = PositionState.NO_POSITION
         self.setpoint: PoseSetpoint | None = None
         """What is sent at the end of this period."""
+        self.goal: PoseSetpoint | None = None
+        """Where the path is then, or where it waits; the setpoint may be on its way there."""
         self._rejoin: Rejoin | None = None
         self._since_rejoin = 0
         """Ns; it stands still while the body brakes."""
@@ -134,7 +136,8 @@ class TrajectorySource(Atomic):
         x, y, yaw = (_paced(each, along) for each in self.way.at(along.position))
         turned = yaw._replace(position=yaw.position + self._turns_rad)
         at_s = (self._since_rejoin + ahead) / SECOND
-        return self._rejoin.added_to(PoseSetpoint(x, y, turned), at_s)
+        self.goal = PoseSetpoint(x, y, turned)
+        return self._rejoin.added_to(self.goal, at_s)
 
 
 def _paced(setpoint: Setpoint, along: Setpoint) -> Setpoint:

@@ -222,3 +222,31 @@ def test_its_position_comes_in_by_ports_whose_types_say_what_is_in_them() -> Non
     assert {"position", "pose"} <= set(model.in_ports)
     assert "yaw_reference" not in model.in_ports
     assert "position" not in virtual_tachobot().model.in_ports
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("noise_m", [0.02, 0.05])
+def test_positions_much_noisier_than_it_is_told_are_given_up_not_followed(
+    noise_m: float, seed: int
+) -> None:
+    """One that begins the filter again is no return from a lost position by itself."""
+    noisy = (f"world.position.noise_m={noise_m}", f"world.position.seed={seed}")
+    robot = tracking("trajectory.x_m=0.0", "trajectory.y_m=0.0", *noisy)
+    with suppress(FirmwareRuntimeError):
+        robot.run(60.0)
+    assert states(robot)[-1][1] is PositionState.SAFE
+    result: dict[str, Any] = robot.rig.result(60 * SECOND, {})
+    assert result["settled"] is False
+    assert "too far from where they were expected" in result["settled_reason"]
+    state = robot.rig.world.state(round(60.1 * SECOND))
+    assert math.hypot(state.x_m, state.y_m) < 1.0
+
+
+def test_a_run_that_ends_on_its_way_back_to_the_path_is_off_it() -> None:
+    """While it brakes its setpoint is itself, and then one that leads from itself to the path."""
+    robot = tracking("trajectory.x_m=5.0")
+    robot.run(8.0)
+    result: dict[str, Any] = robot.rig.result(8 * SECOND, {})
+    assert result["position"] == "tracking"
+    assert result["settled"] is False
+    assert 1.0 < result["off_m"] < 5.0

@@ -3,8 +3,14 @@ import math
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.models.position_estimator import TOO_MANY, UNSOUND
-from firmware_runtime.models.position_fix import PlanarInertial, PoseFix, PositionFix, PositionState
+from firmware_runtime.models.position_estimator import AGREEING, TOO_MANY, UNSOUND
+from firmware_runtime.models.position_fix import (
+    FixReport,
+    PlanarInertial,
+    PoseFix,
+    PositionFix,
+    PositionState,
+)
 from firmware_runtime.models.position_history import TOO_OLD
 from tests.support.tracked_body import TICK, Estimator
 
@@ -126,6 +132,41 @@ def test_while_it_is_lost_it_is_not_ready_and_any_position_is_taken() -> None:
     estimator.sample(54 * TICK)
     assert estimator.reports[-1].is_taken
     assert estimator.x[-1].position == pytest.approx(30.0)
+
+
+def test_what_nobody_expected_leads_back_once_enough_agree_with_it_in_a_row() -> None:
+    estimator = Estimator()
+    believed: list[FixReport] = []
+    estimator.simulator.listen(estimator.model.fix, lambda _at, report: believed.append(report))
+    for n in range(20):
+        estimator.sample(n * TICK)
+        estimator.put(n * TICK, position=HERE)
+    estimator.sample(20 * TICK)
+    believed.clear()
+    estimator.state(21 * TICK, PositionState.LOST)
+    places = [30.0, *[30.0] * (AGREEING - 1), 60.0, *[60.0] * (AGREEING + 1)]
+    sent = []
+    for n, x_m in enumerate(places, start=22):
+        estimator.put(n * TICK, position=PositionFix(x_m, 2.0, 0.0))
+        estimator.sample(n * TICK + 1)
+        sent.append(len(believed))
+    assert sent == [0] * (len(places) - 2) + [1, 2]
+    assert estimator.model.unexpected == 2
+
+
+def test_after_a_silence_the_first_that_was_expected_leads_back() -> None:
+    estimator = Estimator()
+    believed: list[FixReport] = []
+    estimator.simulator.listen(estimator.model.fix, lambda _at, report: believed.append(report))
+    for n in range(100):
+        estimator.sample(n * TICK)
+        if n < 20:
+            estimator.put(n * TICK, position=HERE)
+    believed.clear()
+    estimator.state(100 * TICK, PositionState.LOST)
+    estimator.put(101 * TICK, position=HERE)
+    estimator.sample(102 * TICK)
+    assert len(believed) == 1
 
 
 def test_a_measured_yaw_leads_from_the_attitudes_zero_to_the_rooms() -> None:
