@@ -15,6 +15,7 @@ from benchmarks.qss.problems import Problem, problems
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import conditions, positive
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.extras import install_command
 from firmware_runtime.models.qss import Simulation
 from firmware_runtime.status import Status
 
@@ -36,11 +37,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Measure; the median ratio of CPU times, the peer's by ours, comes last."""
     try:
-        import scipy  # noqa: F401, PLC0415 -- a group of its own; the rest of the benches needs none
+        import scipy  # noqa: F401, PLC0415 -- an extra; the rest of the benches needs none
     except ImportError:
         print(
-            "firmware-runtime: bench qss: scipy is not installed; expected the dependency group "
-            "bench: pip install --group bench (pip 25.1 or later)",
+            "firmware-runtime: bench qss: scipy is not installed; expected the extra tuning: "
+            f"{install_command('tuning')}",
             file=sys.stderr,
         )
         return Status.BAD_INPUT

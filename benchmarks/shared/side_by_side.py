@@ -10,6 +10,7 @@ import argparse
 import json
 import os
 import platform
+import shlex
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -76,10 +77,11 @@ def peer_version() -> str | None:
 
 
 def missing_peer() -> str:
-    """What to do when the peer is not there."""
+    """What to do when the peer is not there; a venv's own pip may not know groups yet."""
+    pip = f"{shlex.quote(sys.executable)} -m pip install"
     return (
         "benchmarks: xdevs.py is not installed; "
-        "expected the dependency group bench: pip install --group bench (pip 25.1 or later)"
+        f"expected the dependency group bench: {pip} 'pip>=25.1' && {pip} --group bench"
     )
 
 

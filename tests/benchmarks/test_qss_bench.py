@@ -1,9 +1,18 @@
 import json
+import sys
 
 import pytest
 
 from benchmarks.qss import bench
 from firmware_runtime.cli.main import main
+
+
+def test_without_scipy_a_sentence_gives_a_command_that_any_pip_takes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    assert main(["bench", "qss"]) == 2
+    assert "-m pip install 'scipy>=" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """docs/papers.md names commands that parse, experiments and boards that exist, files that are."""
 
 import re
+import shlex
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -36,7 +37,7 @@ FILES = [code for code in CODE if FILE.fullmatch(code)]
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_is_one_of_ours(command: str) -> None:
-    _, *words = command.split()
+    _, *words = shlex.split(command)
     parsed = parser(words).parse_args(words)
     for word in words:
         assert not word.startswith(("examples/", "boards/")) or (ROOT / word).exists()
@@ -48,7 +49,20 @@ def test_each_command_is_one_of_ours(command: str) -> None:
         _, name, board, *_ = words
         assert name in {*experiments_of(registry.load(board)), ALL}
     elif getattr(parsed, "board", None) and not parsed.board.endswith(".ma"):
-        registry.load(parsed.board, getattr(parsed, "assignments", ()))
+        whole = parsed.verb != "sweep"  # there, what is varied belongs to the assignments
+        registry.load(parsed.board, getattr(parsed, "assignments", ()) if whole else ())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_shell_takes_each_command_as_it_stands(command: str) -> None:
+    unquoted = re.sub(r"'[^']*'", "", command)
+    assert not set(unquoted) & set("'\"()<>|&;*?$\\"), command
+
+
+def test_the_sweep_is_the_one_whose_figures_its_page_has() -> None:
+    sweeps = (ROOT / "docs/sweeps.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    (command,) = [each for each in COMMANDS if each.split()[1] == "sweep"]
+    assert command in " ".join(sweeps.split())
 
 
 @pytest.mark.parametrize("module", MODULES)
