@@ -35,7 +35,7 @@ def _find(model: Component, name: str) -> StateDiagram:
     if len(found) != 1:
         problem = "fits several models" if found else "no such model with a state diagram"
         known = ", ".join(each.path for each in found or diagrams)
-        expected = f"expected one of {known}" if known else "this board has none"
+        expected = f"expected one of {known}" if known else "there is none in this model"
         raise ConfigError(model.path, [f"{name!r}: {problem}; {expected}"])
     return found[0]
 

@@ -98,6 +98,9 @@ def _board_faults(sweep: Sweep) -> list[str]:
     """What the board says of the settings of the first rows, if all of them have faults."""
     try:
         board = board_in_force(sweep.board)
+    except ConfigError as error:
+        return [f"{error.where}: {each}" for each in error.faults]
+    try:
         if not has_rig(board):
             return [f"{board.name} has no doubles; expected a board with a rig"]
         if sweep.experiment is not None:

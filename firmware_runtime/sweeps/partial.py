@@ -5,6 +5,7 @@ was cut short by a kill is left out.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock
 from io import FileIO
 from os import SEEK_END
@@ -42,8 +43,7 @@ class Partial(Closing):
             _check(path, lines[0], first)
             self.rows = {row["row"]: row for row in map(_row, lines[1:])}  # type: ignore[misc]
         elif path.exists() and not resume:
-            fault = f"{path} is of a sweep that did not end; expected --resume, or that it is gone"
-            raise ConfigError.of_one("sweep", fault)
+            raise _unfinished(path)
         try:
             self._file = path.open("r+b" if lines else "ab", buffering=0)
             _lock(path, self._file)
@@ -80,6 +80,14 @@ class Partial(Closing):
         except OSError as error:
             fault = f"{self.path}: {error.strerror}; expected room for more rows, then --resume"
             raise ConfigError.of_one("sweep", fault) from error
+
+
+def _unfinished(path: Path) -> ConfigError:
+    """What to say of rows that are there already. Raises ConfigError while a sweep writes them."""
+    with suppress(OSError), path.open("rb", buffering=0) as file:
+        _lock(path, file)
+    fault = f"{path} is of a sweep that did not end; expected --resume, or that it is gone"
+    return ConfigError.of_one("sweep", fault)
 
 
 def _lock(path: Path, file: FileIO) -> None:

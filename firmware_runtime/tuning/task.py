@@ -188,6 +188,8 @@ def _by_hand(text: str, structure: Structure) -> PlantParameters:
             values[key.strip()] = float(value)
         except ValueError:
             faults.append(f"{key.strip()}: {value!r}: expected a number")
+    if keys[0] not in stated:
+        faults.append(f"{keys[0]}: missing; expected it, and any of {', '.join(keys[1:])}")
     if faults:
         raise ConfigError("--plant", faults)
     values[keys[3]] = values[keys[3]] or values[keys[2]]

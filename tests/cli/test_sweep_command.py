@@ -49,6 +49,7 @@ def test_a_table_is_shown_and_each_row_can_be_run_again(command: Command, tmp_pa
         (("sweep", "tachobot", "-o", "t.csv"), "nothing is varied"),
         (("sweep", "tachobot", "-o", "t.csv", "--vary", "x"), "expected KEY=DISTRIBUTION"),
         (("sweep", "tachobot", "t.csv", "--vary", "a=range(2)"), "expected options only"),
+        (("sweep", "nix", "-o", "t.csv", "--vary", "a=range(2)"), "nix: unknown board"),
         (("sweep", "show"), "no FILE; expected sweep show FILE"),
         (("sweep", "show", "none.csv"), "No such file"),
         (("sweep", "show", "none.csv", "-o", "none.csv"), "a name that ends in .html"),

@@ -4,6 +4,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from boards.detective.detective import Detective
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.diagram.draw import diagram
@@ -127,6 +128,11 @@ def test_a_model_is_found_by_name_or_path_without_case_and_underscores(name: str
 def test_a_name_without_a_state_diagram_is_refused_with_those_that_have_one() -> None:
     with pytest.raises(ConfigError, match=r"'RadarSystem': no such model .* top\.RadarSystem\.son"):
         diagram(Detective(), "RadarSystem")
+
+
+def test_a_model_without_any_state_diagram_is_said_to_have_none() -> None:
+    with pytest.raises(ConfigError, match=r"'room': no such model .*; there is none in this model"):
+        diagram(Coupled("house"), "room")
 
 
 def test_mermaid_gets_the_whole_table() -> None:

@@ -190,12 +190,17 @@ def test_a_disk_without_room_for_a_row_is_a_sentence_and_keeps_those_before(tmp_
     assert list(found.values()) == rows[: len(found)]
 
 
-def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("resume", [True, False])
+def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(
+    tmp_path: Path, *, resume: bool
+) -> None:
     kept_at = partial_of(tmp_path / "table.csv")
     with Partial(kept_at, SHORT, "1", resume=False) as first:
         with pytest.raises(ConfigError, match="another sweep writes it"):
-            Partial(kept_at, SHORT, "1", resume=True)
+            Partial(kept_at, SHORT, "1", resume=resume)
         first.keep({"row": 0})
+    with pytest.raises(ConfigError, match="did not end; expected --resume"):
+        Partial(kept_at, SHORT, "1", resume=False)
     with Partial(kept_at, SHORT, "1", resume=True) as second:
         assert second.rows == {0: {"row": 0}}
 

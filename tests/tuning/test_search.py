@@ -83,7 +83,8 @@ def test_a_plant_by_hand_has_no_friction_unless_it_is_stated() -> None:
     [
         ("inertia=0.1", "unknown key"),
         ("inertia_kg_m2=x", "expected a number"),
-        ("delay_s=0.1", "above 0"),
+        ("delay_s=0.1", "inertia_kg_m2: missing; expected it, and any of damping_nms, coulomb"),
+        ("inertia_kg_m2=0", "above 0"),
         ("inertia_kg_m2=1e-300", "1e-09 or more"),
         ("inertia_kg_m2=0.1,inertia_kg_m2=0.2", "stated twice"),
         ("inertia_kg_m2=0.1,delay_s=-1", "0 or more"),
