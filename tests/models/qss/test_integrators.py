@@ -58,6 +58,29 @@ def test_the_error_of_a_linear_system_is_within_its_bound(method: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("matrix", "quanta", "sentence"),
+    [
+        ([[-1.0, 1.0], [0.0, -1.0]], [0.1, 0.1], "without a full set of eigenvectors"),
+        ([[0.0, 1.0], [-1.0, 0.0]], [0.1, 0.1], "expected negative real parts"),
+        ([[-1.0, 0.0]], [0.1], r"a matrix of shape \(1, 2\); expected rows as long"),
+        ([], [], r"a matrix of shape \(0,\); expected rows as long"),
+        ([[]], [], r"a matrix of shape \(1, 0\)"),
+        ([[-1.0, 0.0], [0.0]], [0.1, 0.1], "matrix .*; expected numbers, in rows of equal length"),
+        ([["x"]], [0.1], "matrix .*; expected numbers"),
+        ([[math.nan]], [0.1], "matrix .*nan.*; expected finite numbers"),
+        ([[-1.0]], [math.inf], "quanta .*inf.*; expected finite numbers"),
+        ([[-1.0]], [0.1, 0.1], r"quanta \[0.1 0.1\]; expected 1 of them, 0 or more"),
+        ([[-1.0]], [-0.1], r"quanta \[-0.1\]; expected 1 of them, 0 or more"),
+    ],
+)
+def test_a_system_without_a_bound_is_refused_by_its_own_fault(
+    matrix: list[list[float]], quanta: list[float], sentence: str
+) -> None:
+    with pytest.raises(ModelError, match=f"^error_bound: .*{sentence}"):
+        error_bound(matrix, quanta)
+
+
+@pytest.mark.parametrize(
     ("method", "order"), [("QSS1", 1), ("QSS2", 2), ("QSS3", 3), ("LIQSS2", 2)]
 )
 def test_an_eighth_of_the_quantum_takes_as_many_steps_more_as_the_order_says(
