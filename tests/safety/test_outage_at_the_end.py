@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.guarded_run import GuardedRun, guarded_run
-from tests.support.waiting import PATIENCE_S
+from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,8 @@ def test_a_bus_that_comes_back_leaves_nothing_on(robot: str, tmp_path: Path) -> 
         outage(run, 0.6)
         run.signal(signal.SIGTERM)
         status = ended(run)
-        assert run.is_off, run.errors()
+        # nothing writes to the chips any more; an MD25 that was stopped slows down for 25 ms
+        wait_until(lambda: run.is_off, "all outputs are off", run.errors)
         assert status != 4
         assert "not made safe" not in run.errors()
 
