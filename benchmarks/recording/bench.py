@@ -3,7 +3,7 @@
 Each board runs on its doubles with and without a recording, in turns, in one process. For the cost
 of a step the processor time from the second second on is divided by the steps, on a clock that
 waits for nothing; of that clock every reading is recorded, as of the real one. A third run of each
-pair does not hear the doubles' world, so it says what a robot with chips pays. In real time the
+pair does not record the doubles' world, so it says what a robot with chips pays. In real time the
 lateness of the model that runs most often is compared, and with it how sure that is.
 """
 

@@ -28,13 +28,13 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.layout import STEPS
 
 BARE, RECORDED, OWN, AGAIN = "bare", "recorded", "own", "bare again"
-"""Without a recording, with one, with one in which the doubles' world is not heard; the first."""
+"""Without a recording, with one, with one that leaves out the doubles' world; the first."""
 
 
 class Unwaiting:
     """Virtual time that the recorder does not know from real time.
 
-    A reading asks the system as one of real time does, heard or not, and says what time it is here.
+    A reading asks the system as one of real time does, tapped or not, and is the time here.
     """
 
     speed: float = 0
@@ -48,15 +48,15 @@ class Unwaiting:
         monotonic_ns()
         return self._clock._now  # noqa: SLF001 -- a real one reads its epoch so
 
-    def heard(self, readings: list[int]) -> Callable[[], int]:
+    def tapped(self, readings: list[int]) -> Callable[[], int]:
         """What reads as `now`, in one function, as that of a real clock."""
 
-        def heard() -> int:
+        def tapped() -> int:
             monotonic_ns()
             readings.append(now := self._clock._now)  # noqa: SLF001 -- as above
             return now
 
-        return heard
+        return tapped
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,14 +101,14 @@ class _Stopwatch:
 
 
 class _OwnRecorder(Recorder):
-    """Hears what a robot with chips would: nothing of the models of a doubles' world."""
+    """Records what a robot with chips would: nothing of the models of a doubles' world."""
 
     def instrument(self, _atomic: Atomic, functions: Functions) -> Functions:
         """A model as it is."""
         return functions
 
     def write_into(self, ring: Any, atomics: Sequence[Atomic], *rest: Any, **named: Any) -> None:  # noqa: ANN401 -- as they are
-        """Listen to the robot's own ports alone; nobody reads this recording."""
+        """Tap the robot's own ports alone; this recording is never read."""
         super().write_into(ring, [each for each in atomics if each in self.own], *rest, **named)
 
 

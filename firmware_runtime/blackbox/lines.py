@@ -1,4 +1,4 @@
-"""Lines that are heard: buses and ports that change nothing and note every transfer and its end.
+"""Tapped lines: buses and ports that change nothing and note every transfer and how it ended.
 
 They stand next to the adapter or double, below retries and counters, so each attempt is noted, also
 one that ended in an error which is none of a line's: of the world behind a double.
@@ -23,7 +23,7 @@ def how_it_failed(error: Exception) -> tuple[str, str]:
     return type(error).__name__, str(error)
 
 
-class HeardBus(I2cBus):
+class TappedBus(I2cBus):
     """Any bus; `number` is its place among the lines."""
 
     def __init__(self, bus: I2cBus, number: int, transfers: Transfers, now: Now) -> None:
@@ -55,7 +55,7 @@ class HeardBus(I2cBus):
         self._bus.close()
 
 
-class HeardPort(SerialPort):
+class TappedPort(SerialPort):
     """Any serial port; `number` is its place among the lines."""
 
     def __init__(self, port: SerialPort, number: int, transfers: Transfers, now: Now) -> None:
@@ -67,21 +67,21 @@ class HeardPort(SerialPort):
 
     def write(self, data: bytes) -> None:
         """Write, and note it."""
-        self._heard(WRITE, bytes(data), lambda: self._port.write(data))
+        self._noted(WRITE, bytes(data), lambda: self._port.write(data))
 
     def read_available(self) -> bytes:
         """Read, and note what had arrived."""
-        return self._heard(READ, b"", self._port.read_available)
+        return self._noted(READ, b"", self._port.read_available)
 
     def discard_input(self) -> None:
         """Throw away what has arrived, and note that."""
-        self._heard(DISCARD, b"", self._port.discard_input)
+        self._noted(DISCARD, b"", self._port.discard_input)
 
     def close(self) -> None:
         """Close the port underneath."""
         self._port.close()
 
-    def _heard(self, what: int, data: bytes, use: Callable[[], bytes | None]) -> bytes:
+    def _noted(self, what: int, data: bytes, use: Callable[[], bytes | None]) -> bytes:
         try:
             answer = use() or b""
         except Exception as error:
@@ -92,7 +92,7 @@ class HeardPort(SerialPort):
         return answer
 
 
-class HeardTime:
+class TappedTime:
     """The time of the lines; `times` gets every instant and span that a line asks for, ns."""
 
     def __init__(self, time: LineTime, times: list[int]) -> None:
@@ -115,7 +115,7 @@ class HeardTime:
         return elapsed
 
 
-def heard_interlock(interlock: Interlock, answers: list[bool]) -> Interlock:
+def tapped_interlock(interlock: Interlock, answers: list[bool]) -> Interlock:
     """An interlock whose answers are appended to a list."""
 
     def is_enabled() -> bool:

@@ -1,7 +1,7 @@
-"""Models that are heard: what leaves every output port, and what models of a world decide.
+"""Tapped models: what leaves every output port, and what models of a world decide.
 
 A model of a world, such as a rig's probe, is none of the robot's own. It sees a world that is not
-there in a replay, so what it sent and when it wants to be called next is heard.
+there in a replay, so what it sent and when it wants to be called next is recorded.
 """
 
 import gc
@@ -9,13 +9,13 @@ from collections.abc import Iterable, Iterator
 from types import MethodType
 from typing import Any
 
-from firmware_runtime.blackbox.heard import Heard
+from firmware_runtime.blackbox.pending import Pending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.heard_ports import Sent, hear
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.tapped_ports import Sent, tap
 
 
 def own_atomics(component: Component) -> Iterator[Atomic]:
@@ -28,15 +28,17 @@ def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:
     return [port for atomic in atomics for port in atomic.out_ports.values()]
 
 
-def listen(atomics: Iterable[Atomic], sent: Sent, numbers: Iterable[int] | None = None) -> None:
+def tap_outputs(
+    atomics: Iterable[Atomic], sent: Sent, numbers: Iterable[int] | None = None
+) -> None:
     """Append what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):
-        hear(port, number, sent)
+        tap(port, number, sent)
 
 
-def unheard_sends(atomics: Iterable[Atomic]) -> str | None:
-    """Say which port is sent through by a method that was taken of it before it was heard.
+def untapped_sends(atomics: Iterable[Atomic]) -> str | None:
+    """Say which port is sent through by a method that was taken of it before it was tapped.
 
     What such a method sends goes past the recording: `self.say = self.out.send`.
     """
@@ -49,9 +51,9 @@ def unheard_sends(atomics: Iterable[Atomic]) -> str | None:
     return None
 
 
-def heard_world(atomic: Atomic, functions: Functions, heard: Heard) -> Functions:
-    """What to call for a world's model, so that it is heard."""
-    sent, world = heard.sent, heard.world
+def tapped_world(atomic: Atomic, functions: Functions, pending: Pending) -> Functions:
+    """What to call for a world's model, so that it is recorded."""
+    sent, world = pending.sent, pending.world
     send, transit, take, confluent = (
         functions.output,
         functions.internal,

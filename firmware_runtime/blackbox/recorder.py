@@ -1,17 +1,17 @@
-"""The recorder: hears what enters a run, and has it written between two steps.
+"""The recorder: notes what enters a run, and writes it between two steps.
 
-Within a step something that is heard costs an `append`. When the step is over, what was heard
-becomes one section (`section`), which is copied into shared memory (`writer`).
+Within a step each thing recorded costs an `append`. When the step is over, what is pending becomes
+one section (`section`), which is copied into shared memory (`writer`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from firmware_runtime.blackbox.heard import NO_STEP, Heard
 from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
-from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime, heard_interlock
-from firmware_runtime.blackbox.models import heard_world, listen, unheard_sends
+from firmware_runtime.blackbox.lines import TappedBus, TappedPort, TappedTime, tapped_interlock
+from firmware_runtime.blackbox.models import tap_outputs, tapped_world, untapped_sends
+from firmware_runtime.blackbox.pending import NO_STEP, Pending
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, sentences
 from firmware_runtime.blackbox.steps import EndOfStep, begin_of_step, end_of_step
@@ -20,7 +20,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.clocks import Clock, VirtualClock, heard_clock
+from firmware_runtime.executive.clocks import Clock, VirtualClock, tapped_clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock
@@ -33,7 +33,7 @@ from firmware_runtime.recording.values import UnknownValue, legible, plain
 class Recorder:
     """The tap of a run's loop and lines.
 
-    It hears from construction on, and writes once the run begins.
+    It notes from construction on, and writes once the run begins.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -41,55 +41,55 @@ class Recorder:
         self.early: list[str] = []
         self.own: frozenset[Atomic] = frozenset()
         """The robot's own models; others belong to a world."""
-        self.heard = Heard()
+        self.pending = Pending()
         self._fault: str | None = None
         self._clock = clock
         self._now = clock.now
         self.chance = places()
         """Where the process's generators of random numbers stood before the robot was built."""
         self._schedule = KeyframeSchedule()
-        self._writer = Writer(self.heard, self._schedule)
+        self._writer = Writer(self.pending, self._schedule)
         self._make_ring: Callable[[], Ring | None] | None = None
         self._until = NEVER
         """The instant that the run goes on to."""
         self._is_armed: bool | None = None
         self._counts: Callable[[], object] = dict
-        self.begin = begin_of_step(self.heard, self._flush)
+        self.begin = begin_of_step(self.pending, self._flush)
         """A step begins."""
         self.end: EndOfStep = self._end
         """The step is over: write it; take a keyframe if one is due and there is time for it."""
 
-    # What is heard ------------------------------------------------------------------------------
+    # What is tapped -----------------------------------------------------------------------------
 
     def bus(self, bus: I2cBus) -> I2cBus:
-        """A bus, heard."""
+        """A bus, tapped."""
         self.lines.append(bus.name)
         if bus.returns_early:
             self.early.append(bus.name)
-        return HeardBus(bus, len(self.lines) - 1, self.heard.transfers, self._now)
+        return TappedBus(bus, len(self.lines) - 1, self.pending.transfers, self._now)
 
     def port(self, port: SerialPort) -> SerialPort:
-        """A serial port, heard."""
+        """A serial port, tapped."""
         self.lines.append(port.name)
-        return HeardPort(port, len(self.lines) - 1, self.heard.transfers, self._now)
+        return TappedPort(port, len(self.lines) - 1, self.pending.transfers, self._now)
 
     def time(self, time: LineTime) -> LineTime:
-        """The time of the lines, heard."""
-        return HeardTime(time, self.heard.times)
+        """The time of the lines, tapped."""
+        return TappedTime(time, self.pending.times)
 
     def interlock(self, interlock: Interlock) -> Interlock:
-        """An output interlock, heard."""
-        return heard_interlock(interlock, self.heard.enabled)
+        """An output interlock, tapped."""
+        return tapped_interlock(interlock, self.pending.enabled)
 
     def reading(self, now: Callable[[], int]) -> Callable[[], int]:
-        """The clock as the steps ask it, heard."""
+        """The clock as the steps read it, tapped."""
         if isinstance(self._clock, VirtualClock):  # it stands still within a step
             return now
-        return heard_clock(self._clock, self.heard.readings)
+        return tapped_clock(self._clock, self.pending.readings)
 
     def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
-        """A model of the robot's as it is, one of a world heard."""
-        return functions if atomic in self.own else heard_world(atomic, functions, self.heard)
+        """A model of the robot's as it is, one of a world tapped."""
+        return functions if atomic in self.own else tapped_world(atomic, functions, self.pending)
 
     # Where a run begins and ends ----------------------------------------------------------------
 
@@ -111,8 +111,8 @@ class Recorder:
         self._make_ring = ring
         self._schedule.plan(keyframes, is_real_time=is_real_time)
         self._counts = counts
-        listen(atomics, self.heard.sent)
-        self._fault = unheard_sends(atomics)
+        tap_outputs(atomics, self.pending.sent)
+        self._fault = untapped_sends(atomics)
 
     def built(self) -> None:
         """The robot has been put together."""
@@ -126,7 +126,7 @@ class Recorder:
 
     @contextmanager
     def section(self, kind: Kind, extra: object = None) -> Iterator[None]:
-        """What is heard within the block, between two steps, is a section of its own."""
+        """What is recorded within the block, between two steps, is a section of its own."""
         self._flush()
         at = self._now()
         try:
@@ -135,7 +135,7 @@ class Recorder:
             self._writer.write(kind, at, extra)
 
     def note(self, kind: Kind, extra: object) -> None:
-        """Write a section in which nothing was heard."""
+        """Write a section that has this `extra` and nothing else."""
         with self.section(kind, extra):
             pass
 
@@ -151,7 +151,7 @@ class Recorder:
     def entered(self, port: InPort[Any], value: object) -> None:
         """A value enters the step that has begun."""
         try:
-            self.heard.entered.append((port.name, plain(value)))
+            self.pending.entered.append((port.name, plain(value)))
         except UnknownValue as error:
             self._fault = self._fault or f"{port.path}: {error}"
 
@@ -163,7 +163,7 @@ class Recorder:
             self._writer.open(self._make_ring)
             self._make_ring = None
             if (ring := self._writer.ring) is not None:
-                written = self.heard, ring, self._writer, self._schedule
+                written = self.pending, ring, self._writer, self._schedule
                 self.end = end_of_step(*written, self._take_keyframe)
         self._writer.write(Kind.GO_ON, until)
         self._schedule.open()
@@ -228,8 +228,8 @@ class Recorder:
             schedule.taken(now, self._now() - now)
 
     def _flush(self) -> None:
-        """Write what was heard so far: the step that is over, or something outside of any."""
-        if (at := self.heard.step_at) != NO_STEP:
+        """Write what is pending: the step that is over, or something outside of any."""
+        if (at := self.pending.step_at) != NO_STEP:
             self._writer.write(Kind.STEP, at)
-        elif self.heard:
+        elif self.pending:
             self._writer.write(Kind.OUTSIDE, self._now())

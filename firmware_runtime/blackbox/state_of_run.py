@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from firmware_runtime.blackbox.lines import HeardBus, HeardPort, HeardTime
+from firmware_runtime.blackbox.lines import TappedBus, TappedPort, TappedTime
 from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
@@ -20,7 +20,7 @@ from firmware_runtime.statistics.spans import SpanRing
 _PARTS: Final = ("simulator", "accounting", "faults", "watches")
 """Of an executive, by which models are scheduled and counted."""
 _EDGES: Final = (
-    *(HeardBus, HeardPort, HeardTime),
+    *(TappedBus, TappedPort, TappedTime),
     *(Delivery, InPort, OutPort, StandIn),  # bags are empty between two steps
     *(StatisticsFile, SpanRing, AccountedBus),
 )

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import Protocol
 from zlib import crc32
 
-from firmware_runtime.blackbox.heard import AT, NO_STEP, Heard
 from firmware_runtime.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.blackbox.layout import CHUNK, SECTION
+from firmware_runtime.blackbox.pending import AT, NO_STEP, Pending
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, encode_into
 from firmware_runtime.blackbox.writer import Writer
@@ -31,9 +31,14 @@ class EndOfStep(Protocol):
         """The step for instant `at` is over and counted; the next one is for `next_at`."""
 
 
-def begin_of_step(heard: Heard, flush: Callable[[], None]) -> BeginOfStep:
-    """What notes the instant of a step; first `flush` writes what was heard before it."""
-    fields, transfers, enabled, times = heard.fields, heard.transfers, heard.enabled, heard.times
+def begin_of_step(pending: Pending, flush: Callable[[], None]) -> BeginOfStep:
+    """What notes the instant of a step; first `flush` writes what is pending from before it."""
+    fields, transfers, enabled, times = (
+        pending.fields,
+        pending.transfers,
+        pending.enabled,
+        pending.times,
+    )
 
     def begin(at: int) -> None:
         if transfers or enabled or times or fields[AT] != NO_STEP:
@@ -44,21 +49,21 @@ def begin_of_step(heard: Heard, flush: Callable[[], None]) -> BeginOfStep:
 
 
 def end_of_step(
-    heard: Heard,
+    pending: Pending,
     ring: Ring,
     writer: Writer,
     schedule: KeyframeSchedule,
     take_keyframe: Callable[[int], None],
 ) -> EndOfStep:
-    """What encodes what was heard, forgets it, and copies it into the ring.
+    """What encodes what is pending, clears it, and copies the section into the ring.
 
     `writer` gets what is not as usual. A keyframe is taken when one is due.
     """
     encode, check = encode_into, crc32
     pack_section, pack_chunk, section_size = SECTION.pack_into, CHUNK.pack_into, SECTION.size
-    fields, memory, buffer = heard.fields, ring.memory, bytearray()
-    readings, sent, transfers = heard.readings, heard.sent, heard.transfers
-    times, enabled, world, entered = heard.times, heard.enabled, heard.world, heard.entered
+    fields, memory, buffer = pending.fields, ring.memory, bytearray()
+    readings, sent, transfers = pending.readings, pending.sent, pending.transfers
+    times, enabled, world, entered = pending.times, pending.enabled, pending.world, pending.entered
 
     def end(at: int, next_at: int) -> None:
         content: bytes | bytearray = buffer

@@ -1,4 +1,4 @@
-"""The writer: makes a section of what was heard, and puts it into the ring.
+"""The writer: makes a section of what is pending, and puts it into the ring.
 
 It makes no system call and waits for nothing, and whatever entered a run, the run goes on: a value
 that cannot be written is written in words, a section that cannot be is said to be missing, and
@@ -8,8 +8,8 @@ where there is no room for more the recording ends.
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from firmware_runtime.blackbox.heard import Heard
 from firmware_runtime.blackbox.keyframe_schedule import KeyframeSchedule
+from firmware_runtime.blackbox.pending import Pending
 from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
 from firmware_runtime.blackbox.section import Kind, encode, encode_in_words
 from firmware_runtime.errors import text_of
@@ -17,16 +17,16 @@ from firmware_runtime.recording.values import legible
 
 
 class Writer:
-    """Writes what is `heard`; before there is a ring, into a list.
+    """Writes what is `pending`; before there is a ring, into a list.
 
     `fault` says why something is missing.
     """
 
-    def __init__(self, heard: Heard, schedule: KeyframeSchedule) -> None:
+    def __init__(self, pending: Pending, schedule: KeyframeSchedule) -> None:
         self.early: list[bytes] = []
         """Sections from before there was a ring."""
         self.fault: str | None = None
-        self._heard = heard
+        self._pending = pending
         self._schedule = schedule
         self.ring: Ring | None = None
         """What it writes into: shared memory."""
@@ -34,7 +34,7 @@ class Writer:
         """Where sections go; returns whether this one is the first of a chunk."""
 
     def open(self, make_ring: Callable[[], Ring | None]) -> None:
-        """Make the ring, and write what was heard before; without one write nothing more."""
+        """Make the ring, and write the sections from before; without one write nothing more."""
         ring = self.ring = make_ring()
         self._put = _drop if ring is None else ring.write
         for content in self.early:
@@ -57,13 +57,13 @@ class Writer:
         return self.ring is not None and self.ring.has_wrapped
 
     def write(self, kind: Kind, at: int, extra: object = None) -> None:
-        """Write a section of all that was heard since the last, and forget it."""
-        fields = [kind.value, at, *self._heard.lists, extra]
+        """Write a section of all that was recorded since the last, and clear it."""
+        fields = [kind.value, at, *self._pending.lists, extra]
         try:
             content = encode(fields)
         except Exception:  # noqa: BLE001 -- the run goes on, whatever entered it
             content = self.in_words(fields)
-        self._heard.clear()
+        self._pending.clear()
         self.put(content, kind, at)
 
     def in_words(self, fields: Sequence[Any]) -> bytes:

@@ -48,7 +48,7 @@ class Debugger:
         self._attach = attach
         self._is_muted = False
         self._paths: dict[int, str] = {}
-        self._heard = 0
+        self._seen = 0
         self._is_within = False
         """Whether a section is being taken."""
 
@@ -118,7 +118,7 @@ class Debugger:
             self._stop(self.travel.ends_with)
             return
         is_step = self.travel.is_step(self.travel.index)
-        self._heard = 0
+        self._seen = 0
         self._is_within = True
         self.travel.take(self._watched)
         self._is_within = False
@@ -213,10 +213,10 @@ class Debugger:
     def _see(self) -> None:
         """Take notice of what has been sent since the last event."""
         sent, ports = self.travel.player.sent, self.travel.player.ports
-        for number, value in sent[self._heard :]:
+        for number, value in sent[self._seen :]:
             self.travel.last[ports[number]] = value
             self.stops.seen.sent.add(ports[number])
-        self._heard = len(sent)
+        self._seen = len(sent)
         self.stops.seen.last = self.travel.last
 
     def _stop(self, reason: str) -> None:

@@ -103,7 +103,7 @@ class OutPort(Generic[T]):
 
     The simulator sets `bag` when it resolves the couplings, and, if that is the bag of one input
     port, `entry`, which goes into `register` before the first value goes into the empty bag.
-    Only a port that is heard has a `number` and `sent` (`heard_ports`).
+    Only a tapped port has a `number` and `sent` (`tapped_ports`).
     """
 
     __slots__ = ("bag", "entry", "name", "number", "owner", "register", "sent", "type")

@@ -76,14 +76,14 @@ class MonotonicClock:
         """Return the present instant of the run, in ns."""
         return monotonic_ns() - self._epoch
 
-    def heard(self, readings: list[int]) -> Callable[[], int]:
+    def tapped(self, readings: list[int]) -> Callable[[], int]:
         """What reads as `now`, and appends each reading to a list."""
 
-        def heard() -> int:  # without the call of `now`: every function of a model reads it
+        def tapped() -> int:  # without the call of `now`: every function of a model reads it
             readings.append(now := monotonic_ns() - self._epoch)
             return now
 
-        return heard
+        return tapped
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Sleep until the deadline, an input, or the longest wait; then spin if asked to."""
@@ -140,9 +140,9 @@ class ScaledClock(MonotonicClock):
         """Return the present instant of the run, in ns."""
         return self._at + super().now() * self._gained // self._spent
 
-    def heard(self, readings: list[int]) -> Callable[[], int]:
+    def tapped(self, readings: list[int]) -> Callable[[], int]:
         """What reads as `now`, and appends each reading to a list."""
-        return _heard(self, readings)
+        return _tapped(self, readings)
 
     def _monotonic(self, at: int) -> int:
         # rounded up: a deadline is never early
@@ -177,20 +177,20 @@ class VirtualClock:
         return ready
 
 
-def heard_clock(clock: Clock, readings: list[int]) -> Callable[[], int]:
+def tapped_clock(clock: Clock, readings: list[int]) -> Callable[[], int]:
     """What reads as the clock does, and appends each reading to a list."""
-    own = getattr(clock, "heard", None)
-    return _heard(clock, readings) if own is None else own(readings)
+    own = getattr(clock, "tapped", None)
+    return _tapped(clock, readings) if own is None else own(readings)
 
 
-def _heard(clock: Clock, readings: list[int]) -> Callable[[], int]:
+def _tapped(clock: Clock, readings: list[int]) -> Callable[[], int]:
     read = clock.now
 
-    def heard() -> int:
+    def tapped() -> int:
         readings.append(now := read())
         return now
 
-    return heard
+    return tapped
 
 
 class WorldClock:

@@ -53,7 +53,7 @@ class Configuration(Struct, frozen=True):
     has_link: bool = False
     """Whether the model is a part, linked to the rest in another process, which is counted."""
     tap: Tap | None = None
-    """What hears all that enters the run, if something does."""
+    """What notes all that enters the run, in a run that is recorded or replayed."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     """What else a reader of the statistics should know: board, hash of its file, arguments."""
 

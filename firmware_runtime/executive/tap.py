@@ -1,4 +1,4 @@
-"""The tap: what listens where a run meets the world, and hears all that enters it, in order.
+"""The tap: notes all that enters a run from the world, in order.
 
 The loop calls it; what it does is its own (`blackbox`). A run without one costs nothing.
 """
@@ -13,10 +13,10 @@ from firmware_runtime.executive.outcome import Outcome
 
 
 class Tap(Protocol):
-    """Hears what the clock said within steps, what entered, and where a run begins and ends."""
+    """Notes the readings of the clock within steps, what entered, where a run begins and ends."""
 
     def reading(self, now: Callable[[], int]) -> Callable[[], int]:
-        """A clock as the steps ask it, of which each reading is heard."""
+        """A clock as the steps read it, of which each reading is noted."""
 
     def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
         """What to call for a model; for one of the robot's own that is what it was."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from firmware_runtime.blackbox.section import Section, encode_sent, pairs_of, sent_of
-from firmware_runtime.devs.heard_ports import Sent
+from firmware_runtime.devs.tapped_ports import Sent
 from firmware_runtime.recording.values import unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.order import is_same_but_for_order

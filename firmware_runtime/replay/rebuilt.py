@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 from msgspec.structs import replace
 
 from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.models import listen, output_ports, own_atomics
+from firmware_runtime.blackbox.models import output_ports, own_atomics, tap_outputs
 from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
@@ -16,8 +16,8 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.heard_ports import Sent
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.tapped_ports import Sent
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
@@ -36,7 +36,7 @@ Port: TypeAlias = OutPort[Any]
 
 
 class _ReplayTap:
-    """The tap of a replay: where a run's is told, this one tells."""
+    """The tap of a replay: where a run's notes what enters, this one supplies it."""
 
     def __init__(self, world: PlayedWorld, feed: Feed) -> None:
         self.instrument = world.instrument
@@ -63,7 +63,7 @@ class Rebuilt:
 
 
 def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
-    """Build the robot by this board; the feed holds what was heard while it was built then.
+    """Build the robot by this board; the feed holds what entered while it was built then.
 
     The process's own generators of random numbers stand where they stood then. Raises ConfigError
     for a board that the recording is none of.
@@ -91,7 +91,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     )
     atomics = profiler.simulator.atomics
     numbers, ports = _numbered(header.ports, output_ports(atomics))
-    listen(atomics, sent, numbers)
+    tap_outputs(atomics, sent, numbers)
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
     ledger = open_ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)

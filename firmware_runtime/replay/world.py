@@ -8,7 +8,7 @@ import msgspec
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.heard_ports import Sent
+from firmware_runtime.devs.tapped_ports import Sent
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.replay.feed import Feed
 

@@ -26,7 +26,7 @@ from firmware_runtime.runs.recorded_robot import RecordedRobot
 
 
 def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None]) -> None:
-    """Let what the recorder hears go into a recording, a new one once the run begins.
+    """Let what the recorder notes go into a recording, a new one once the run begins.
 
     A robot runs without one where it cannot be made; `log` gets why.
     """

@@ -36,7 +36,7 @@ def open_lines(
 ) -> Lines:
     """The doubles' lines or the real ones, buses with their retries and counters, all in one time.
 
-    Every other process that asks for the same is kept out; a recorder hears them. Raises HalError.
+    Every other process that asks for the same is kept out; a recorder taps them. Raises HalError.
     """
     if recorder is not None:
         interlock, time = recorder.interlock(interlock), recorder.time(time)
@@ -116,8 +116,8 @@ class _Opening(Struct, frozen=True):
             inner = self.doubles.ports[name]
         else:
             inner = open_serial(name, stated.device, stated.baud, alone=self.alone)
-        heard = inner if self.recorder is None else self.recorder.port(inner)
-        return AccountedPort(heard, stated.baud, self.time)
+        tapped = inner if self.recorder is None else self.recorder.port(inner)
+        return AccountedPort(tapped, stated.baud, self.time)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

@@ -21,8 +21,8 @@ from firmware_runtime.runs.recorded_robot import RecordedRobot
 class RecordedEdge:
     """The recording of one run in the file at `path`; None for a run that is not recorded.
 
-    `recorder` is what hears lines, clock and events; it is None, and nothing is done here, too if
-    the board's `recording.minutes` are 0. `log` gets what is wrong with a recording, a sentence.
+    `recorder` taps lines, clock and events. It is None also if the board's `recording.minutes` are
+    0; nothing is done here then. `log` gets what is wrong with a recording, a sentence.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class RecordedEdge:
         return nullcontext() if self.recorder is None else self.recorder.section(kind)
 
     def own(self, model: Coupled) -> None:
-        """Hear what this model has by now: whatever is added to it belongs to a world."""
+        """Take what this model has by now for the robot's own; what is added to it is a world's."""
         if self.recorder is not None:
             self.recorder.own = frozenset(own_atomics(model))
 
@@ -49,12 +49,12 @@ class RecordedEdge:
     ) -> None:
         """The robot has been put together; no chip has been asked."""
         if self.recorder is not None:
-            heard = (self.recorder, executive, robot, hardware.lines)
-            self._robot = RecordedRobot(*heard, self._board, end, hardware.rig)
+            recorded = (self.recorder, executive, robot, hardware.lines)
+            self._robot = RecordedRobot(*recorded, self._board, end, hardware.rig)
             self.recorder.built()
 
     def open(self) -> None:
-        """Keep what is heard, once the run begins."""
+        """Write into the recording, once the run begins."""
         if self._robot is not None and self._path is not None:
             # a run that is not recorded starts without all that this takes
             from firmware_runtime.runs.black_box import open_black_box  # noqa: PLC0415
@@ -74,7 +74,7 @@ class RecordedEdge:
             self.recorder.close()
 
     def keep_start(self, why: str) -> None:
-        """Keep what was heard of a run that has not begun, and will not; once.
+        """Keep what was recorded of a run that has not begun, and will not; once.
 
         It writes a file, which may take long: outputs are off by then, and the hardware released.
         """

@@ -1,4 +1,4 @@
-"""What of a run its recording is made of: the robot as it was put together, and what hears it."""
+"""What of a run its recording is made of: the robot as it was put together, and its recorder."""
 
 from msgspec import Struct
 
@@ -12,7 +12,7 @@ from firmware_runtime.executive.executive import Executive
 
 
 class RecordedRobot(Struct, frozen=True):
-    """What runs here, and what hears it."""
+    """What runs here, and what records it."""
 
     recorder: Recorder
     executive: Executive

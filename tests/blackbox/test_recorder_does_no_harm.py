@@ -6,7 +6,7 @@ import pytest
 
 from firmware_runtime.blackbox import keyframe_schedule
 from firmware_runtime.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
-from firmware_runtime.blackbox.models import listen, unheard_sends
+from firmware_runtime.blackbox.models import tap_outputs, untapped_sends
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.devs.atomic import Atomic
@@ -47,14 +47,14 @@ def test_a_send_that_was_kept_before_the_run_is_named() -> None:
     one, other = robot.add(Speaker("one")), robot.add(Speaker("other"))
     say = other.word.send
     sent: list[Any] = []
-    listen([one, other], sent)
+    tap_outputs([one, other], sent)
     say("past the recording")
-    one.word.send("heard")
-    assert sent == [0, "heard"]
-    said = unheard_sends([one, other])
+    one.word.send("tapped")
+    assert sent == [0, "tapped"]
+    said = untapped_sends([one, other])
     assert said is not None
     assert said.startswith("other.word: its `send` was kept before the run")
-    assert unheard_sends([one]) is None
+    assert untapped_sends([one]) is None
 
 
 class Listener(Atomic):

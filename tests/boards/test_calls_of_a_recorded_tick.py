@@ -13,8 +13,8 @@ from firmware_runtime.runs.session import Session
 from tests.support.counted_calls import CountingClock
 
 FROM, TICK = 400 * MILLISECOND, 10 * MILLISECOND
-HEARD = {"begin": 1, "transaction": 2, "is_enabled": 1}
-"""Within a step: that it begins, transfers, the interlock; that a port is heard is no call more."""
+TAPPED = {"begin": 1, "transaction": 2, "is_enabled": 1}
+"""Within a step: that it begins, transfers, the interlock; a tapped port takes no further call."""
 OF_A_WORLD = {"output": 1, "internal": 1, "external": 1}
 """A probe of the doubles' world, which a robot with chips has not."""
 WRITING = {"end": 1}
@@ -28,7 +28,7 @@ def function_of_blackbox(frame: FrameType) -> str | None:
 
 
 @pytest.mark.slow
-def test_a_recorded_tick_takes_a_call_for_each_thing_that_is_heard_and_one_to_write(
+def test_a_recorded_tick_takes_a_call_for_each_thing_recorded_and_one_to_write(
     tmp_path: Path,
 ) -> None:
     clock = CountingClock(FROM, function_of_blackbox)
@@ -44,4 +44,4 @@ def test_a_recorded_tick_takes_a_call_for_each_thing_that_is_heard_and_one_to_wr
     finally:
         sys.setprofile(None)
         session.close()
-    assert clock.passes[:4] == [Counter(HEARD | OF_A_WORLD | WRITING)] * 4
+    assert clock.passes[:4] == [Counter(TAPPED | OF_A_WORLD | WRITING)] * 4

@@ -99,7 +99,7 @@ def test_a_signal_that_is_no_number_of_what_comes_is_said_once(robot: BridgedRun
         (["--send", "imu.sample"], "expected NAME=PORT"),
         (["--take", "yaw_reference=70000"], "expected NAME=PORT"),
         (["--take", "a=1", "--take", "a=2"], "a: stated twice"),
-        (["--take", "a=1", "--send", "b=1"], "the robot would hear itself"),
+        (["--take", "a=1", "--send", "b=1"], "the robot would receive its own"),
     ],
 )
 def test_what_makes_no_sense_is_refused(

@@ -1,4 +1,4 @@
-"""Ports are overheard only while they are watched, and are then what they were before."""
+"""Ports are tapped only while they are watched, and are then what they were before."""
 
 from typing import Any
 

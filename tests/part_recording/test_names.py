@@ -40,7 +40,7 @@ class Inside(Coupled):
 
 
 def cut(source: str, *, returns: bool = False) -> Cut:
-    """Around `part`, which hears one port of `sensor`, and has all its own taken by `motor`."""
+    """Around `part`, which takes one port of `sensor`, and has all its own taken by `motor`."""
     whole = Coupled("robot")
     sensor, part = whole.add(Inside("sensor")), whole.add(Inside("part"))
     motor = whole.add(Log("motor"))

@@ -1,4 +1,4 @@
-"""A recording does not depend on who else listened: a model may ask whether its port is heard."""
+"""A recording does not depend on who listened: a model may ask whether its port leads anywhere."""
 
 from pathlib import Path
 
@@ -16,14 +16,14 @@ Message = tuple[int, str, object]
 
 @pytest.mark.slow
 def test_a_run_with_a_trace_is_recorded_as_one_without_and_both_replay(tmp_path: Path) -> None:
-    heard: list[Message] = []
+    messages: list[Message] = []
 
     def listen(session: Session) -> None:
-        trace(session.executive.simulator, lambda *message: heard.append(message))
+        trace(session.executive.simulator, lambda *message: messages.append(message))
 
     alone = record(tmp_path / "alone.recording", "tachobot", 1)
     traced = record(tmp_path / "traced.recording", "tachobot", 1, before=listen)
-    assert "world.x" in {port for _, port, _ in heard}
+    assert "world.x" in {port for _, port, _ in messages}
     assert every_section(traced) == every_section(alone)
     for path in (alone, traced):
         recording = read_recording(path)

@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if not sends and not takes:
         raise ConfigError.of_one("dover", "nothing to carry; expected --send or --take")
     if both := set(sends.values()) & set(takes.values()):
-        fault = f"port {min(both)} is in --send and in --take, so the robot would hear itself"
+        fault = f"port {min(both)} is in --send and in --take, so the robot would receive its own"
         raise ConfigError.of_one("dover", f"{fault}; expected two ports")
     path = arguments.statistics or default_path(chosen_run(arguments.board)[1])
     bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes, _say)

@@ -1,4 +1,4 @@
-"""Whether what an end says in steps arrives: its peer may be heard, and not hear it.
+"""Whether the steps that an end sends arrive: frames may pass from the peer, and none to it.
 
 Every frame of the peer says which frames it has accepted. A path that loses steps towards it, and
 lets signs of life pass, leaves it working by what is old.

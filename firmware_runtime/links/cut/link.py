@@ -31,7 +31,7 @@ from firmware_runtime.system.process_identity import boot_id
 
 AT_ONCE: Final = 64
 """How many frames are read in one pass of the loop."""
-_UNHEARD: Final = "what this end sends does not arrive at the other"
+_UNACCEPTED: Final = "what this end sends does not arrive at the other"
 
 
 class Link(EventSource):
@@ -78,7 +78,7 @@ class Link(EventSource):
         self._delivery = Delivery(ports, terms, takes_old=takes_old, on_lost=self._interrupt)
         self._steps: list[Frame] = []
         self._was_good = False
-        self._heard_since = 0
+        self._accepted_since = 0
         """Since when what this end says arrives, as far as is known; 0 before it was doubtful."""
         self._meter: LinkMeter | None = None
         self._refused_cut = ""
@@ -127,14 +127,14 @@ class Link(EventSource):
             sender.collect(clock - now)
         is_there = self.peer.is_good(clock)
         lacks_at = self.lacks_at(clock)
-        is_good = is_there and clock < min(sender.unheard_at, lacks_at)
+        is_good = is_there and clock < min(sender.unaccepted_at, lacks_at)
         if self._was_good and not is_good:
             self._turn_bad(self._why_bad(clock) or "")
         self._was_good = is_good
         if not is_good:
-            self._heard_since = clock
+            self._accepted_since = clock
         if is_there:
-            turns_bad_at = min(self.peer.silent_at, sender.unheard_at, lacks_at)
+            turns_bad_at = min(self.peer.silent_at, sender.unaccepted_at, lacks_at)
             if is_good:
                 self._executive.poll_by(now + turns_bad_at - clock)
             sender.send_steps(clock, counts)
@@ -159,7 +159,7 @@ class Link(EventSource):
         clock = self._time()
         if (why := self._why_bad(clock)) is not None:
             return f"the link is not good: {why}"
-        good_for = clock - max(self.peer.good_since or clock, self._heard_since)
+        good_for = clock - max(self.peer.good_since or clock, self._accepted_since)
         if good_for >= self.terms.good:
             return None
         expected = f"expected {self.terms.good / SECOND:g} s"
@@ -218,8 +218,8 @@ class Link(EventSource):
         """Why the link is not good; None if it is."""
         if (why := self.peer.why_bad(clock)) is not None:
             return why
-        if clock >= self._sender.unheard_at:
-            return _UNHEARD
+        if clock >= self._sender.unaccepted_at:
+            return _UNACCEPTED
         if clock >= self.lacks_at(clock):
             return f"{self._delivery.lacks(self.peer.missing)} has left and does not arrive"
         return None

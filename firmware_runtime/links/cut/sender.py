@@ -42,8 +42,8 @@ class Sender:
         self._step = 0
 
     @property
-    def unheard_at(self) -> int:
-        """The instant from which on this end is not heard, unless the peer accepts a step."""
+    def unaccepted_at(self) -> int:
+        """The instant from which steps count as lost on the way, unless the peer accepts one."""
         if self.acceptance.waits_since is None:
             return NEVER
         answered_within = (self._peer.clock.round_trip or 0) + ANSWER_WITHIN

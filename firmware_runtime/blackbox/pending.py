@@ -1,14 +1,13 @@
-"""What has been heard since the last section was written, in lists by kind.
+"""What has been recorded since the last section was written, in lists by kind.
 
-The lists stay the same objects for as long as a run lasts: whatever hears something keeps one, not
-its `append`, since CPython does `list.append(value)` without a call. Within a step nothing else is
-done.
+The lists stay the same objects for as long as a run lasts: each tap keeps one, not its `append`,
+since CPython does `list.append(value)` without a call. Within a step nothing else is done.
 """
 
 from typing import Any, Final
 
 from firmware_runtime.blackbox.section import Kind
-from firmware_runtime.devs.heard_ports import Sent
+from firmware_runtime.devs.tapped_ports import Sent
 
 AT: Final = 1
 """Place of the instant among the fields of a section."""
@@ -17,7 +16,7 @@ NO_STEP: Final = -1
 _STEP: Final = Kind.STEP.value
 
 
-class Heard:
+class Pending:
     """Lists as in `section.Section`; `fields` are these and all else of one, in its order."""
 
     __slots__ = (

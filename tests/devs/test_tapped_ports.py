@@ -1,28 +1,28 @@
-"""A heard port notes each value after its number, and sends as it did."""
+"""A tapped port notes each value after its number, and sends as it did."""
 
-from firmware_runtime.devs.heard_ports import Sent, hear
 from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.tapped_ports import Sent, tap
 from tests.support.periodic_models import PERIOD, Robot
 
 
-def heard() -> tuple[Robot, Simulator, Sent]:
+def tapped() -> tuple[Robot, Simulator, Sent]:
     """A robot of whose models the one sends to another, and the other to none."""
     robot, sent = Robot(compass=PERIOD), Sent()
     simulator = Simulator(robot)
-    hear(robot.imu.sample, 7, sent)
-    hear(robot.compass.sample, 9, sent)
+    tap(robot.imu.sample, 7, sent)
+    tap(robot.compass.sample, 9, sent)
     return robot, simulator, sent
 
 
 def test_values_are_noted_in_the_order_in_which_they_left_and_arrive_as_before() -> None:
-    robot, simulator, sent = heard()
+    robot, simulator, sent = tapped()
     simulator.run(PERIOD)
     assert sent == [7, 0, 9, 0, 7, 1, 9, 1]
     assert robot.thrust.received == [0, 1]
 
 
-def test_a_listener_hears_a_heard_port_also_where_it_is_coupled_to_none() -> None:
-    robot, simulator, sent = heard()
+def test_a_listener_gets_what_leaves_a_tapped_port_also_where_it_is_coupled_to_none() -> None:
+    robot, simulator, sent = tapped()
     received: list[int] = []
     listening = simulator.listen(robot.compass.sample, lambda _at, value: received.append(value))
     simulator.run(0)
@@ -32,11 +32,11 @@ def test_a_listener_hears_a_heard_port_also_where_it_is_coupled_to_none() -> Non
     assert sent[2::4] == [9, 9]
 
 
-def test_a_heard_port_leads_somewhere_and_is_the_object_it_was() -> None:
+def test_a_tapped_port_leads_somewhere_and_is_the_object_it_was() -> None:
     robot = Robot(compass=PERIOD)
     Simulator(robot)
     port = robot.compass.sample
     assert not port.leads_somewhere
-    hear(port, 0, [])
+    tap(port, 0, [])
     assert port.leads_somewhere
     assert port is robot.compass.out_ports["sample"]

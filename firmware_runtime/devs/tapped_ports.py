@@ -1,7 +1,7 @@
-"""Output ports that are heard: each value goes into a list, after the number of its port.
+"""Tapped output ports: each value goes into a list, after the number of its port.
 
-A port becomes such a one in its place, by `hear`, and is no other object than before: what holds it
-goes on sending by it, and that a value is heard costs no call more.
+`tap` changes the class of a port in place, so it stays the same object: what holds it goes on
+sending by it, and noting a value costs no further call.
 """
 
 from typing import Any, TypeAlias
@@ -12,7 +12,7 @@ Sent: TypeAlias = list[Any]
 """Number of a port and value, in turns: one list, since a pair would be an object for each."""
 
 
-class HeardPort(OutPort[Any]):
+class TappedPort(OutPort[Any]):
     """An output port that appends its number and the value to `sent`, then sends."""
 
     __slots__ = ()
@@ -30,7 +30,7 @@ class HeardPort(OutPort[Any]):
 
     @property
     def leads_somewhere(self) -> bool:
-        """True, whether or not anything else listens: the recording is what listens.
+        """True, whether or not anything else listens: the tap does.
 
         A model that asks makes its value in every recorded run, so that the same leaves it in a
         replay, where there is no `--trace` and no plot, as in the run, where there may have been. A
@@ -39,7 +39,7 @@ class HeardPort(OutPort[Any]):
         return True
 
 
-def hear(port: OutPort[Any], number: int, sent: Sent) -> None:
+def tap(port: OutPort[Any], number: int, sent: Sent) -> None:
     """From now on, append what leaves a port to `sent`, by this number."""
     port.number, port.sent = number, sent
-    port.__class__ = HeardPort
+    port.__class__ = TappedPort
