@@ -28,6 +28,6 @@ class Status(IntEnum):
     NOT_PRINTED = 10
     """Done, but not all of it was printed, traced, recorded or drawn, as where a disk is full."""
     CANNOT_TELL = 11
-    """`gate`: neither that HEAD is slower nor that it is not can be told on this machine."""
+    """`gate`: this machine cannot tell whether HEAD is slower or not."""
     INTERRUPTED = 130
     TERMINATED = 143

@@ -27,7 +27,7 @@ from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 
 WARM_UP = 200
-"""Steps before the clock is looked at."""
+"""Steps before the clock is read."""
 
 
 def bare(count: int, steps: int, _directory: Path) -> float:

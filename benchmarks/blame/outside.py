@@ -24,7 +24,7 @@ _ABOVE = PRIORITY + 20
 
 
 class Neighbour:
-    """A process beside the victim, busy when it is told to be."""
+    """A process beside the victim, busy on request."""
 
     def __init__(self, work: str, cpu: int, priority: int, statistics: Path) -> None:
         command = [sys.executable, "-m", "benchmarks.blame.neighbour", work]
@@ -40,7 +40,7 @@ class Neighbour:
         print(f"{ms:.3f}", file=self.process.stdin, flush=True)
 
     def wait(self) -> None:
-        """Wait until it has done what it was told."""
+        """Wait until it has done what was requested."""
         assert self.process.stdout is not None  # noqa: S101 -- a pipe was asked for
         self.process.stdout.readline()
 

@@ -1,4 +1,4 @@
-"""scipy's `solve_ivp` on a problem, started anew at each event."""
+"""scipy's `solve_ivp` on a problem, restarted at each event."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -44,6 +44,6 @@ def _terminal(guard: Guard) -> Callable[[float, Sequence[float]], float]:
     def event(t: float, y: Sequence[float]) -> float:
         return guard(t, y)
 
-    event.terminal = True  # type: ignore[attr-defined]  # how solve_ivp is told
+    event.terminal = True  # type: ignore[attr-defined]  # solve_ivp reads this
     event.direction = -1.0  # type: ignore[attr-defined]
     return event

@@ -14,7 +14,7 @@ from firmware_runtime.gate.sequential import FEWEST_PAIRS, Verdict, decide
 TOLERANCE = 0.02
 """The goal: a recording makes the p99 of lateness at most so much longer."""
 _SHORTEST_US = 0.001
-"""A run that was never late was late by less than the clock tells."""
+"""A run that was never late was late by less than the clock resolves."""
 _SAID = {
     Verdict.NO_SLOWER: "within it",
     Verdict.SLOWER: "missed",
@@ -40,5 +40,5 @@ def text(found: Mapping[str, Any], pairs: int) -> str:
     """The ratio, and where it lies."""
     ratio, low, high = found["ratio"], found["low"], found["high"]
     if low is None or high is None:
-        return f"{ratio:.3f} (how sure is told by {FEWEST_PAIRS} pairs or more, not {pairs})"
+        return f"{ratio:.3f} (bounds need {FEWEST_PAIRS} pairs or more, not {pairs})"
     return f"{ratio:.3f} ({low:.3f} to {high:.3f} with 98 % or more)"

@@ -73,9 +73,9 @@ class Taken:
     lateness: Lateness
     cpu: float
     output: Lateness | None = None
-    """Until the model's output function has begun; None for who has no model."""
+    """Until the model's output function has begun; None for a contestant without a model."""
     settings: Mapping[str, Any] = field(default_factory=dict)
-    """What the executive asked of the system, and got."""
+    """Settings that the executive requested from the system, and got."""
     skipped: int | None = None
     """Periods that passed while it was late; None where they are not counted."""
 

@@ -1,8 +1,8 @@
 """Top: the Radar System and the Movement System, wired; and their classes by name, for `.ma` files.
 
 In1 starts; In2 and In3 are Sonar1's and Compass1's readings, In4 and In5 Compass2's and Sonar2's.
-Out1 orders the radar's motor, Out2 the right tread, Out3 the left (0 stop, 1 clockwise, 2
-counterclockwise). Inputs are float, whatever feeds them: an event file or the chips' drivers.
+Out1 commands the radar's motor, Out2 the right tread, Out3 the left (0 stop, 1 clockwise, 2
+counterclockwise). Inputs are float, whether an event file or the chips' drivers feed them.
 With `avoid_obstacles` In2 is 2 for an object within reach, and Out4 is 1 at the target.
 """
 

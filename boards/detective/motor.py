@@ -51,10 +51,10 @@ MOTOR: Final = (
 
 
 class Motor(StateDiagram):
-    """Takes orders and passes them to its motor; 0: stop, 1: clockwise, 2: counterclockwise.
+    """Takes commands and passes them to its motor; 0: stop, 1: clockwise, 2: counterclockwise.
 
-    What it already does, no state names: it puts nothing out. While it prepares, the newest order
-    counts.
+    A command for what it already does has no arrow and puts nothing out. While it prepares, the
+    newest command counts.
     """
 
     def __init__(self, name: str, hop: int = HOP) -> None:

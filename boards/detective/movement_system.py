@@ -1,7 +1,7 @@
 """The Movement System: drives ahead, stops on command, turns to the target and drives to it.
 
-The table is the paper's Figure 5, as far as its text tells: docs/detective.md holds each state and
-arrow against it.
+The table is the paper's Figure 5, as far as its text describes it: docs/detective.md compares each
+state and arrow with it.
 """
 
 from typing import Final

@@ -1,7 +1,7 @@
 """The Radar System: turns the radar to and fro until its sonar detects, then sends the direction.
 
-The table is the paper's Figure 4, as far as its text tells: docs/detective.md holds each state and
-arrow against it.
+The table is the paper's Figure 4, as far as its text describes it: docs/detective.md compares each
+state and arrow with it.
 """
 
 from typing import ClassVar, Final

@@ -179,8 +179,8 @@ class Md25:
     def stop(self) -> None:
         """Set both speeds to stop, in the words of the mode the chip is in; it ramps down.
 
-        8 bytes, 192 us at 400 kHz. If it does not say its mode, a chip that was brought up is told
-        to stop in the words of mode 0, and the error of reading is raised nevertheless.
+        8 bytes, 192 us at 400 kHz. If its mode cannot be read, a chip that was brought up gets the
+        stop of mode 0, and the error of reading is raised nevertheless.
         """
         try:
             signed = self._read(MODE, 1)[0] & SIGNED

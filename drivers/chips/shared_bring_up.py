@@ -25,7 +25,7 @@ class Turn:
 
 
 class SharedBringUp(Iterator[Step]):
-    """Steps for one of several models; `begin` gives its own once nobody else's are under way.
+    """Steps for one of several models; `begin` gives its own once no other model's are under way.
 
     It is given this bring-up and makes it the holder of the turn, unless its steps leave the others
     alone. `close` gives up the steps under way.

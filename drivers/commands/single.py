@@ -36,7 +36,7 @@ class Single(NamedTuple):
 
     chip: Sensor | Actuator
     now: Now
-    """The present instant, ns; a double's time goes on with each look."""
+    """The present instant, ns; a double's time goes on with each reading."""
 
 
 def device_of(bus: str) -> str:

@@ -168,7 +168,7 @@ def sentences(errors: Iterable[Exception]) -> list[str]:
 def decode(content: bytes) -> Section:
     """A section of its bytes. Raises msgspec.MsgspecError for what is none.
 
-    Before the run the clock counts from another moment, which the run's start sets anew.
+    Before the run the clock counts from another moment; the run's start sets it again.
     """
     section = _decode(content)
     if section.kind is Kind.PROBE:

@@ -46,7 +46,7 @@ def state_of_run(  # noqa: PLR0913 -- parts of a run
     world = [each for each in robot.model.components.values() if not _is_own(each, own)]
     functions = parts["simulator"].functions
     own_edges = (step, step.now, lines.interlock, *functions, *strange, *world, *edges)
-    parts["began_at"] = step.began_at  # all else of it begins anew with each step
+    parts["began_at"] = step.began_at  # all else of it is set again by each step
     return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges), Places(chance))
 
 

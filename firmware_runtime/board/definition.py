@@ -46,7 +46,7 @@ def _nothing(_settings: object) -> tuple[()]:
 
 
 def _no_loads(settings: Any) -> dict[str, BusLoad]:  # noqa: ANN401 -- any board's settings
-    """Each bus, with nothing asked of it."""
+    """Each bus, without any load."""
     return bus_loads(settings.buses, ())
 
 

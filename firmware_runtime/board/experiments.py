@@ -1,6 +1,6 @@
 """Experiments of a board: what a definition says of them, by name.
 
-Two kinds: a `StepExperiment` is told by its numbers alone, and the runtime runs it in every stage;
+Two kinds: a `StepExperiment` is numbers alone, and the runtime runs it in every stage;
 an `OwnExperiment` names a function of any package that runs the board as it likes and returns what
 it found. `firmware-runtime experiment NAME BOARD -o FOLDER` runs either and writes the files.
 

@@ -48,7 +48,7 @@ def components_of(roles: Roles, model: Coupled, role: str) -> list[str]:
 def role_faults(
     roles: Roles, link: LinkSettings, model: Coupled, elsewise: Collection[str]
 ) -> list[str]:
-    """Everything wrong with who runs what, and with what is stated of the ports in between.
+    """Everything wrong with the roles of components, and with what is stated of the ports between.
 
     `elsewise` are components, and ports of components, that the model has with other settings only.
     """

@@ -1,4 +1,4 @@
-"""One recording replayed here and judged; what kind of recording it is, is told by its file.
+"""One recording replayed here and judged; its file says what kind of recording it is.
 
 A `Replayer` takes one kind: that of a whole run, or that of `run --record`, which has a part of it.
 """

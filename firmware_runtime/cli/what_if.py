@@ -104,11 +104,11 @@ def _watch(arguments: argparse.Namespace, question: Question, folder: Path | Non
     from firmware_runtime.what_if.watch import Watched, watch  # noqa: PLC0415 -- with --watch only
 
     header = read_recording(Path(question.recording)).header
-    watch(question, Watched(folder, header), _Told(arguments))
+    watch(question, Watched(folder, header), _Reporter(arguments))
     return Status.OK
 
 
-class _Told:
+class _Reporter:
     """Prints each time's answer."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:

@@ -27,7 +27,7 @@ class Ended(BaseException):
 
 
 class Debugger:
-    """Stops where it is told to, and calls `stopped` with the reason; that sets the next goal.
+    """Stops at its goal, and calls `stopped` with the reason; that sets the next goal.
 
     `attach` calls a function under an ordinary debugger.
     """

@@ -50,7 +50,7 @@ class Breakpoint:
 class Stops:
     """Says at each event and each instant whether to stop there, and why.
 
-    `seen` is what predicates are asked of. Breakpoints are passed by while `ignores_breakpoints`.
+    Predicates are evaluated on `seen`. Breakpoints are passed by while `ignores_breakpoints`.
     """
 
     def __init__(self) -> None:

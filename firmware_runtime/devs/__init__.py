@@ -2,6 +2,6 @@
 
 Here are the models (`atomic`, `coupled`, `ports`), the two simulators (`simulator`, `classic`) on
 what they share (`engine`, `agenda`, `delivery`, `wiring`), and what watches them: `checked`,
-`listening`, `trace`. A simulator works off one instant after the other; who waits in between is
-the executive.
+`listening`, `trace`. A simulator works off one instant after the other; the executive waits in
+between.
 """

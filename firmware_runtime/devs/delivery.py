@@ -94,7 +94,7 @@ class Delivery:
         self.pools.clear()
 
     def release(self) -> None:
-        """Have the fan-outs used in this round note anew what they reach in the next."""
+        """Have the fan-outs used in this round note again what they reach in the next."""
         for fan_out in self.used_fan_outs:
             fan_out.is_used = False
         self.used_fan_outs.clear()

@@ -1,7 +1,7 @@
 """The one name that a value has: that of the atomic model's port which sent it.
 
 What leaves a coupled model's port was sent by a port within it, and goes by that name in traces,
-recordings and exports. Whoever names the coupled model's port means the same values.
+recordings and exports. The name of the coupled model's port means the same values.
 """
 
 from firmware_runtime.devs.component import Component
@@ -10,7 +10,7 @@ from firmware_runtime.devs.wiring import sources_of
 
 
 class Senders:
-    """Of every output port of a model's components, by path below the root, who sends there."""
+    """The senders to every output port of a model's components, by path below the root."""
 
     def __init__(self, root: Component) -> None:
         below = len(root.path) + 1

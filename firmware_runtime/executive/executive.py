@@ -92,7 +92,7 @@ class Executive:
 
     @property
     def granted(self) -> Settings:
-        """What was asked of the system and holds, or why not; empty before the run began."""
+        """The system settings requested, each granted or why not; empty before the run began."""
         return settings_after(self._granted, self.cells[YIELDED])
 
     @property

@@ -62,7 +62,7 @@ def give_up_priority() -> None:
 
 
 def run_conditions(clock: Clock, granted: Settings, stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of a run: its clock, the system's, what was asked of it, and what else is stated."""
+    """Those of a run: its clock, the system's, the settings requested, and what else is stated."""
     settings = to_builtins(granted)
     return {"clock": type(clock).__name__, **system_conditions(), SETTINGS: settings, **stated}
 

@@ -69,9 +69,9 @@ class Trial:
         """Run the board on doubles; what it sent is there within the block.
 
         `inputs` are `SECONDS:PORT=VALUE`, as `run --input` has them; `settings` are values of
-        board.toml for this run alone. `label` tells the recording from others of this experiment,
-        default is the stage. A rig that can draw does so where `is_drawn`, in a stage of one
-        process. Raises ConfigError for a run that failed, SystemExit for a signal.
+        board.toml for this run alone. `label` distinguishes the recording from others of this
+        experiment, default is the stage. A rig that can draw does so where `is_drawn`, in a stage
+        of one process. Raises ConfigError for a run that failed, SystemExit for a signal.
         """
         board = self._board(settings)
         recording = self.folder / f"{self.name}-{label or stage}.recording"

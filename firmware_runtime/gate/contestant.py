@@ -26,7 +26,7 @@ SLACK_S = 1e-6
 
 
 class Contestant:
-    """The program, opened anew whenever its run is over."""
+    """The program, opened again whenever its run is over."""
 
     def __init__(self, word: str, assignments: list[str]) -> None:
         self._word = word

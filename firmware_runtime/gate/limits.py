@@ -1,4 +1,4 @@
-"""Limits on the timing of one run, judged: kept, broken, or not to be told here.
+"""Limits on the timing of one run, judged: kept, broken, or cannot tell here.
 
 Neighbours, a host and a kernel without real-time priority make a run late, never early. So limits
 that are kept are kept, wherever the run was; limits that are broken are its fault only where

@@ -1,4 +1,4 @@
-"""The decision on pairs: slower, no slower, or not to be told, at a few looks.
+"""The decision on pairs: slower, no slower, or cannot tell, at a few looks.
 
 Each pair gives the logarithm of HEAD's cost by BASE's. The threshold is the tolerance: `slower` is
 said when it is significant that the ratio is above 1 + tolerance, `no slower` when it is that it is

@@ -1,4 +1,4 @@
-"""One version of the program in a process of its own, that runs stretches when it is told to.
+"""One version of the program in a process of its own, that runs stretches on request.
 
 It is in a process group of its own: Ctrl-C is for the verb, which ends it. If the verb is killed,
 its standard input is closed and it ends by itself.

@@ -10,7 +10,7 @@ source, one request a pass, so that a flood of them costs no more than one each 
 waits for a client: an answer that is not fetched is dropped. What takes longer than a step may be
 late (`slow`) waits until the next event is far enough away.
 A request that is found later than `within_s` after it was sent, as by a run that stood still, is
-refused: who sent it has been told that there was no answer.
+refused: its sender has already reported that there was no answer.
 Only the run's own user and root may ask: reading statistics takes fewer rights than moving motors.
 """
 
@@ -125,12 +125,12 @@ class ControlSocket:
             return {"refused": list(error.faults)}
 
     def _send(self, answer: Answer, sender: Any) -> None:  # noqa: ANN401 -- as sockets have it
-        with suppress(OSError, TypeError):  # who asked has gone, or has no address
+        with suppress(OSError, TypeError):  # the client has gone, or has no address
             self._socket.sendto(json.dumps(answer).encode(), sender)
 
 
 class _Asked(NamedTuple):
-    """A request, the address of who waits for the answer, and when it was sent."""
+    """A request, the address of the client that waits for the answer, and when it was sent."""
 
     request: Request
     sender: Any

@@ -33,7 +33,7 @@ UNSOUND = "not finite, or from the future"
 
 @dataclass(frozen=True, slots=True)
 class EstimatorSettings:
-    """What the estimator is told about its sources."""
+    """What the estimator knows about its sources."""
 
     noise: FilterNoise
     gate: float
@@ -52,9 +52,9 @@ class PositionEstimator(Atomic):
     estimated --inertial?--> estimating (0) --x!, y!, yaw!, covariance!, report!--> estimated
     any --state? SAFE--> given up
 
-    Fixes that came since the last sample are taken in with it. Where the position is lost, one that
-    nobody expected begins the filter again, and says by itself neither where the body is nor that
-    the next will agree: nothing is sent of fixes until AGREEING in a row were what was expected.
+    Fixes that came since the last sample are taken in with it. Where the position is lost, an
+    unexpected one begins the filter again. By itself it says neither where the body is nor that the
+    next will agree: nothing is sent of fixes until AGREEING in a row were what was expected.
     A position given up stays so.
     """
 

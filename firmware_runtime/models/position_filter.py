@@ -56,7 +56,7 @@ def first(position: complex, noise: FilterNoise) -> Planar:
 
 
 def restarted(planar: Planar, position: complex, noise: FilterNoise) -> Planar:
-    """The estimate at a position that nobody expected: what is known of the bias is kept."""
+    """The estimate at an unexpected position: what is known of the bias is kept."""
     return first(position, noise)._replace(bias=planar.bias, bb=planar.bb)
 
 

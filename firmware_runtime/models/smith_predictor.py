@@ -1,6 +1,6 @@
 """A Smith predictor as an atomic model: a controller behind a known delay acts as if it had none.
 
-It stands between measurement and controller, and is told what the controller commands. A model of
+It stands between measurement and controller, and receives the controller's commands. A model of
 the plant without delay says what the commands of the last `delay` will do once they are through;
 the controller gets what was measured plus that. The delay may lie on the way to the plant or back.
 

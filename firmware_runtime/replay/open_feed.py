@@ -42,7 +42,7 @@ class OpenFeed(Feed):
         self._asked_too_much = True  # which the step itself says
 
     def check_all_taken(self) -> None:
-        """Report what was not asked for, and keep its answers for whoever asks later."""
+        """Report what was not asked for, and keep its answers for a later request."""
         for transfer in self._transfers:
             self._hold(transfer)
         super().check_all_taken()

@@ -144,7 +144,7 @@ class OpenPlayer(Player):
                     self._note(Difference(section.at, "value", model, port, was, now))
 
     def _compare_writes(self, section: Section) -> None:
-        """Compare what each device was asked and told."""
+        """Compare what was read from each device and written to it."""
         assert isinstance(self.feed, OpenFeed)  # noqa: S101 -- as `_new_feed` has made it
         if section.transfers == [] and self.feed.asked == []:
             return

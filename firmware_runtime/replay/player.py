@@ -82,7 +82,7 @@ class Player:
         if beginning.kind is Kind.BUILD:
             self._report()
         else:
-            self._noted.clear()  # nobody has recorded how a robot is built for a replay
+            self._noted.clear()  # how a robot is built for a replay was never recorded
             self._restore(beginning)
 
     @property

@@ -132,7 +132,7 @@ def state_as_built(header: Header, board: Board) -> bytes:
     """The state of the run's robot when it has been built, with nothing to ask its chips."""
 
     def ignored(_: Difference) -> None:
-        """Nobody has recorded how a robot is built for a replay."""
+        """How a robot is built for a replay was never recorded."""
 
     found = rebuilt(header, board, Feed(header, ignored))
     state = found.profiler.state

@@ -1,4 +1,4 @@
-"""What a board's package names and does not have: told by `check`, not when it is needed at last.
+"""What a board's package names and does not have: `check` reports it before it is needed.
 
 A definition names ports of the model (experiments, the plant), keys of board.toml (experiments,
 gains) and modules. None of it keeps the robot from running, so none is a fault of its file.
@@ -110,7 +110,7 @@ def _what_cannot_cross(board: Board) -> Iterator[str]:
     try:
         role = next(iter(ends_of(board).values()))
     except ConfigError:
-        return  # not two ends, which is told where they are wanted
+        return  # not two ends: reported where they are wanted
     end = end_of(board, role)
     try:
         cut_of(part_of(board.unconnected().model, end.components), end.crossings)

@@ -78,7 +78,7 @@ def directories() -> Iterator[Path]:
 
 
 def _stated() -> Iterator[Path]:
-    """Those of them that are somebody's choice; the last resort is none."""
+    """Those of them that the environment states; the last resort is none."""
     if stated := os.environ.get(_ALONE):
         yield Path(stated)
         return

@@ -47,7 +47,7 @@ def ran_instead(switches: Sequence[Switch], pid: int, since: int, until: int) ->
 
     Nothing where it did not wait, or where the trace does not reach back so far. Kernels lose
     switches, some those from an idle processor: a stretch whose two ends name different threads
-    had both, nobody knows how long each, and is left out.
+    had both, for an unknown time each, and is left out.
     """
     spent: Counter[tuple[Thread, int]] = Counter()
     for wait in _waits(switches, pid):

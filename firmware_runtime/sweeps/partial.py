@@ -124,7 +124,7 @@ def _check(path: Path, line: bytes, first: _First) -> None:
 
 
 def _words(first: _First) -> Iterator[str]:
-    """What the other sweep was, as far as it tells the two apart."""
+    """What the other sweep was, as far as it differs from this one."""
     sweep = first.sweep
     yield f"sweep {sweep.board}"
     yield from (f"--vary '{key}={words}'" for key, words in sweep.vary.items())

@@ -1,7 +1,7 @@
 """What a sweep is, and the values of each of its rows: a pure function of seed, row and key.
 
 Grids (`range`, `linspace`) are gone through in all combinations, the key that is named last the
-fastest; drawn values are drawn anew in every row. `runs` is how many rows there are: by default
+fastest; drawn values are drawn again in every row. `runs` is how many rows there are: by default
 each point of the grid once; with more, the grid begins again, with fewer, it is left early.
 """
 

@@ -119,7 +119,7 @@ def _truths(table: Table, name: str) -> list[bool]:
 def rarer_truth(table: Table, name: str) -> bool | None:
     """What a column of truths is in fewer rows, false where both are as many; None if it is one.
 
-    Whether true is good news, as of `settled`, or bad, as of `flooded`, no name tells.
+    A name does not say whether true is good news, as of `settled`, or bad, as of `flooded`.
     """
     said = _truths(table, name)
     true = sum(said)

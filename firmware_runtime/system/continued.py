@@ -18,7 +18,7 @@ class Continued:
     def watch(self) -> None:
         """Count from now on; only the main thread may handle signals, elsewhere nothing changes.
 
-        A handler of somebody else's stays, and nothing is counted.
+        Another handler that is already there stays, and nothing is counted.
         """
         if threading.current_thread() is not threading.main_thread() or self.times is not None:
             return

@@ -23,5 +23,5 @@ def credentials_in(said: bytes) -> Credentials:
 
 
 def peer_of(connection: socket.socket) -> Credentials:
-    """Those of who is connected. Raises OSError."""
+    """Those of the process at the other end. Raises OSError."""
     return credentials_in(connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, SIZE))

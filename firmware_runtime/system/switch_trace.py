@@ -1,7 +1,7 @@
 """Which thread each processor ran, and when a thread could have run: traced by the kernel.
 
-An instance of tracing of our own (`instances/firmware-runtime-PID`), so that nobody else's tracing
-is touched: switches of all processors, wakings of one thread, stamped by CLOCK_MONOTONIC, in rings
+An instance of tracing of our own (`instances/firmware-runtime-PID`), so that no other tracing is
+touched: switches of all processors, wakings of one thread, stamped by CLOCK_MONOTONIC, in rings
 that are overwritten. It takes the right to tracefs, root's as a rule; where none is mounted it is
 mounted for this process alone. The instance goes at the end, and those of processes that were
 killed go at the next start.
@@ -125,7 +125,7 @@ def _switch_on(instance: Path, pid: int) -> None:
 
 
 def _remove(instance: Path) -> None:
-    """Switch off and remove; the kernel refuses while somebody has a file of it open."""
+    """Switch off and remove; the kernel refuses while any process has a file of it open."""
     with suppress(OSError):
         (instance / "events" / "enable").write_text("0")
     with suppress(OSError):

@@ -89,7 +89,7 @@ def read_file(path: Path) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """What stands in a file that somebody wrote. Raises ConfigError; a FIFO is not waited for."""
+    """The text of a file that a user names. Raises ConfigError; a FIFO is not waited for."""
     try:
         return read_file(path).decode("utf-8-sig")
     except OSError as error:

@@ -24,8 +24,8 @@ State = Mapping[str, tuple[int, int]]
 """Of each file when it was changed, and its size."""
 
 
-class Told(Protocol):
-    """What is told of each time."""
+class Reporter(Protocol):
+    """Gets the answer of each time."""
 
     def found(self, found: WhatIf, before: WhatIf | None, spent: int) -> None:
         """What was found, what had been the last time, and the ns that it took."""
@@ -54,8 +54,8 @@ class Watched:
         return {path: each for folder in self.folders for path, each in _files(str(folder))}
 
 
-def watch(question: Question, watched: Watched, told: Told) -> None:
-    """Ask, tell, and wait for a save, until it is interrupted."""
+def watch(question: Question, watched: Watched, reporter: Reporter) -> None:
+    """Ask, report, and wait for a save, until it is interrupted."""
     question = with_state_as_built(question)
     before: WhatIf | None = None
     while True:
@@ -63,9 +63,9 @@ def watch(question: Question, watched: Watched, told: Told) -> None:
         try:
             found = ask(question, watched.folder)
         except ConfigError as error:
-            told.failed(error)
+            reporter.failed(error)
         else:
-            told.found(found, before, monotonic_ns() - begun)
+            reporter.found(found, before, monotonic_ns() - begun)
             before = found
         while watched.state() == state:
             sleep(_EVERY_S)

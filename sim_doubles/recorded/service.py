@@ -1,7 +1,7 @@
 """A recorded run that answers the questions of served doubles.
 
-The enable line does as it is told, and a run's result is what the robot itself knows: no world is
-behind it. Faults cannot be added to a recording.
+The enable line follows its commands, and a run's result is what the robot itself knows: no world
+is behind it. Faults cannot be added to a recording.
 """
 
 import errno

@@ -35,7 +35,7 @@ LONGEST_WAIT_ALONE = SECOND
 
 
 class RealClock(ManualClock):
-    """CLOCK_MONOTONIC since construction, as it was when it was last looked at.
+    """CLOCK_MONOTONIC since construction, as it was when it was last read.
 
     A transaction is answered at once, but for the doubles it takes its time on the wire: their time
     runs ahead by that, and real time catches up while the bus rests.
@@ -46,7 +46,7 @@ class RealClock(ManualClock):
         self.started_at = monotonic_ns()
 
     def look(self) -> int:
-        """Look at the clock; return the present instant."""
+        """Read the clock; return the present instant."""
         self.reach(monotonic_ns() - self.started_at)
         return self()
 

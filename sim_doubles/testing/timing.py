@@ -1,4 +1,4 @@
-"""The assertion that a run kept its limits of timing, which knows where it cannot be told.
+"""The assertion that a run kept its limits of timing, which knows where it cannot decide.
 
 Limits that are kept pass. Limits that are broken fail where the conditions are a robot's: real-time
 priority, no virtual machine, no busy neighbours, the governor `performance`, late steps by causes

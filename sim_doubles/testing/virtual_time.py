@@ -4,8 +4,8 @@
         driver.measure()                        # sleeps 0.1 s, in no time
         assert virtual_time.now_s >= 0.1
 
-`sleep` moves the clock on and returns. To look at the clock takes a microsecond, so that a loop
-which waits by looking ends. Threads are not kept in step: a `sleep` in any of them moves the one
+`sleep` moves the clock on and returns. Reading the clock takes a microsecond, so that a loop
+which waits by polling it ends. Threads are not kept in step: a `sleep` in any of them moves the one
 clock. Waiting for an event, a lock or a socket is in real time.
 """
 
@@ -69,7 +69,7 @@ class VirtualTime:
             settle()
 
     def look(self) -> int:
-        """Return the instant, after the microsecond that looking takes."""
+        """Return the instant, after the microsecond that reading takes."""
         self.advance(MICROSECOND)
         return self._at
 

@@ -23,7 +23,7 @@ QUANTUM: Final = 1e-5
 """Of x and y in m, of the heading in rad."""
 
 _SHORTEST: Final = 1000
-"""From a shorter time, in ns, no speed can be told."""
+"""From a shorter time, in ns, no speed can be computed."""
 
 
 class _Stretch(NamedTuple):

@@ -50,7 +50,7 @@ def run(trial: Trial) -> Findings:
 
 
 def _plot(lines: list[OutputLine]) -> LinePlot:
-    """What each motor was last told, over time."""
+    """The last command to each motor, over time."""
     curves = []
     for port, name in _MOTORS.items():
         points = [(0.0, 0.0)]

@@ -29,7 +29,7 @@ from firmware_runtime.statistics.page.markup import table
 
 FOR_S: Final = 30.0
 STILL_RAD_S: Final = 0.015
-"""Seven times the gyro's noise: nothing slower is told from rest."""
+"""Seven times the gyro's noise: anything slower counts as rest."""
 LEAST_S: Final = 0.5
 """Where it turns back it is as slow as that for a tenth of a second."""
 

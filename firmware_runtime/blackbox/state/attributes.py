@@ -1,8 +1,8 @@
 """The attributes of objects, read without asking for their dictionaries.
 
-Up to 3.12, CPython keeps attributes in the object itself until somebody asks for its dictionary;
-from then on it reads and sets them more slowly, for as long as the object lives: TachoBot's step
-took 3 % longer. So their names are found in the code of the class, and it is counted whether these
+Up to 3.12, CPython keeps attributes in the object itself until its dictionary is asked for; from
+then on it reads and sets them more slowly, for as long as the object lives: TachoBot's step took
+3 % longer. So their names are found in the code of the class, and it is counted whether these
 are all: the collector says how many objects one refers to. Where they are not, the dictionary is
 asked for. From 3.13 on that costs nothing.
 """

@@ -144,7 +144,7 @@ def _strange(thing: object) -> str:
 
 
 def edges_of(given: Iterable[object]) -> Callable[[object], bool]:
-    """Tells edges: objects, by identity, and objects of classes."""
+    """Whether an object is an edge: one of those given, or of a class given."""
     given = list(given)
     kinds = {each for each in given if isinstance(each, type)}
     kept = {id(each): each for each in given if not isinstance(each, type)}

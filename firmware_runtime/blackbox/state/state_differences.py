@@ -144,7 +144,7 @@ class StateComparison:
             yield from self._between(path, recorded.parts, present.parts)
 
     def _numbers_of(self, read: Value) -> object:
-        """An array of numpy that may be a view of another, whoever else holds that."""
+        """An array of numpy that may be a view of another, whatever else holds that one."""
         array: Any = self._shown(read)
         return (
             array if isinstance(array, Value) else (array.dtype.str, array.shape, array.tobytes())

@@ -1,4 +1,4 @@
-"""`firmware-runtime gate BASE HEAD BOARD`: is HEAD slower? Decided on pairs, or not told."""
+"""`firmware-runtime gate BASE HEAD BOARD`: is HEAD slower? Decided on pairs, or undecided."""
 
 import argparse
 import json

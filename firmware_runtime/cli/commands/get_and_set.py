@@ -78,7 +78,7 @@ def _set(arguments: argparse.Namespace) -> int:
 
 
 def _where(board: Board) -> str:
-    """Where there may be some, for one who was shown none."""
+    """Where there may be some, if none was shown."""
     if board.retunable:
         return "those of this board are taken up by the other role's run"
     return "its board's definition names none as `retunable`"

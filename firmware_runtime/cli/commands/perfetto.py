@@ -1,7 +1,7 @@
 """`firmware-runtime perfetto [BOARD|FILE] -o FILE.json`: what ran when, for Perfetto.
 
 It reads what the loop has written anyway, in a process of its own, so the loop neither stops nor
-slows down. With `--when-late` it looks at the statistics ten times a second until an activation
+slows down. With `--when-late` it polls the statistics ten times a second until an activation
 was late.
 """
 

@@ -28,7 +28,7 @@ from firmware_runtime.system.exit_on_signals import exit_on_signals
 _SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
 _ABOUT = f"""
 Distributions: {"; ".join(FORMS.values())}. Grids (range, linspace) are gone through in all
-combinations, the key named last the fastest; the others are drawn anew in every row. --runs is the
+combinations, the key named last the fastest; the others are drawn again in every row. --runs is the
 number of rows: by default each point of the grid once; with more the grid begins again, with fewer
 it is left early. `sweep show FILE [--json | -o PAGE.html]` sums a table up, `sweep rerun FILE ROW`
 runs one of its rows again and says whether it is the same. A run that fails is a row. Exit status

@@ -57,8 +57,9 @@ class Connection:
     def keep_others_out(self) -> None:
         """Drive the doubles alone, until this process ends or closes the connection.
 
-        A lock on a file, as on a bus's device node: who does not ask for it is not kept out. Raises
-        BusInUse if another process has it, BusAbsent if this user may not even read the file.
+        A lock on a file, as on a bus's device node: a process that does not ask for it is not kept
+        out. Raises BusInUse if another process has it, BusAbsent if this user may not even read
+        the file.
         """
         self._lock_file = self._opened_lock()
         try:

@@ -51,8 +51,8 @@ def is_synchronised() -> bool:
 CHECKS = (
     Check(
         "clock-source",
-        "A slow clock source makes every look at the time a system call of about a microsecond, "
-        "and the loop looks several times a step.",
+        "A slow clock source makes every reading of the time a system call of about a microsecond, "
+        "and the loop reads it several times a step.",
         _choose("tsc"),
         _source,
     ),

@@ -9,7 +9,7 @@ Protocol without I/O: frames and instants of CLOCK_MONOTONIC in, frames out.
 A silence begins when the last frame was sent, not when it arrived: what carries it on may be slow,
 and the end that sent it have died meanwhile.
 
-Two ends that are silent to each other greet anyone, and answer each other's greetings by name.
+Two ends that are silent to each other greet any end, and answer each other's greetings by name.
 
 A session is 64 random bits. A frame that names another session of ours than the present one, or
 comes from one that is not our peer's, is refused; so is a counter that was accepted before.
@@ -94,7 +94,7 @@ class Peer:
         return True
 
     def _meet(self, frame: Frame, now: int) -> None:
-        """Note who greets, if it fits. Raises Refused."""
+        """Note the peer that greets, if its greeting fits. Raises Refused."""
         greeting = greeting_of(frame.body)
         if greeting.digest != self.own.digest or set(greeting.leaving) & set(self.own.leaving):
             raise Refused(
@@ -232,7 +232,7 @@ class Peer:
         )
 
     def hello(self, now: int) -> Frame:
-        """A greeting: the answer to one that came, else to a peer that is there, or anyone."""
+        """A greeting: the answer to one that came, else to a peer that is there, or to any end."""
         is_answer, self.wants_hello = self.wants_hello, False
         plain = self.frame(Kind.HELLO, now, body=encode(self.own))
         if self._candidate is None or not is_answer:

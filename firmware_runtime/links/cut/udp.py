@@ -120,7 +120,7 @@ class Carrier:
         self._counter = int.from_bytes(plain[24:32])
         self._has_parted = plain[4] == Kind.BYE
         receiver = int.from_bytes(plain[16:24])
-        if plain[4] != Kind.HELLO:  # which goes to anyone who greets
+        if plain[4] != Kind.HELLO:  # which goes to any end that greets
             self._peer_session = receiver
         known = self._sessions.get(receiver)
         address = self._latest if known is None else known.address

@@ -126,7 +126,7 @@ class DoverBridge:
             self.sent += 1
 
     def _from_udp(self, taken: socket.socket, port: str) -> None:
-        """Of what has come to a port since the last look, the newest counts."""
+        """Of what has come to a port since the last poll, the newest counts."""
         texts: list[bytes] = []
         with suppress(OSError):
             while len(texts) < _AT_ONCE:

@@ -4,7 +4,7 @@
 
 DESCRIPTOR is a socket to the run; each message on it is the number of a port of UDP, two bytes, and
 a text. Texts from the run go to these ports at 127.0.0.1, those that come to one of the PORTs there
-go to the run. Where many have come since the last look, the newest `NEWEST` of each port go on.
+go to the run. Where many have come since the last poll, the newest `NEWEST` of each port go on.
 Nothing waits; what finds no room is dropped. Counts go to the run as port 0. It ends when the run
 does.
 """
@@ -92,7 +92,7 @@ class Carrier:
     def _send(self, text: bytes, port: int) -> None:
         try:
             self._udp.sendto(text, (LOOPBACK, port))
-        except OSError:  # no room; who is not there is not noticed, or only by the next
+        except OSError:  # no room; a missing peer is not noticed, or only by the next
             self.counts.dropped += 1
         else:
             self.counts.sent += 1

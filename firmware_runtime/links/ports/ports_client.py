@@ -30,7 +30,7 @@ from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
 RENEW_EVERY: Final = 3 * SECOND
 """Ns from one request to watch to the next, of which a run forgets those that are 10 s old."""
 ROOM: Final = 1024
-"""Messages that wait for who watches; then the oldest makes room."""
+"""Messages that wait to be read; then the oldest makes room."""
 
 
 class Message(msgspec.Struct, frozen=True):

@@ -79,7 +79,7 @@ class Judge:
         return [self._run(statistics, figures, lately, statuses), *statuses]
 
     def _lately(self, now: int, wrong: Mapping[str, int]) -> dict[str, int]:
-        """What has gone wrong in the last 10 s, or since the first look."""
+        """What has gone wrong in the last 10 s, or since the first poll."""
         before = self._before
         if before and any(wrong.get(name, 0) < count for name, count in before[-1][1].items()):
             before.clear()  # another run has begun

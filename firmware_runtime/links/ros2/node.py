@@ -35,7 +35,7 @@ ARM: Final = "arm"
 TEND_S: Final = 0.5
 """What becomes of the run is followed at least so often, however long the lease."""
 STANDSTILL: Final = 2 * SECOND
-"""A node that has not looked after its run for so long has stood still, ns."""
+"""A node that has not attended to its run for so long has stood still, ns."""
 IN_DOUBT: Final = SECOND
 """For so long after that, what it handles may be from before, ns."""
 CONFIGURE_EVERY: Final = SECOND

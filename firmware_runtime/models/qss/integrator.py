@@ -19,7 +19,7 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.qss.segment import LONGEST_S, NANO, Segment
 
 RESOLUTION: Final = 2.0**-46
-"""The smallest relative quantum: below it a float hardly tells the state from its neighbours."""
+"""The smallest relative quantum: below it a float hardly resolves the state."""
 
 
 class Integrator(Atomic):
