@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from drivers.chips.h_bridge import HBridge
-from drivers.chips.pca9685 import POLL, duty_burst
+from drivers.chips.pca9685 import POLL
+from drivers.chips.pca9685_burst import duty_burst
 from drivers.motors import Motors
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady

@@ -11,7 +11,8 @@ import math
 from msgspec import Struct
 
 from drivers.actuator import POLL_EVERY, Actuator
-from drivers.chips.pca9685 import CHANNELS, Pca9685
+from drivers.chips.pca9685 import Pca9685
+from drivers.chips.pca9685_burst import CHANNELS
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from drivers.chips.pca9685 import CHANNELS, POLL, Pca9685, duty_burst
+from drivers.chips.pca9685 import POLL, Pca9685
+from drivers.chips.pca9685_burst import CHANNELS, duty_burst
 from drivers.motors import Motors
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError

@@ -7,7 +7,7 @@ from boards.tachobot.settings import EscSettings, TachobotSettings
 from boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from boards.tachobot.yaw import YAW
 from drivers.chips.mpu9250_burst import NINE_AXES
-from drivers.chips.pca9685 import duty_burst
+from drivers.chips.pca9685_burst import duty_burst
 from drivers.chips.pca9685_rate import prescale_for
 from drivers.thrust_pairs import MOTORS
 from firmware_runtime.board.definition import BoardDefinition

@@ -5,10 +5,11 @@ from typing import Final, NamedTuple
 
 from drivers.catalogue.identity import MD25_IDENTITY, PCA9685_IDENTITY
 from drivers.catalogue.trial import Actuator, OnBus, OnPort, Option, Options, Quantity, Reading
-from drivers.chips import md25, pca9685, pca9685_rate, sabertooth
+from drivers.chips import md25, pca9685_rate, sabertooth
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.md25 import Md25
 from drivers.chips.pca9685 import Pca9685
+from drivers.chips.pca9685_burst import CHANNELS
 from drivers.chips.sabertooth import Sabertooth, SabertoothSettings
 from drivers.treads import TreadDriver
 from firmware_runtime.errors import SettingError
@@ -105,7 +106,7 @@ def _bridge(bus: I2cBus, address: int, options: Options) -> Actuator:
     chip = Pca9685(bus, address)
     bridge = HBridge(chip, options["pwm"], options["in1"], options["in2"])
     speed: float = options["speed"]
-    kept = _Kept(bridge.place, lambda: chip.read_outputs(0, pca9685.CHANNELS))
+    kept = _Kept(bridge.place, lambda: chip.read_outputs(0, CHANNELS))
 
     def move() -> Reading:
         chip.poll()

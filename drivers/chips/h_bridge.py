@@ -17,7 +17,8 @@ PCA9685 none either: a motor turns on when writes stop. STBY is taken to be high
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-from drivers.chips.pca9685 import CHANNELS, Pca9685
+from drivers.chips.pca9685 import Pca9685
+from drivers.chips.pca9685_burst import CHANNELS
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 

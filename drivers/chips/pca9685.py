@@ -10,14 +10,12 @@ the last duties. The OE pin, external clock and sub-addresses are not used. A ch
 external clock was latched on (EXTCLK) is refused: nothing but a reset clears it.
 """
 
-import math
-import struct
 from collections.abc import Iterable, Sequence
 from functools import partial
-from itertools import count
 from typing import Final
 
 from drivers.chips.output_users import OutputUsers
+from drivers.chips.pca9685_burst import CHANNELS, FULL, LED0_ON_L, burst_of
 from drivers.chips.pca9685_rate import (
     COUNTS,
     NOMINAL_OSC_HZ,
@@ -30,11 +28,8 @@ from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import GENERAL_CALL, I2cBus, Message
 
-CHANNELS: Final = 16
-
 MODE1: Final = 0x00
 MODE2: Final = 0x01
-LED0_ON_L: Final = 0x06
 ALL_LED_OFF_H: Final = 0xFD
 PRE_SCALE: Final = 0xFE
 
@@ -45,8 +40,6 @@ SLEEP: Final = 0x10
 INVRT: Final = 0x10
 OCH: Final = 0x08
 OUTDRV: Final = 0x04
-FULL: Final = 0x10
-"""Bit 4 of an ON_H or OFF_H register: always on, or always off; off wins."""
 SWRST: Final = 0x06
 
 OSCILLATOR_START_NS: Final = 500_000
@@ -60,15 +53,6 @@ POLL: Final[tuple[tuple[Message, ...], ...]] = (
 """Transactions of `poll`, for the bus-time budget."""
 
 _MODES: Final = bytes((AI, OUTDRV))
-_FULL_ON: Final = FULL << 8
-_FULL_OFF: Final = FULL << 24
-"""All four registers of a channel as one number, off counts above on counts."""
-_BURSTS: Final = tuple(struct.Struct(f"<B{channels}I") for channels in range(CHANNELS + 1))
-
-
-def duty_burst(channels: int) -> tuple[Message, ...]:
-    """Transaction of `set_duties` for so many channels, for the bus-time budget."""
-    return (bytes(_BURSTS[channels].size),)
 
 
 def software_reset(bus: I2cBus) -> None:
@@ -217,25 +201,12 @@ class Pca9685:
         """
         if not self.is_running:
             raise NotReady(f"{self.place}: duties before bring-up, expected it brought up first")
-        if not 0 <= first_channel < first_channel + len(duties) <= CHANNELS:
-            raise ValueError(
-                f"{self.place}: {len(duties)} duties from channel {first_channel}, "
-                f"expected them within 0 to {CHANNELS - 1}"
-            )
-        words: list[int] = []
-        written: list[float] = []
-        known: dict[float, tuple[int, float]] = {}
-        for duty in duties:
-            if duty not in known:  # each once: pairs are often driven alike
-                known[duty] = self._settings_of(duty)
-            word, share = known[duty]
-            words.append(word)
-            written.append(share)
-        if self._on_step:
-            words = _staggered(words, first_channel * self._on_step, self._on_step)
-        burst = _BURSTS[len(words)].pack(LED0_ON_L + 4 * first_channel, *words)
+        try:
+            burst, made = burst_of(first_channel, duties, self._on_step)
+        except ValueError as error:
+            raise ValueError(f"{self.place}: {error}") from None
         self._bus.transaction(self.address, (burst,))
-        return tuple(written)
+        return made
 
     def read_outputs(self, first_channel: int, channels: int) -> bytes:
         """Read what neighbouring channels were set to, four bytes each, after bring-up.
@@ -287,15 +258,6 @@ class Pca9685:
 
     # Registers ----------------------------------------------------------------------------------
 
-    def _settings_of(self, duty: float) -> tuple[int, float]:
-        """The registers of a channel that is switched on at count 0, and the duty they make."""
-        if not 0.0 <= duty <= 1.0:
-            raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
-        counts = math.floor(duty * COUNTS + 0.5)
-        if 0 < counts < COUNTS:
-            return counts << 16, counts / COUNTS
-        return (_FULL_ON, 1.0) if counts else (_FULL_OFF, 0.0)
-
     def _read(self, register: int, count: int = 1) -> bytes:
         return self._bus.write_read(self.address, bytes((register,)), count)
 
@@ -306,11 +268,3 @@ class Pca9685:
         self._write(PRE_SCALE, prescale)
         self._prescale = prescale
         self.frequency_hz = actual_frequency_hz(prescale, self._osc_hz)
-
-
-def _staggered(words: Iterable[int], first_on: int, step: int) -> list[int]:
-    """The registers of neighbouring channels that are switched on one `step` after the other."""
-    return [
-        word if word in {_FULL_ON, _FULL_OFF} else ((word >> 16) + on) % COUNTS << 16 | on
-        for on, word in zip(count(first_on, step), words)
-    ]

@@ -42,6 +42,7 @@ PARTS_OF_DRIVERS = {
     "setting",
     "mounting",
     "mpu9250_burst",
+    "pca9685_burst",
     "pca9685_rate",
     "shared_bring_up",
     "output_users",

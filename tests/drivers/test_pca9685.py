@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.pca9685 import Pca9685, duty_burst, software_reset
+from drivers.chips.pca9685 import Pca9685, software_reset
+from drivers.chips.pca9685_burst import duty_burst
 from drivers.chips.pca9685_rate import actual_frequency_hz, prescale_for
 from drivers.chips.step import duration_ns
 from firmware_runtime.errors import SettingError
