@@ -1,7 +1,6 @@
 """`firmware-runtime try CHIP`: read a sensor live, or move one output for a moment."""
 
 import argparse
-import signal as signals
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -23,8 +22,6 @@ from firmware_runtime.system.until_signal import UntilSignal, until_signal
 DRIVEN_S: Final = 2.0
 MOST_DRIVEN_S: Final = 60.0
 EVERY_S: Final = 0.2
-KEYS: Final = (signals.SIGQUIT, signals.SIGTSTP)
-"""Ctrl-backslash and Ctrl-Z: they would end or halt this process with something moving."""
 _ABOUT_SENSOR = "Without --for it goes on until Ctrl-C. A line that a run drives is left alone."
 _ABOUT_ACTUATOR = """
 Off again when the time is up, on Ctrl-C, Ctrl-Z, SIGTERM and SIGHUP, and when anything fails.
@@ -106,7 +103,7 @@ def _move(actuator: Actuator, arguments: argparse.Namespace, now: Now) -> int:
         return Status.REFUSED
     readings = Readings(sys.stdout, as_json=arguments.json, never_waits=True)
     failed: HalError | None = None
-    with until_signal(*KEYS) as signal:
+    with until_signal(is_driving=True) as signal:
         pace = _Pace(now, signal)
         if take(actuator.bring_up(), pace):
             return _stopped_by(signal)

@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from signal import Signals
 from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
 
 from firmware_runtime.closing import Closing
@@ -19,7 +18,7 @@ from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.system.signals import stop_on_signals
+from firmware_runtime.system.signals import signal_number, stop_on_signals
 
 if TYPE_CHECKING:
     from firmware_runtime.links.dover.dover import DoverLink
@@ -35,8 +34,8 @@ class OpenRun(Closing):
 
     Between two calls of `run` the run stands still: no time of its own passes. A run that a signal
     stops is ended in order first. If it had a length, the program learns of it as of any signal: by
-    KeyboardInterrupt for SIGINT, by SystemExit for SIGTERM and SIGHUP; without one, a signal is its
-    end, and the result says which. Signals are taken in the main thread only.
+    KeyboardInterrupt for SIGINT, by SystemExit for any other; without one, a signal is its end, and
+    the result says which. Signals are taken in the main thread only.
     """
 
     def __init__(self, executive: Executive, dover: "DoverLink | None" = None) -> None:
@@ -170,7 +169,8 @@ def _signals_taken(executive: Executive) -> Iterator[list[str]]:
         taken.append(name)
         executive.request_stop(name)
 
-    with stop_on_signals(take, give_up=executive.give_up):
+    is_driving = executive.clock.speed != 0
+    with stop_on_signals(take, give_up=executive.give_up, is_driving=is_driving):
         yield taken
 
 
@@ -178,4 +178,4 @@ def _raise_for(name: str) -> NoReturn:
     """Raise what a program gets that this signal ends."""
     if name == "SIGINT":
         raise KeyboardInterrupt
-    raise SystemExit(_BY_SIGNAL + Signals[name])
+    raise SystemExit(_BY_SIGNAL + signal_number(name))

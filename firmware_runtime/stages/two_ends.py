@@ -17,6 +17,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.stages.end_process import EndProcess
+from firmware_runtime.system.signals import signal_name
 from firmware_runtime.system.until_signal import UntilSignal
 
 TIMEOUT: Final = 30 * SECOND
@@ -118,7 +119,7 @@ class TwoEnds:
         self._pass_on(end)
         self.ended.append(end)
         if end.status is not None and end.status > 128 and not end.was_asked_to_end:
-            self._say(f"{end.role}: ended by {signal.Signals(end.status - 128).name}")
+            self._say(f"{end.role}: ended by {signal_name(end.status - 128)}")
         grace = 0 if end.has_failed else BY_ITSELF
         if not self._signalled.came:
             self._ask_at = min(self._ask_at, monotonic_ns() + grace)

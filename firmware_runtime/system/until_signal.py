@@ -1,11 +1,9 @@
 """Waiting for a signal, in verbs that go on until one comes."""
 
 import os
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from select import select
-from types import FrameType
 
 from firmware_runtime.system.signals import stop_on_signals
 
@@ -40,23 +38,12 @@ class UntilSignal:
 
 
 @contextmanager
-def until_signal(*more: signal.Signals) -> Iterator[UntilSignal]:
-    """SIGINT, SIGTERM and SIGHUP, and `more`, end the waiting instead of the process.
+def until_signal(*, is_driving: bool = False) -> Iterator[UntilSignal]:
+    """Within the block a signal that would end this process ends the waiting.
 
-    Then nothing halts the process either for writing to a terminal from the background.
+    `is_driving` as for `stop_on_signals`.
     """
     waiting = UntilSignal()
-
-    def handle(number: int, _frame: FrameType | None) -> None:
-        waiting.stop(signal.Signals(number).name)
-
-    with stop_on_signals(waiting.stop):
-        before = {number: signal.signal(number, handle) for number in more}
-        if more:
-            before[signal.SIGTTOU] = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
-        try:
-            yield waiting
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, signal.SIG_DFL if handler is None else handler)
+    with stop_on_signals(waiting.stop, is_driving=is_driving):
+        yield waiting
     waiting.close()

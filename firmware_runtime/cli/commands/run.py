@@ -148,7 +148,12 @@ def _run(
             with (
                 _serving(session, notices, messages) as reload,
                 progress_shown(session, report.until, messages, wanted=not arguments.json),
-                stop_on_signals(executive.request_stop, reload, executive.give_up),
+                stop_on_signals(
+                    executive.request_stop,
+                    reload,
+                    executive.give_up,
+                    is_driving=executive.clock.speed != 0,
+                ),
             ):
                 report.begin()
                 outcome = session.run(report.until)
