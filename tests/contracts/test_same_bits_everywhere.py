@@ -71,6 +71,7 @@ def test_the_rule_finds_what_it_is_for(source: str, name: str | None) -> None:
     assert found == ([] if name is None else [name])
 
 
+@pytest.mark.slow
 def test_every_exception_is_still_one() -> None:
     trees = dict(_trees())
     assert all(any(_of_the_library(trees[path])) for path in ELSEWHERE)
