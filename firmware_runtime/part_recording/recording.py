@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.part_recording.frames import frames_of
 from firmware_runtime.part_recording.records import FORMAT, Batch, Ended, Header, Record
@@ -42,6 +43,11 @@ class Recording:
     def is_cut(self) -> bool:
         """Whether the file stops before the run's end was recorded."""
         return self.ended is None
+
+    @property
+    def duration_s(self) -> float:
+        """From the start of the run to the last instant that was recorded."""
+        return max((each.at for each in self.records), default=0) / SECOND
 
     def incomplete(self) -> str | None:
         """What cannot be known from it, in a sentence; None if it is whole."""

@@ -49,7 +49,8 @@ def test_the_first_difference_is_said_and_is_the_exit_status(
     said = json.loads(ended.out)
     first = said["first_difference"]
     assert ended.status == Status.MODEL_ERROR
-    assert (said["differences"] > 0, said["equal"]) == (True, False)
+    assert (said["differences"] > 0, said["identical"]) == (True, False)
+    assert said["duration_s"] == 1.5
     assert said["settings_changed"] == {"controller.yaw.kp": {"recorded": 0.75, "tried": 0.8}}
     assert (first["port"], first["state"]["field"]) == (
         "controller.allocation.forces",
@@ -89,7 +90,7 @@ def test_a_truncated_recording_is_compared_and_no_proof(
     ended = command("replay", recording, "--json")
     said = json.loads(ended.out)
     assert ended.status == Status.MODEL_ERROR
-    assert (said["differences"], said["equal"]) == (0, False)
+    assert (said["differences"], said["identical"]) == (0, False)
     assert said["events"] > 0
     assert "ends before" in said["fault"]
 

@@ -176,8 +176,9 @@ def _as_json(recording: Recording, comparison: Comparison, changes: list[str]) -
     return {
         "board": header.board,
         "role": header.role,
+        "identical": comparison.is_equal,
+        "duration_s": recording.duration_s,
         **comparison.as_json(),
-        "equal": comparison.is_equal,
         "code_sha256": header.code_sha256,
         "code_changed": changes,
         "versions_changed": changed_versions(header.versions),
