@@ -43,7 +43,7 @@ Exit status: 0 no slower, 1 slower, 11 cannot tell here, 2 bad input. docs/timin
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     summary = (
-        "Say whether HEAD takes more processor time than BASE, or that it cannot be told here."
+        "Say whether HEAD takes more processor time than BASE, or that this machine cannot tell."
     )
     verb = add_verb(verbs, "gate", summary, execute)
     verb.epilog = _ABOUT
