@@ -22,7 +22,8 @@ def add_run_options(verb: argparse.ArgumentParser) -> None:
         help="with --role: in place of the board's model a ramp, a value every so often (default "
         f"{PERIOD_S:g}), that is sent out and back, as the ends of `experiment loop-delay` do",
     )
-    verb.add_argument("--report-to", type=int, help=argparse.SUPPRESS)  # by a stage's command
+    for by_a_stage in ("--report-to", "--called-at"):
+        verb.add_argument(by_a_stage, type=int, help=argparse.SUPPRESS)
 
 
 def _add_choices(verb: argparse.ArgumentParser) -> None:

@@ -19,7 +19,7 @@ _OF_ANY_STAGE = {
 }
 """What fits no stage, and why."""
 _ONE_PROCESS = {
-    "statistics": "each end keeps its own, as BOARD-controller and BOARD-robot",
+    "statistics": "each end keeps its own, as BOARD and BOARD.ROLE",
     "plot": "its robot end is another process",
     "arm": "its robot end is on doubles",
     "supervised": "its robot end is on doubles",

@@ -28,6 +28,7 @@ from firmware_runtime.stages.staged_run import (
 from firmware_runtime.stages.way import WIFI
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
 from firmware_runtime.status import Status
+from firmware_runtime.system.process_identity import started_at
 
 ROLES: Final = ("controller", "robot")
 
@@ -68,6 +69,7 @@ def _staged(arguments: argparse.Namespace, board: Board) -> Staged:
         inputs=[str(each) for each in arguments.inputs],
         trace=arguments.trace,
         record=arguments.record,
+        called_at=started_at(),
     )
     if arguments.inputs and (faults := _astray(staged, arguments.inputs)):
         raise ConfigError(board.name, faults)

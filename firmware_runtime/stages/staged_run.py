@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from time import monotonic_ns
 from typing import Any, Final
 
 from firmware_runtime.board.ends import ends_of
@@ -44,6 +45,9 @@ class Staged:
     """Where the controller's recording is kept; the robot end's, if it is here, beside it."""
     loop_s: float | None = None
     """The period of a loop that is run in place of the board's model, to measure its delay."""
+    called_at: int = field(default_factory=monotonic_ns)
+    """When the stage was called for, ns of CLOCK_MONOTONIC: a `safe-state` that came later is for
+    ends that start after it, too."""
 
     @property
     def way(self) -> Callable[[Say], AbstractContextManager[Way]]:
@@ -95,6 +99,7 @@ class StagedRun:
         for assignment in staged.board.assignments:
             words += ["--set", assignment]
         is_robot = role == ROBOT
+        words += ["--called-at", str(staged.called_at)]
         words += ["--for", f"{UNTIL_STOPPED_S if is_robot else staged.for_s:g}"]
         words += ["--doubles"] if is_robot and staged.loop_s is None else []
         for planned in staged.inputs:

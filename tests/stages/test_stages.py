@@ -8,11 +8,20 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from time import monotonic_ns
 from typing import Any
 
 import pytest
 
+from firmware_runtime.board.registry import load
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.stages import namespaces
+from firmware_runtime.stages.stage import Stage
+from firmware_runtime.stages.staged_run import Staged, run_staged
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.system.note_of_boot import NoteOfBoot, leave_note
+from firmware_runtime.system.process_identity import boot_id
 from tests.support.waiting import PATIENCE_S, wait_until
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
@@ -104,6 +113,27 @@ def test_a_controller_that_is_enabled_by_the_other_end_commands_then(tmp_path: P
     check(document, "network")
     assert document["link"]["back"]["received"] > 0
     assert document["link"]["out"]["received"] > 0
+
+
+def test_a_safe_state_while_a_stage_starts_its_ends_keeps_them_disarmed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    now = monotonic_ns()  # both ends start later
+    note = Companion.SAFE_STATE.beside(default_path("tachobot"))
+    leave_note(note, NoteOfBoot(boot_id=boot_id(), at_ns=now - SECOND), 0o644)
+    staged = Staged(
+        board=load("tachobot"),
+        named="tachobot",
+        stage=Stage.NETWORK,
+        for_s=1.0,
+        called_at=now - 2 * SECOND,
+    )
+    said: list[str] = []
+    result = run_staged(staged, said.append, lambda _: None)
+    assert result.status == 0, said
+    assert any("robot: stays disarmed" in sentence for sentence in said), said
+    assert result.document["link"]["out"]["received"] > 0
 
 
 def test_what_is_between_the_ends_is_in_the_result(tmp_path: Path) -> None:

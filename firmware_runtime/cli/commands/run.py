@@ -117,15 +117,14 @@ def _session(
 ) -> Session:
     """The robot with its chips found, as the command line has it."""
     supervised = {"arm": arguments.arm, "supervised": arguments.supervised}
-    doubles = arguments.doubles
+    doubles, called_at = arguments.doubles, arguments.called_at
+    begun_at = started_at() if called_at is None else called_at
     return Session(
         board,
         clock_of(arguments),
         doubles=doubles,
         statistics_path=path,
-        permission=permission_for(
-            board, doubles=doubles, end=end, begun_at=started_at(), **supervised
-        ),
+        permission=permission_for(board, doubles=doubles, end=end, begun_at=begun_at, **supervised),
         end=end,
         link=way_of(arguments.link),
         recording=_recording_path(arguments, board, path),
