@@ -32,9 +32,15 @@ class RosProcesses:
         self, *words: str, under: Sequence[str] = (), **environment: str
     ) -> "subprocess.Popen[bytes]":
         """A command of the program, `under` another, outside of the tests' own environment."""
+        return self.start_words(
+            [*under, PYTHON, "-m", "firmware_runtime.cli", *words], **environment
+        )
+
+    def start_words(self, words: Sequence[str], **environment: str) -> "subprocess.Popen[bytes]":
+        """Any command, outside of the tests' own environment."""
         inherited = {name: text for name, text in os.environ.items() if name not in _OF_ROS}
         process = subprocess.Popen(
-            [*under, PYTHON, "-m", "firmware_runtime.cli", *words],
+            words,
             env={
                 **inherited,
                 "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self.directory),
