@@ -21,6 +21,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.other_processors import kept_off
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
@@ -175,7 +176,8 @@ def _open_link(
         retain=frozenset(stated.retain),
         ordered=frozenset(stated.ordered),
     )
-    channel = open_channel(End(board.name, end.role, end.has_hardware, terms.timeout))
+    with kept_off(board.settings.executive.cpus):
+        channel = open_channel(End(board.name, end.role, end.has_hardware, terms.timeout))
     link = Link(
         executive,
         cut,

@@ -14,6 +14,7 @@ from firmware_runtime.part_recording.of_board import cut_of, header_of
 from firmware_runtime.part_recording.recorder import NO_AGES, Recorder
 from firmware_runtime.part_recording.sink import PipeSink
 from firmware_runtime.runs.session import Session
+from firmware_runtime.system.other_processors import kept_off
 
 
 class RecordedRun:
@@ -30,7 +31,8 @@ class RecordedRun:
         is_real_time = isinstance(executive.clock, MonotonicClock)
         cut = cut_of(board, role, session.robot.model)
         header = header_of(board, role, cut, executive.clock, None if shown is None else shown.path)
-        sink = PipeSink(path, waits=not is_real_time)
+        with kept_off(board.settings.executive.cpus):
+            sink = PipeSink(path, waits=not is_real_time)
         self._recorder = Recorder(
             executive.simulator,
             cut,

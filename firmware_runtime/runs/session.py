@@ -36,6 +36,7 @@ from firmware_runtime.runs.sleep_watch import watch_sleep
 from firmware_runtime.runs.sockets import has_ports, serve_ports, take_requests
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.tuning import tuning_of
+from firmware_runtime.system.other_processors import kept_off
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
@@ -101,7 +102,8 @@ class Session:
             is_armed = permission is None and is_here
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
             self._hold(serve_ports(statistics_path, here.ports, self.executive))
-            self.dover = dover_link(blocks, self.executive)
+            with kept_off(board.settings.executive.cpus):
+                self.dover = dover_link(blocks, self.executive)
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
             self._hold(self.dover)
             self.ending: Ending | None = None

@@ -20,6 +20,7 @@ from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.two_ends import TwoEnds
 from firmware_runtime.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.status import Status
+from firmware_runtime.system.other_processors import kept_off
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
@@ -143,7 +144,8 @@ def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> S
     with ExitStack() as stack:
         signalled = stack.enter_context(until_signal())
         folder = stack.enter_context(own_folder())
-        way = stack.enter_context(staged.way(say))
+        with kept_off(staged.board.settings.executive.cpus):
+            way = stack.enter_context(staged.way(say))
         ends = TwoEnds(signalled, say, lambda: show(run))
         stack.callback(ends.close)
         run = StagedRun(staged, way, ends, folder, roles)

@@ -1,5 +1,6 @@
 """Two environments: the node's has rclpy, and a run refuses it."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -76,5 +77,10 @@ def test_a_node_gets_along_with_the_system_calls_of_its_unit(
     robot: RosProcesses, user: RosUser
 ) -> None:
     started(robot)
-    robot.node(under=[PYTHON, str(ROOT / "tests/support/system_call_filter.py"), str(UNIT)])
+    allowed = os.sched_getaffinity(0)
+    given = min(allowed)
+    under = [PYTHON, str(ROOT / "tests/support/system_call_filter.py"), str(UNIT)]
+    node = robot.node("--set", f"executive.cpus=[{given}]", under=under)
     assert user.change(NODE, "configure")
+    for thread in Path(f"/proc/{node.pid}/task").iterdir():
+        assert os.sched_getaffinity(int(thread.name)) == (allowed - {given} or allowed)

@@ -41,6 +41,12 @@ def test_the_filter_is_that_of_the_unit() -> None:
     assert not {"mbind", "setpriority", "mount", "ptrace", "clock_settime", "chown"} & allowed
 
 
+@pytest.mark.parametrize("what", ["bridge", "record", "ros2"])
+def test_what_runs_beside_a_run_may_keep_off_its_processors(what: str) -> None:
+    unit = REPOSITORY / f"systemd/firmware-runtime-{what}@.service"
+    assert "sched_setaffinity" in allowed_calls(unit.read_text())
+
+
 def test_what_the_filter_forbids_fails() -> None:
     nice = [sys.executable, str(FILTER), str(RUN), sys.executable, "-c", "import os; os.nice(1)"]
     ended = subprocess.run(nice, capture_output=True, text=True, check=False)

@@ -17,6 +17,7 @@ from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.other_processors import keep_off
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 LISTEN = "127.0.0.1:7300"
@@ -68,7 +69,8 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Carry datagrams until a signal comes."""
-    _, run = chosen_run(arguments.board, arguments.assignments)
+    board, run = chosen_run(arguments.board, arguments.assignments)
+    keep_off(board.settings.executive.cpus)
     route = _route(arguments, arguments.statistics or default_path(run))
     notices = Notices.from_environment()
 

@@ -14,6 +14,7 @@ from firmware_runtime.models.dover import HIGHEST_PORT
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
+from firmware_runtime.system.other_processors import keep_off
 from firmware_runtime.system.until_signal import until_signal
 
 _ABOUT = """
@@ -56,7 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if both := set(sends.values()) & set(takes.values()):
         fault = f"port {min(both)} is in --send and in --take, so the robot would receive its own"
         raise ConfigError.of_one("dover", f"{fault}; expected two ports")
-    path = arguments.statistics or default_path(chosen_run(arguments.board)[1])
+    path = arguments.statistics or _statistics_of(arguments.board)
     bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes, _say)
     print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)
     try:
@@ -68,6 +69,13 @@ def execute(arguments: argparse.Namespace) -> int:
         bridge.close()
         print(f"dover: sent {bridge.sent}, taken {bridge.taken}, refused {bridge.refused}")
     return Status.OK
+
+
+def _statistics_of(run: str) -> Path:
+    """Where the run keeps them; from now on this process keeps off its processors."""
+    board, name = chosen_run(run)
+    keep_off(board.settings.executive.cpus)
+    return default_path(name)
 
 
 def _say(sentence: str) -> None:

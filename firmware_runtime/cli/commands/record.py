@@ -16,6 +16,7 @@ from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.recorder import Recorder
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.other_processors import keep_off
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 LOOK_EVERY_S = 0.1
@@ -65,6 +66,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Record until a signal comes."""
     board = chosen_board(arguments.board, arguments.assignments)
+    keep_off(board.settings.executive.cpus)
     notices = Notices.from_environment()
 
     def log(what: str) -> None:

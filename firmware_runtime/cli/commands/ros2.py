@@ -17,6 +17,7 @@ from firmware_runtime.links.ros2.surroundings import check_surroundings
 from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
+from firmware_runtime.system.other_processors import keep_off
 
 _ABOUT = """
 The node is a process of its own, with the interpreter of an environment that has rclpy: that of
@@ -66,6 +67,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Become the node's process; ConfigError says what it lacks."""
     board = chosen_board(arguments.board, arguments.assignments)
+    keep_off(board.settings.executive.cpus)
     environment = find_environment(arguments.venv)
     check_surroundings(os.environ)
     plan = Plan(
