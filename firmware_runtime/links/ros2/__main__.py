@@ -14,6 +14,7 @@ from firmware_runtime.board.ros.written import topics_in
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
+from firmware_runtime.links.ros2.only_active import OnlyActive
 from firmware_runtime.links.ros2.only_node import only_node_of
 from firmware_runtime.links.ros2.parameters import Parameters
 from firmware_runtime.links.ros2.plan import Plan, read_plan
@@ -34,7 +35,7 @@ def robot_node(plan: Plan) -> RobotNode:
     """The node with all its parts."""
     node = RobotNode(plan)
     topics = topics_of_plan(node, plan)
-    node.parts += [Parameters(node), topics]
+    node.parts += [OnlyActive(node), Parameters(node), topics]
     Services(node)
     Diagnostics(node, topics)
     return node
