@@ -52,7 +52,7 @@ def role_faults(
 
     `elsewise` are components, and ports of components, that the model has with other settings only.
     """
-    known = {*model.components, *elsewise}
+    known = {*model.components, *(name for name in elsewise if "." not in name)}
     misnamed = [*_names(roles, known), *_doubled(roles)]
     crossing = [] if misnamed else _no_crossings(roles, link, model, elsewise)
     return [*misnamed, *_without_effect(roles, link), *_limits(link), *crossing]
@@ -101,8 +101,12 @@ def _no_crossings(
     for key, names in stated.items():
         for name in names:
             if roles and not {name, name.partition(".")[0]} & {*crossing, *elsewise}:
-                known = ", ".join(sorted(crossing)) or "none"
-                yield f"link.{key}: {name!r} crosses no cut between roles; expected some of {known}"
+                some = (
+                    f"some of {', '.join(sorted(crossing))}"
+                    if crossing
+                    else "none, as nothing does"
+                )
+                yield f"link.{key}: {name!r} crosses no cut between roles; expected {some}"
 
 
 def crossings(roles: Roles, model: Coupled) -> set[str]:

@@ -51,6 +51,20 @@ def test_it_is_named(assignment: str, words: str) -> None:
     assert any(words in fault for fault in faults_of(assignment))
 
 
+def test_a_port_of_a_component_is_no_component() -> None:
+    with pytest.raises(ConfigError) as refused:
+        load("detective", ['roles.robot=["treads", "model.Out4"]'])
+    (fault,) = refused.value.faults
+    assert fault.startswith("roles.robot: 'model.Out4': expected some of ")
+    assert fault.count("model.Out4") == 1
+
+
+def test_that_nothing_crosses_a_cut_is_said() -> None:
+    everything = ["imu", "thrust_pairs", "esc", "lift", "position_input", "controller"]
+    (fault,) = faults_of(f"roles.robot={everything}", "link.retain=[]")
+    assert fault.endswith("crosses no cut between roles; expected none, as nothing does")
+
+
 def test_all_of_it_at_once() -> None:
     limits = 'link.limits={"controller.forces"=[1.0, -1.0]}'
     assert len(faults_of('roles.robot=["wings"]', "roles.left=[]", limits)) == 3
