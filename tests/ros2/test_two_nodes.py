@@ -104,7 +104,7 @@ def test_a_node_takes_its_own_mark_for_no_others_and_keeps_it_once_it_has_found_
     only.follow(0)
     assert deactivated == [True]
     only.deactivate()
-    assert user.node.count_publishers("/parrot/_active") == 2
+    assert node.count_publishers("_active") == 2
     only.clean_up()
-    wait_until(lambda: user.node.count_publishers("/parrot/_active") == 1, "the mark is gone")
+    wait_until(lambda: node.count_publishers("_active") == 1, "the mark is gone")
     user.node.destroy_publisher(other)

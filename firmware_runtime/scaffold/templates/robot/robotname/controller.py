@@ -7,7 +7,7 @@ import math
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.time import NEVER, SECOND, seconds
+from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.state_diagram import StateDiagram
@@ -17,7 +17,7 @@ from robotname.settings import ControllerTable
 
 MODE = (
     State("Waking", 0, Arrow("sonar!1", "Waiting")),
-    State("Waiting", NEVER, Arrow("wall?1", "Found")),
+    State("Waiting", "lost", Arrow("wall?1", "Found"), Arrow("sonar!1", "Waiting")),
     State("Found", 0, Arrow("follow!1", "Following")),
     State("Following", "lost", Arrow("wall?1", "Following"), Arrow("follow!0", "Waiting")),
 )
@@ -25,6 +25,9 @@ MODE = (
 
 class Mode(StateDiagram):
     """Wakes the sonar; follows from the first echo until there was none for `lost` ns.
+
+    It wakes it again after as long without an echo: the sonar may be in another process, which
+    began later or again.
 
     X: wall, 1 with every echo. Y: sonar, 1 starts it; follow, 1 from now on, 0 no more.
     """

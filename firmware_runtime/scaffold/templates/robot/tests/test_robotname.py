@@ -2,9 +2,10 @@
 
 import pytest
 
-from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board
+from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board, run
 from sim_doubles.faults import FaultScript, NackAddress
 
+from robotname.controller import Mode
 from robotname.rig import RobotNameRig
 
 SONAR = 0x71
@@ -49,6 +50,13 @@ def test_it_waits_where_no_wall_is_within_range() -> None:
     with on_doubles(start_m=8.0) as robot:
         robot.run(3.0)
         assert robot.result == {"distance_m": 8.0, "settled": False}
+
+
+def test_the_sonar_is_woken_until_there_is_a_wall() -> None:
+    woken_at: list[int] = []
+    mode = Mode("mode", lost=SECOND)
+    run(mode, for_s=2.5, clock="virtual", listen={mode.sonar: lambda at, _: woken_at.append(at)})
+    assert woken_at == [0, SECOND, 2 * SECOND]
 
 
 def test_a_sonar_that_falls_silent_on_the_way_stops_it() -> None:
