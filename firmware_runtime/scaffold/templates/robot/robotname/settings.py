@@ -40,14 +40,18 @@ class MotorTable(Settings, frozen=True):
 
 
 class ControllerTable(Settings, frozen=True):
-    """The controller; gains in share of full voltage per m, per m s and per m/s."""
+    """The controller."""
 
     distance_m: Positive
     lost_s: Seconds
     kp: NotNegative
+    """Share of full voltage per m from the distance."""
     ki: NotNegative
+    """Share of full voltage per m s."""
     kd: NotNegative
+    """Share of full voltage per m/s."""
     max_drive: Annotated[float, Meta(gt=0, le=1)]
+    """Share of full voltage, at most."""
 
 
 class WorldTable(Settings, frozen=True):
