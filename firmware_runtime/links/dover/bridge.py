@@ -66,7 +66,7 @@ class DoverBridge:
             self._signals = _signals(client.ports(), sends, takes)
         self.sent = self.taken = self.refused = 0
         """Numbers since the start; those refused are no finite number that fits."""
-        self._robot, self._say_once, self._complained = robot, say, set[Signal]()
+        self._robot, self._say_once, self._complained = robot, say, set[str]()
         watched = sorted({signal.port for signal in self._signals})
         self._request = message_of(watch=watched)
         self._renew_at, self._answered_at = 0, monotonic_ns()
@@ -117,28 +117,34 @@ class DoverBridge:
             text = text_of_number(_number(value, signal.parts))
         except (Refused, LookupError, TypeError, ValueError):
             self.refused += 1
-            if signal not in self._complained:
-                self._complained.add(signal)
-                self._say_once(f"--send {signal.name}: no number that fits in {value}: not sent")
+            self._complain(f"--send {signal.name}", f"no number that fits in {value}: not sent")
             return
         with suppress(OSError):  # no room, or no peer at the moment
             self._udp.sendto(text.encode(), (LOOPBACK, signal.udp_port))
             self.sent += 1
 
     def _from_udp(self, taken: socket.socket, port: str) -> None:
-        """Of what has come to a port since the last poll, the newest counts."""
+        """Of the numbers that have come to a port since the last poll, the newest counts."""
         texts: list[bytes] = []
         with suppress(OSError):
             while len(texts) < _AT_ONCE:
                 texts.append(taken.recv(_LONGEST))
-        try:
-            value = number_of_text(texts[-1].decode("latin-1")) if texts else None
-        except Refused:
-            self.refused += 1
-            return
-        if value is not None:
+        values = []
+        for text in texts:
+            try:
+                values.append(number_of_text(text.decode("latin-1")))
+            except Refused as why:
+                self.refused += 1
+                self._complain(f"--take {port}", f"{why}: not taken")
+        if values:
             self.taken += 1
-            self._say(message_of(port=port, value=value))
+            self._say(message_of(port=port, value=values[-1]))
+
+    def _complain(self, signal: str, why: str) -> None:
+        """Say what is wrong with a signal, the first time."""
+        if signal not in self._complained:
+            self._complained.add(signal)
+            self._say_once(f"{signal}: {why}")
 
     def _say(self, request: bytes) -> None:
         try:
