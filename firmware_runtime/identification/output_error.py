@@ -17,6 +17,8 @@ from firmware_runtime.identification.stretches import Stretches, stretches_of
 PLANT: Final = len(NAMES)
 COULOMB, EXCESS, DELAY = 2, 3, 4
 """Places among the values of a search; static friction goes by what it exceeds Coulomb's by."""
+_RESOLVED: Final = 1e-9
+"""Share of a value that a step is at least, or the value would be the same after it."""
 
 
 class OutputError:
@@ -49,8 +51,9 @@ class OutputError:
         least[0] = 0.5 * values[0]  # without inertia there is no motion
         for place in places:
             low, high = values.copy(), values.copy()
-            high[place] += steps[place]
-            low[place] = max(low[place] - steps[place], least[place])
+            step = max(steps[place], _RESOLVED * abs(values[place]))
+            high[place] += step
+            low[place] = max(low[place] - step, least[place])
             change = self.simulated(high) - self.simulated(low)
             columns.append(change / (high[place] - low[place]))
         return np.column_stack(columns)

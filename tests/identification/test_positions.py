@@ -113,6 +113,13 @@ def test_slopes_over_some_span_come_near_to_the_plant() -> None:
     assert min(abs(each.inertia / CART.inertia - 1.0) for each in found) < 0.1
 
 
+def test_a_difference_in_a_value_that_a_search_ran_off_to_is_a_number() -> None:
+    model = OutputError(cart(), CART_LAG_S, begins_moving=False)
+    far = np.array([1e11, 1e11, 1e11, 0.4, 0.06, 1e11])
+    steps = np.full(len(far), 1e-6)
+    assert np.isfinite(model.jacobian(far, steps, np.arange(len(far)))).all()
+
+
 def test_what_a_random_walk_leaves_is_its_change_over_a_span() -> None:
     values = np.array([1.0, 2.0, 4.0, 8.0])
     assert random_walk(2).whitened(values).tolist() == [3.0, 6.0]
